@@ -158,6 +158,7 @@ def opening_of(
         safety=setup.profile.safety.limits(setup.robot, motion),
         tracking=setup.tracking,
         play=_play(setup, uses, options, connection),
+        tell=complain,
     )
 
 

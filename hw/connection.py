@@ -174,13 +174,17 @@ class HostedScene:
     seed: int = 0
 
 
+def _nobody(_: str) -> None:
+    """There is no operator."""
+
+
 @dataclass(frozen=True, slots=True)
 class RunInfo:
     """What a driver may need to know of the run that it is opened for.
 
     `safety.watched` says whether a part tracks people; `tracking` is the pose of the tracking
     system in the map, and the mounts of its trackers on the robot. `now`: the time of the run, ns.
-    `play` is for fakes, None without a room.
+    `play` is for fakes, None without a room. `tell` shows the operator a remark, from any thread.
     """
 
     now: Callable[[], int]
@@ -189,6 +193,7 @@ class RunInfo:
     safety: SafetyLimits
     tracking: Tracking
     play: HostedScene | None = None
+    tell: Callable[[str], None] = _nobody
 
 
 @dataclass(frozen=True, slots=True)

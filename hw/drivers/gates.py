@@ -72,5 +72,8 @@ HEARTBEAT_NS = 150 * MS
 """A CAN drive whose heartbeat is older is dead; it sends one every 50 ms."""
 VELOCITY_NS = 50 * MS
 """A CAN drive whose status and velocity are older is frozen; they come every 10 ms."""
+CAN_ERRORS, CAN_ERRORS_NS = 16, 1_000 * MS
+"""More error frames of a CAN bus than this, in this time, stop: 16 of 8 points each make a sender
+error-passive. Fewer are a warning."""
 BUMPER_SILENT_NS = 60 * MS
 """Silence after which the bumper's board is lost: three of its frames."""

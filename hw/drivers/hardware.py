@@ -41,6 +41,10 @@ class Hardware(Protocol):
         """Touches of the foam since the last call."""
         ...
 
+    def remarks(self) -> list[str]:
+        """What the operator should know and nothing stops for, since the last call."""
+        ...
+
     def drive(self, velocity: Twist2, now_ns: int) -> None:
         """Set the next velocity, base frame; called in each cycle, 0 included.
 

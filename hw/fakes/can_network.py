@@ -75,6 +75,12 @@ class FakeNetwork(canopen.Network):
         )
         self._wire.send(message)
 
+    def send_error(self, kind: int, data: bytes = b"") -> None:
+        """Send an error frame of this class."""
+        self._wire.send(
+            can.Message(arbitration_id=kind, data=data, is_error_frame=True, is_extended_id=False)
+        )
+
     def send_periodic(self, can_id: int, data: Any, period: float, remote: bool = False) -> Any:
         """Send a message every period, s, from the next `step` on."""
         del remote

@@ -11,6 +11,7 @@ import time
 from typing import Any
 
 from hw.fakes.can_wire import Bus, Hub, open_wire, wait
+from hw.fakes.drive import Traits
 from hw.fakes.nodes import Nodes
 from hw.fakes.subscription import Subscription
 from hw.links.datagrams import Address, Intake, Outlet
@@ -18,6 +19,8 @@ from hw.links.processes import Parent, Ready, serve
 from hw.samples import BumperHit
 
 TELL_NS = 10_000_000
+PER_TURN = {"rpm": 60.0, "0.1 rpm": 600.0, "mrpm": 60_000.0}
+"""Units of a motor that turns once a second."""
 STEP_S = 0.002
 
 
@@ -48,10 +51,12 @@ def main(settings: dict[str, Any], ready: Ready, parent: Parent) -> None:
     """Run until the parent has gone."""
     wire = open_wire(settings["bus"])
     intake = Intake(settings["host"])
-    nodes = Nodes(wire, settings["nodes"], settings["by_hand_ns"], settings["bumper"])
+    traits = Traits(settings["rtr"], frozenset(settings["lacks"]), settings["unit"])
+    nodes = Nodes(wire, settings["nodes"], settings["by_hand_ns"], settings["bumper"], traits)
     teller = None
     if settings["tells"] is not None:
-        scale = settings["gear"] * settings["increments"] / (2.0 * math.pi)
+        per_turn = PER_TURN.get(settings["unit"], settings["increments"])
+        scale = settings["gear"] * per_turn / (2.0 * math.pi)
         scales = [sign * scale for sign in settings["signs"]]
         teller = Teller(tuple(settings["tells"]), intake.address, scales)
     ready({"control": intake.address, "wire": type(wire).__name__})

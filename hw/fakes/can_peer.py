@@ -10,7 +10,7 @@ peers:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hw.fakes.peer import Peer
@@ -21,7 +21,7 @@ class CanNodes(Peer):
     """Four drives and a bumper's board; `fault` as in `hw.fakes.nodes`.
 
     The line is closed by hand at the relay `by_hand` s after a touch is over; None: only by
-    `fault("unlatch")`.
+    `fault("unlatch")`. The drives `lacks` objects; `rtr`: they take remote requests.
     """
 
     def __init__(
@@ -31,6 +31,8 @@ class CanNodes(Peer):
         tells: Hearer | None = None,
         by_hand: float | None = 1.0,
         bumper: bool = True,
+        rtr: bool = True,
+        lacks: Sequence[int] = (),
     ) -> None:
         channel = str(bus.get("channel", ""))
         settings: dict[str, Any] = {
@@ -42,5 +44,8 @@ class CanNodes(Peer):
             "increments": float(wheels.get("increments", 4096.0)),
             "by_hand_ns": None if by_hand is None else round(1e9 * by_hand),
             "bumper": bumper,
+            "unit": str(wheels.get("unit", "increments/s")),
+            "rtr": rtr,
+            "lacks": tuple(lacks),
         }
         super().__init__("hw.fakes.can_nodes", settings, tells)

@@ -11,6 +11,8 @@ is passed in by `step`, so that tests control it.
 from __future__ import annotations
 
 import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import canopen
@@ -27,6 +29,11 @@ VOLTAGE = 0x0010
 _NODES: Any = canopen  # much of it has no types
 COASTING = 400_000.0
 """Deceleration of a wheel without power, units/s2."""
+NO_RTR = 0x4000_0000
+UNIT_OBJECTS: Mapping[str, int] = {
+    "rpm": 0x00B4_4700, "0.1 rpm": 0xFFB4_4700, "mrpm": 0xFDB4_4700,
+}  # fmt: skip
+"""Object 0x60A9 of drives that do not count increments."""
 OBJECTS = (
     ("device type", 0x1000, U32, 0x0002_0192),
     ("error register", 0x1001, UNSIGNED8, 0),
@@ -43,6 +50,7 @@ OBJECTS = (
     ("quick stop deceleration", 0x6085, U32, 10_000),
     ("target velocity", 0x60FF, INTEGER32, 0),
 )
+OWN = {index: default for _, index, _, default in OBJECTS}
 RECORDS = (
     ("consumer heartbeat", 0x1016, U32, (0,)),
     ("error behaviour", 0x1029, UNSIGNED8, (0,)),
@@ -50,15 +58,34 @@ RECORDS = (
 MAPPINGS = {0x1400: 0x1600, 0x1800: 0x1A00}
 
 
-def dictionary(node: int) -> Any:
+@dataclass(frozen=True, slots=True)
+class Traits:
+    """What sets a make of drives apart.
+
+    `rtr`: they take remote requests; without, bit 30 of a COB-ID stays set. `lacks` are objects
+    that they do not have; `unit` is that of their velocities.
+    """
+
+    rtr: bool = True
+    lacks: frozenset[int] = frozenset()
+    unit: str = "increments/s"
+
+
+def dictionary(node: int, traits: Traits) -> Any:
     """The objects of a drive: one process data object each way, not mapped yet."""
     found = _NODES.ObjectDictionary()
-    for name, index, kind, default in OBJECTS:
-        found.add_object(_variable(name, index, 0, kind, default))
+    units = [
+        ("unit of velocity", 0x60A9, U32, n) for u, n in UNIT_OBJECTS.items() if u == traits.unit
+    ]
+    for name, index, kind, default in (*OBJECTS, *units):
+        if index not in traits.lacks:
+            found.add_object(_variable(name, index, 0, kind, default))
     for name, index, kind, defaults in RECORDS:
-        found.add_object(_record(name, index, len(defaults), [(kind, one) for one in defaults]))
+        if index not in traits.lacks:
+            found.add_object(_record(name, index, len(defaults), [(kind, one) for one in defaults]))
+    no_rtr = 0 if traits.rtr else NO_RTR
     for communication, mapping in MAPPINGS.items():
-        frame = 0x8000_0000 | (0x200 if communication == 0x1400 else 0x180) + node
+        frame = 0x8000_0000 | no_rtr | (0x200 if communication == 0x1400 else 0x180) + node
         members = [(U32, frame), (UNSIGNED8, 255)]
         found.add_object(_record("process data", communication, len(members), members))
         found.add_object(_record("mapping", mapping, 0, [(U32, 0), (U32, 0)]))
@@ -85,14 +112,15 @@ def _variable(
 class FakeDrive:
     """One drive; `velocity` is that of its motor, units/s. Faults: see `hw.fakes.can_nodes`."""
 
-    def __init__(self, network: FakeNetwork, number: int) -> None:
+    def __init__(self, network: FakeNetwork, number: int, traits: Traits | None = None) -> None:
+        self.traits = traits or Traits()
         self.number, self.velocity = number, 0.0
         self.state = "disabled"
         self.relay_open = False  # opened by the bumper's line: no power for the motor
         self.silent = False  # sends no process data
         self.stuck = False  # repeats the same velocity
         self._network = network
-        self._node = _NODES.LocalNode(number, dictionary(number))
+        self._node = _NODES.LocalNode(number, dictionary(number, self.traits))
         self._node.add_write_callback(self._written)
         self._values: dict[tuple[int, int], int] = {}
         network.add_node(self._node)
@@ -125,7 +153,7 @@ class FakeDrive:
             self._beat_ns = now_ns
         if self._node.nmt.state != "OPERATIONAL":
             return
-        frame, kind = self.value(0x1400, 1), self.value(0x1400, 2)
+        frame, kind = self.value(0x1400, 1) & ~NO_RTR, self.value(0x1400, 2)
         if identifier == frame:
             self._waiting = data
             if kind >= 254:
@@ -153,7 +181,9 @@ class FakeDrive:
                 self.state = "fault"
 
     def value(self, index: int, subindex: int = 0) -> int:
-        """The present value of an object."""
+        """The present value of an object; of one that it lacks, that of its maker."""
+        if index in self.traits.lacks:
+            return OWN.get(index, 0)
         found = self._values.get((index, subindex))
         if found is None:
             variable = self._node.object_dictionary.get_variable(index, subindex)
@@ -162,7 +192,10 @@ class FakeDrive:
             self._values[index, subindex] = found
         return found
 
-    def _written(self, *, index: int, subindex: int, **_: object) -> None:
+    def _written(self, *, index: int, subindex: int, data: bytes, **_: object) -> None:
+        frame = int.from_bytes(data, "little")
+        if (index, subindex) == (0x1800, 1) and not self.traits.rtr and not frame & NO_RTR:
+            raise _NODES.SdoAbortedError(0x0609_0030)
         self._values.pop((index, subindex), None)
 
     def _motion(self) -> tuple[float, float]:
@@ -226,7 +259,7 @@ class FakeDrive:
 
     def _tell(self) -> None:
         """Send status word and velocity, as mapped."""
-        frame = self.value(0x1800, 1)
+        frame = self.value(0x1800, 1) & ~NO_RTR
         if self.silent or frame & 0x8000_0000 or self.value(0x1800, 2) > 240:
             return
         status = STATUS[self.state] | (0 if self.relay_open else VOLTAGE)

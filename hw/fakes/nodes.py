@@ -11,6 +11,7 @@ Faults, by name and value; `node` is the number of a drive:
 | `cut` | number | of the next velocity frames, each a byte short |
 | `drop` | share | of all frames, lost |
 | `quiet` | True or False | no frames at all |
+| `error` | class, or (class, data) | an error frame, as a controller under Linux reports it |
 | `touch` | bearing, rad | the foam is pressed |
 | `release`, `unlatch` | | the foam is free; the line is closed by hand at the relay |
 | `line` | | the wire of the line breaks |
@@ -27,7 +28,7 @@ from typing import Any
 
 from hw.fakes.bumper import Errors, FakeBumper
 from hw.fakes.can_network import FakeNetwork, Faults, Wire
-from hw.fakes.drive import FakeDrive
+from hw.fakes.drive import FakeDrive, Traits
 
 
 class Nodes:
@@ -39,9 +40,10 @@ class Nodes:
         numbers: Sequence[int] = (1, 2, 3, 4),
         by_hand_ns: int | None = None,
         bumper: bool = True,
+        traits: Traits | None = None,
     ) -> None:
         self.network = FakeNetwork(wire)
-        self.drives = {number: FakeDrive(self.network, number) for number in numbers}
+        self.drives = {number: FakeDrive(self.network, number, traits) for number in numbers}
         self.board = FakeBumper(self.network.send, self._relay, by_hand_ns) if bumper else None
 
     def take(self, frames: Iterable[tuple[int, bytes]], now_ns: int) -> None:
@@ -106,6 +108,8 @@ class Nodes:
             faults.drop = float(value)
         elif name == "quiet":
             faults.quiet = bool(value)
+        elif name == "error":
+            self.network.send_error(*(value if isinstance(value, tuple) else (value,)))
         else:
             return False
         return True

@@ -4,6 +4,7 @@
       driver: "hw.drivers.can.base:CanBase"
       bus: {interface: socketcan, channel: can0, bitrate: 500000}
       wheels: {nodes: [1, 2, 3, 4], signs: [1, -1, 1, -1], gear: 12.52, increments: 4096}
+                                  # see `hw.drivers.can.wheel_setting`
       bumper: true                # its board is on the bus
 
 In each cycle `poll` takes the frames received; `drive` sends a target to each drive and one SYNC,
@@ -20,7 +21,7 @@ from canopen import Network
 
 from hw.drivers.can.bumper import CanBumper
 from hw.drivers.can.bus import CanBus
-from hw.drivers.can.ds402 import Ds402Drive, Setting
+from hw.drivers.can.ds402 import Ds402Drive
 from hw.drivers.can.mecanum import Mecanum, Reckoning, filled
 from hw.drivers.can.wheel_setting import DriveNodes
 from hw.drivers.gates import VELOCITY_NS
@@ -70,11 +71,14 @@ class CanBase:
         """`clock` is for opening and closing only; otherwise time is passed in by the calls."""
         self.odometry: tuple[int, Odometry] | None = None
         self.fault: str | None = None
+        self._remarks: list[str] = []
         self._wheels, self._mecanum = DriveNodes.of(wheels), Mecanum.of(model)
+        brakes = self._mecanum.brakes(model.brake_deceleration)
+        for wrong in self._wheels.faults_at(model.wheel_radius, model.max_wheel_rate, brakes):
+            raise ValueError(f"wheels: {wrong}")
         self._reckoning = Reckoning(self._mecanum, 1.0 / self._wheels.scale)
         self._bus = CanBus(bus)
-        ramp = round(self._mecanum.brakes(model.brake_deceleration) * self._wheels.scale)
-        setting = Setting(self._wheels.master, self._wheels.silence_ms, ramp)
+        setting = self._wheels.setting(brakes)
         self._drives = tuple(
             Ds402Drive(node, name, setting, self._bus.send)
             for node, name in zip(self._wheels.nodes, NAMES, strict=True)
@@ -114,6 +118,11 @@ class CanBase:
     def hits(self) -> list[BumperHit]:
         """Touches of the foam since the last call."""
         return [] if self._bumper is None else self._bumper.hits()
+
+    def remarks(self) -> list[str]:
+        """What drives lack, and error frames of the bus, since the last call."""
+        found, self._remarks = self._remarks, []
+        return found
 
     def drive(self, velocity: Twist2, now_ns: int) -> None:
         """Send targets, SYNC and heartbeat; the targets are 0 during a fault."""
@@ -181,8 +190,10 @@ class CanBase:
 
     def _take(self, now_ns: int) -> None:
         self._now_ns = now_ns
-        for frame in self._bus.poll():
+        for frame in self._bus.poll(now_ns):
             self._net.notify(frame.id, bytearray(frame.data), 1e-9 * now_ns)
+        if self._bus.warning is not None:
+            self._remarks.append(self._bus.warning)
 
     def _hear_stranger(self, _data: bytes, now_ns: int) -> None:
         self._stranger_ns = now_ns
@@ -213,8 +224,9 @@ class CanBase:
                 drive.poll(self._now_ns)
             faults = [drive.fault for drive in waiting if drive.fault is not None]
             if faults or self._now_ns > end_ns or self._bus.fault is not None:
-                why = self._bus.fault or "; ".join(faults) or "the drives are too slow"
-                raise OSError(f"{self._bus.name}: {why}")
+                why = "; ".join(faults) or "the drives are too slow"
+                raise OSError(self._bus.fault or f"{self._bus.name}: {why}")
+        self._remarks += [told for drive in self._drives for told in drive.lacking]
 
     def _start(self, now_ns: int) -> None:
         self._starting_ns = self._rolled_ns = now_ns

@@ -1,5 +1,8 @@
 """A CAN bus from its configuration: it is polled, never waited for; its faults are texts.
 
+Single error frames are warnings. They stop once they are many (`gates.CAN_ERRORS`), or once the
+controller says that they were: error-passive, bus-off.
+
 `interface` and `channel` say where it is, all other keys are passed to python-can. The interface
 `local` connects processes of this machine: by IPv4 multicast where there is a route for it, else by
 slcan over TCP to a hub at the address `channel`; group and port follow from that address.
@@ -18,11 +21,22 @@ from typing import Any, NamedTuple
 
 import can
 
+from hw.drivers.access import can_advice, serial_advice
+from hw.drivers.gates import CAN_ERRORS, CAN_ERRORS_NS
+
 BITRATE = 500_000
 REMEMBERED = 256
 """Sent frames remembered, to tell their echoes from frames of others."""
-BUS_OFF = 0x40
-"""Class of error frames, as Linux numbers them."""
+LOST_ARBITRATION, CONTROLLER, BUS_OFF = 0x02, 0x04, 0x40
+"""Classes of error frames, as Linux numbers them; losing an arbitration is none."""
+PASSIVE = 0x30
+"""Bits of the second byte of the class CONTROLLER: error-passive in receiving, in sending."""
+CLASSES = {
+    0x01: "time-out of a transmission", CONTROLLER: "the controller counts errors",
+    0x08: "damaged frame", 0x10: "transceiver", 0x20: "nobody acknowledges", 0x80: "bus error",
+    0x100: "the controller was restarted",
+}  # fmt: skip
+WIRING = "look at plugs, bit rate and the two terminating resistors"
 HINTS = {
     "socketcan": "is the interface up (ip link set can0 up type can bitrate 500000)? A kernel "
     "without CAN has none: then pcan, slcan or udp_multicast",
@@ -44,6 +58,8 @@ class CanFrame(NamedTuple):
 class CanBus:
     """An open bus; `fault` says what went wrong between the last two polls, or None.
 
+    `warning` is the first error frame after a while without any, or None.
+
     Some back-ends (multicast) echo one's own frames; these are removed.
 
     Raises:
@@ -54,8 +70,10 @@ class CanBus:
         chosen = _chosen(settings)
         self.name = f"CAN bus {settings.get('interface')} {settings.get('channel')}"
         self.fault: str | None = None
+        self.warning: str | None = None
         self._trouble: str | None = None
-        self._bus = _opened(self.name, chosen, str(settings.get("interface")))
+        self._settings, self._errors = settings, deque[int](maxlen=CAN_ERRORS + 1)
+        self._bus = _opened(self.name, chosen, settings)
         self._echoes = chosen["interface"] == "udp_multicast"
         self._sent: deque[CanFrame] = deque(maxlen=REMEMBERED)
         self._waitable = _file(self._bus) is not None
@@ -73,22 +91,29 @@ class CanBus:
         try:
             self._bus.send(message, timeout=0)
         except (can.CanError, OSError, ValueError) as error:
-            self._trouble = f"{self.name}: {error}"
+            self._trouble = self._told(error)
 
-    def poll(self, most: int = 1000) -> list[CanFrame]:
+    def poll(self, now_ns: int, most: int = 1000) -> list[CanFrame]:
         """The data frames received, oldest first; other kinds are dropped."""
         found: list[CanFrame] = []
+        self.warning = None
         try:
             for _ in range(most):
                 if self._waitable and not self.readable(0.0):
                     break
                 message = self._bus.recv(0)
                 if message is not None:
-                    self._take(message, found)
+                    self._take(message, found, now_ns)
                 elif not self._waitable:
                     break
         except (can.CanError, OSError, ValueError) as error:
-            self._trouble = f"{self.name}: {error}"
+            self._trouble = self._told(error)
+        if len(self._errors) > CAN_ERRORS and now_ns - self._errors[0] <= CAN_ERRORS_NS:
+            span = 1e-9 * CAN_ERRORS_NS
+            self._trouble = (
+                self._trouble
+                or f"{self.name}: more than {CAN_ERRORS} error frames in {span:g} s; {WIRING}"
+            )
         self.fault, self._trouble = self._trouble, None
         return found
 
@@ -105,10 +130,9 @@ class CanBus:
         with suppress(can.CanError, OSError):
             self._bus.shutdown()
 
-    def _take(self, message: can.Message, found: list[CanFrame]) -> None:
+    def _take(self, message: can.Message, found: list[CanFrame], now_ns: int) -> None:
         if message.is_error_frame:
-            off = message.arbitration_id & BUS_OFF
-            self._trouble = f"{self.name}: {'bus-off' if off else 'error frames'}"
+            self._take_error(message, now_ns)
             return
         if message.is_remote_frame or message.is_extended_id:
             return
@@ -118,6 +142,24 @@ class CanBus:
                 pass
             return
         found.append(frame)
+
+    def _take_error(self, message: can.Message, now_ns: int) -> None:
+        kind, data = message.arbitration_id, bytes(message.data)
+        if kind == LOST_ARBITRATION:
+            return
+        told = ", ".join(text for bit, text in CLASSES.items() if kind & bit)
+        if kind & BUS_OFF:
+            self._trouble = f"{self.name}: bus-off: it has shut itself off; {WIRING}"
+        elif kind & CONTROLLER and len(data) > 1 and data[1] & PASSIVE:
+            self._trouble = f"{self.name}: error-passive: too many damaged frames; {WIRING}"
+        elif not self._errors or now_ns - self._errors[-1] > CAN_ERRORS_NS:
+            self.warning = f"{self.name}: error frame ({told or hex(kind)}); {WIRING}"
+        self._errors.append(now_ns)
+
+    def _told(self, error: Exception) -> str:
+        """What went wrong, and what would be right."""
+        advice = _advice(error, self._settings)
+        return f"{self.name}: {error}" + (f"; {advice}" if advice else "")
 
 
 def local_address(host: str) -> tuple[str, int]:
@@ -160,13 +202,21 @@ def _has_route(group: str, port: int) -> bool:
     return True
 
 
-def _opened(name: str, chosen: Mapping[str, Any], asked: str) -> can.BusABC:
-    hint = HINTS.get(asked, f"interfaces: {', '.join(sorted(can.VALID_INTERFACES))}, local")
+def _opened(name: str, chosen: Mapping[str, Any], settings: Mapping[str, Any]) -> can.BusABC:
+    there = f"interfaces: {', '.join(sorted(can.VALID_INTERFACES))}, local"
     try:
         return can.Bus(ignore_config=True, **chosen)
     except Exception as error:  # back-ends raise what they like
         told = str(error) or type(error).__name__
+        hint = _advice(error, settings) or HINTS.get(str(settings.get("interface")), there)
         raise OSError(f"{name} does not open: {told}; {hint}") from error
+
+
+def _advice(error: Exception, settings: Mapping[str, Any]) -> str | None:
+    channel = str(settings.get("channel"))
+    if settings.get("interface") == "socketcan":
+        return can_advice(error, channel, settings.get("bitrate", BITRATE))
+    return serial_advice(error, channel) if channel.startswith("/dev/") else None
 
 
 def _file(bus: can.BusABC) -> int | None:

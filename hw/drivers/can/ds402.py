@@ -8,12 +8,12 @@ drive brakes by its quick-stop ramp and switches off. Nothing here waits; time c
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 from canopen.emcy import EMCY_STRUCT, EmcyError
 
-from hw.drivers.can.sdo import SdoWrite, Writer
+from hw.drivers.can.sdo import SdoCheck, SdoWrite, Writer
 from hw.drivers.gates import HEARTBEAT_NS, VELOCITY_NS
 
 QUICK_STOP, OFF, RESET = 0x02, 0x00, 0x80
@@ -29,42 +29,85 @@ _PROCESS = struct.Struct("<Hi")
 Send = Callable[[int, bytes], None]
 
 
+NO_RTR = 0x4000_0000
+"""Bit of a COB-ID: no remote requests. Drives without them refuse to have it cleared."""
+OPTIONAL: Mapping[int, str] = {
+    0x1029: "once it has lost its master it may report no velocities; then end the run, start anew",
+    0x6083: "it speeds up by a ramp of its own",
+}
+"""Objects that a drive may lack, and what that means."""
+REMEDIES: Mapping[int, str] = {
+    0x1016: "it does not watch its master: let a watchdog of its own stop it after {silence} ms",
+    0x6007: "without its master it may drive on: set its reaction to a lost link to quick stop",
+    0x605A: "set its quick stop to brake by the quick-stop ramp, then to switch off",
+    0x605E: "set its reaction to a fault to brake by the quick-stop ramp",
+    0x6084: "set its ramp for slowing down to {ramp} units/s2 at least",
+    0x6085: "set its quick-stop ramp to {ramp} units/s2 at least",
+}
+"""Objects that a connection must say to be lacking, and what then has to be set at the drive."""
+UNITS: Mapping[str, int] = {
+    "increments/s": 0x00B5_0300, "rpm": 0x00B4_4700, "0.1 rpm": 0xFFB4_4700, "mrpm": 0xFDB4_4700,
+}  # fmt: skip
+"""Units of velocity, as object 0x60A9 writes them (CiA 303-2)."""
+
+
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """A drive's initial settings: `ramp` in its units/s2, `silence_ms` of the master."""
+    """A drive's initial settings: `ramp` in its units/s2, `silence_ms` of the master.
+
+    `without` are the objects of `REMEDIES` that it lacks, by the connection.
+    """
 
     master: int
     silence_ms: int
     ramp: int
+    unit: str = "increments/s"
+    without: frozenset[int] = frozenset()
 
-    def writes(self, node: int) -> list[SdoWrite]:
-        """The objects to write; process data can be mapped only in the state pre-operational."""
+    def writes(self, node: int) -> list[SdoCheck | SdoWrite]:
+        """What to check and write; process data can be mapped only in state pre-operational."""
         return [
+            SdoCheck(0x60A9, 0, dict(self._other_units())),
             SdoWrite(0x1017, 0, 2, 50),  # own heartbeat, ms
-            SdoWrite(0x1016, 1, 4, self.master << 16 | self.silence_ms),  # the master's
-            SdoWrite(0x1029, 1, 1, 1),  # master lost: keep reporting the velocity
+            self._write(0x1016, 1, 4, self.master << 16 | self.silence_ms),  # the master's
+            self._write(0x1029, 1, 1, 1),  # master lost: keep reporting the velocity
             *_mapped(0x1400, 0x1600, 0x200 + node, 0x60400010, 0x60FF0020),
             *_mapped(0x1800, 0x1A00, 0x180 + node, 0x60410010, 0x606C0020),
             SdoWrite(0x6060, 0, 1, 3),  # profile velocity
-            SdoWrite(0x605A, 0, 2, 2),  # quick stop: brake by its ramp, then switch off
-            SdoWrite(0x605E, 0, 2, 2),  # fault: the same ramp
-            SdoWrite(0x6007, 0, 2, 3),  # master lost: quick stop
-            SdoWrite(0x6085, 0, 4, self.ramp),  # quick-stop ramp
-            SdoWrite(0x6083, 0, 4, self.ramp),  # the same for speeding up and slowing down:
-            SdoWrite(0x6084, 0, 4, self.ramp),  # the chain has ramps of its own
+            self._write(0x605A, 0, 2, 2),  # quick stop: brake by its ramp, then switch off
+            self._write(0x605E, 0, 2, 2),  # fault: the same ramp
+            self._write(0x6007, 0, 2, 3),  # master lost: quick stop
+            self._write(0x6085, 0, 4, self.ramp),  # quick-stop ramp
+            self._write(0x6083, 0, 4, self.ramp),  # the same for speeding up and slowing down:
+            self._write(0x6084, 0, 4, self.ramp),  # the chain has ramps of its own
             SdoWrite(0x60FF, 0, 4, 0),
         ]
+
+    def _write(self, index: int, subindex: int, size: int, value: int) -> SdoWrite:
+        """A write of an object that a drive may lack."""
+        if index in OPTIONAL:
+            return SdoWrite(index, subindex, size, value, 0, OPTIONAL[index], optional=True)
+        lack = REMEDIES[index].format(silence=self.silence_ms, ramp=self.ramp)
+        if index in self.without:
+            return SdoWrite(index, subindex, size, value, 0, f"accepted: {lack}", optional=True)
+        lack = f"{lack} with its maker's tool, then accept that (wheels: without: [0x{index:04X}])"
+        return SdoWrite(index, subindex, size, value, 0, lack)
+
+    def _other_units(self) -> Iterator[tuple[int, str]]:
+        for unit, number in UNITS.items():
+            if unit != self.unit:
+                yield number, f"counts velocities in {unit}, and wheels: unit: is {self.unit!r}"
 
 
 def _mapped(communication: int, mapping: int, frame: int, *objects: int) -> list[SdoWrite]:
     """Disable a process data object, map it, set it to each SYNC, enable it again."""
     return [
-        SdoWrite(communication, 1, 4, 0x8000_0000 | frame),
+        SdoWrite(communication, 1, 4, 0x8000_0000 | frame, NO_RTR),
         SdoWrite(mapping, 0, 1, 0),
         *(SdoWrite(mapping, n, 4, entry) for n, entry in enumerate(objects, 1)),
         SdoWrite(mapping, 0, 1, len(objects)),
         SdoWrite(communication, 2, 1, 1),
-        SdoWrite(communication, 1, 4, frame),
+        SdoWrite(communication, 1, 4, frame, NO_RTR),
     ]
 
 
@@ -95,6 +138,12 @@ class Ds402Drive:
     def enabled(self) -> bool:
         """True if it follows velocities."""
         return self._watched and self.state == ENABLED
+
+    @property
+    def lacking(self) -> Iterator[str]:
+        """Objects that it lacks, and what that means."""
+        for write in self._writer.lacking:
+            yield f"{self.name} has no object 0x{write.index:04X}: {write.lack}"
 
     def start(self, now_ns: int) -> None:
         """Clear the fault, and enable the drive; nothing moves."""

@@ -1,4 +1,14 @@
-"""Mounting and scaling of four drives: the entry `wheels` of a connection."""
+"""Mounting and scaling of four drives: the entry `wheels` of a connection.
+
+wheels:
+  nodes: [1, 2, 3, 4]      # front left, front right, rear left, rear right
+  signs: [1, -1, 1, -1]    # -1: the motor turns the other way
+  gear: 12.52              # turns of the motor per turn of the wheel
+  unit: increments/s       # of the drives' velocities; or rpm, 0.1 rpm, mrpm
+  increments: 4096         # per turn of the motor, for increments/s
+  silence: 0.08            # s without our heartbeat, then the drives brake by themselves
+  without: [0x6007]        # objects that the drives lack, after doing what the refusal says
+"""
 
 from __future__ import annotations
 
@@ -7,11 +17,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
+from hw.drivers.can.ds402 import REMEDIES, UNITS, Setting
 from hw.drivers.can.mecanum import Rates
 
 MASTER = 127
 SILENCE = 0.08
 """Default time without a heartbeat after which a drive brakes by itself, s."""
+COARSEST = 0.02
+"""Greatest step of a velocity, m/s at the rim."""
+MOST = 2**31 - 1
+"""The greatest velocity or ramp that an object holds, units/s, units/s2."""
+PER_TURN: Mapping[str, float] = {"rpm": 60.0, "0.1 rpm": 600.0, "mrpm": 60_000.0}
+"""Units of a motor that turns once a second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,8 +36,9 @@ class DriveNodes:
     """Drives front left, front right, rear left, rear right.
 
     `signs` are -1 for motors that turn the other way, `gear` is the motor revolutions per wheel
-    revolution, `increments` drive units per motor revolution (velocities are in units/s). `silence`
-    is the time without a heartbeat of node `master` after which a drive brakes by itself, s.
+    revolution. Velocities are in `unit`, ramps in `unit` per second, with `increments` per motor
+    revolution. `silence` is the time without a heartbeat of node `master` after which a drive
+    brakes by itself, s. `without` are objects that the drives lack.
     """
 
     nodes: tuple[int, int, int, int]
@@ -29,6 +47,8 @@ class DriveNodes:
     increments: float = 4096.0
     master: int = MASTER
     silence: float = SILENCE
+    unit: str = "increments/s"
+    without: tuple[int, ...] = ()
 
     @classmethod
     def of(cls, entry: Mapping[str, Any]) -> DriveNodes:
@@ -65,17 +85,35 @@ class DriveNodes:
             return ["gear, increments and silence are above 0"]
         if not 0.03 <= self.silence <= 0.1:
             return [f"silence {self.silence} s: 0.03 to 0.1 s"]
+        if self.unit not in UNITS:
+            return [f"unit {self.unit!r}: there are {', '.join(UNITS)}"]
+        if not isinstance(self.without, tuple) or not set(self.without) <= set(REMEDIES):
+            there = ", ".join(f"0x{index:04X}" for index in REMEDIES)
+            return [f"without {self.without}: a list; what may be lacking: {there}"]
         return []
+
+    def faults_at(self, radius: float, fastest: float, ramp: float) -> list[str]:
+        """What a wheel cannot have with this unit: radius, m; fastest rate, rad/s; ramp, rad/s2."""
+        step = radius / self.scale
+        if step > COARSEST:
+            return [
+                f"unit {self.unit!r}, gear {self.gear:g}: one step is {step:.3f} m/s at the rim, "
+                f"{COARSEST:g} m/s is most; choose a finer unit at the drives"
+            ]
+        if max(fastest, ramp) * self.scale > MOST:
+            return [f"unit {self.unit!r}, gear {self.gear:g}: no object holds numbers as large"]
+        return []
+
+    def setting(self, brakes: float) -> Setting:
+        """The initial settings of the drives; `brakes` is the wheels' ramp, rad/s2."""
+        ramp = max(1, round(brakes * self.scale))
+        silence_ms = round(1e3 * self.silence)
+        return Setting(self.master, silence_ms, ramp, self.unit, frozenset(self.without))
 
     @property
     def scale(self) -> float:
         """Drive units per rad of the wheel."""
-        return self.gear * self.increments / (2.0 * math.pi)
-
-    @property
-    def silence_ms(self) -> int:
-        """`silence` in whole ms."""
-        return round(1e3 * self.silence)
+        return self.gear * PER_TURN.get(self.unit, self.increments) / (2.0 * math.pi)
 
     def counts(self, rates: Rates) -> list[int]:
         """Wheel rates, rad/s, in units/s of their drives."""

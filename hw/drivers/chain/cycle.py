@@ -121,6 +121,8 @@ class ChainCycle:
         for hit in self.hardware.hits():
             self._outlet.send("bumper.hit", now_ns, hit)
             self.pull("bumper")
+        for remark in self.hardware.remarks():
+            self._outlet.send("chain.remark", now_ns, remark)
         if self.hardware.odometry is None or self.hardware.odometry[0] <= self._odometry_ns:
             return
         self._odometry_ns, odometry = self.hardware.odometry

@@ -84,6 +84,7 @@ class ChainLink:
         self.why: str | None = None
         self.wake: Callable[[], None] = _nobody
         self.modes = opening.body.base.modes
+        self._tell = opening.tell
         self._wheels = hardware_of(hardware)
         self._observer = None if observer is None else ObserverSettings.of(observer, self.address)
         self._outlet = Outlet("engine", [self.address])
@@ -181,6 +182,8 @@ class ChainLink:
                 self.wake()
             case "stop.engaged", str(reason):
                 self._stop(reason)
+            case "chain.remark", str(remark):
+                self._tell(remark)
             case "chain.reset", (int(token), why):
                 self._answer_with(token, why)
             case _:

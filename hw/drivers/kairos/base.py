@@ -111,6 +111,10 @@ class KairosBase:
         """The robot reports no touches."""
         return []
 
+    def remarks(self) -> list[str]:
+        """There are none."""
+        return []
+
     def drive(self, velocity: Twist2, now_ns: int) -> None:  # noqa: ARG002
         """Send a velocity, limited to what its stop allows; see `Hardware`."""
         if self._standing or self.fault is not None:

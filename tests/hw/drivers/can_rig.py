@@ -30,10 +30,17 @@ class Wheels(CanBase):
 class Rig:
     """`cycle` is one of the chain's; between two of them the nodes take five steps."""
 
-    def __init__(self, bumper=True, by_hand_ns=None, prepare=lambda nodes: None, wheels=WHEELS):
+    def __init__(
+        self,
+        bumper=True,
+        by_hand_ns=None,
+        prepare=lambda nodes: None,
+        wheels=WHEELS,
+        traits=None,
+    ):
         self.bus = {"interface": "virtual", "channel": f"rig {next(_numbers)}"}
         self.wire = open_wire(self.bus)
-        self.nodes = Nodes(self.wire, by_hand_ns=by_hand_ns)
+        self.nodes = Nodes(self.wire, by_hand_ns=by_hand_ns, traits=traits)
         prepare(self.nodes)
         self._ahead_ns = 0
         try:

@@ -31,15 +31,16 @@ ARM_SILENT = "the link to the arm is silent"
 HARDWARE = "tests.hw.drivers.wheels:Wheels"
 
 
-def opening(now, watched=True):
-    return RunInfo(now, ROBOT, MOTION, replace(LIMITS, watched=watched), TRACKING)
+def opening(now, watched=True, tell=lambda _: None):
+    safety = replace(LIMITS, watched=watched)
+    return RunInfo(now, ROBOT, MOTION, safety, TRACKING, tell=tell)
 
 
 class Rig:
     """Speaks for everybody whose name is in `speaks`; `go` waits for what the wheels tell."""
 
     def __init__(self, host=None, port=7400, arm=False, observer=True, also=(), **hardware):
-        self.begin = time.monotonic_ns()
+        self.begin, self.remarks = time.monotonic_ns(), []
         self.reports, self.orders = Intake(), Intake()
         orders = self.orders.address
         self.orders.close()  # the wheels bind it
@@ -53,7 +54,7 @@ class Rig:
                 **hardware,
             },
             self.run_time,
-            opening(self.run_time),
+            opening(self.run_time, tell=self.remarks.append),
             host=self.host,
             arm=arm,
             observer={"timeout": 0.5} if observer else None,

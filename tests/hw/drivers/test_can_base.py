@@ -8,7 +8,9 @@ import can
 import pytest
 
 from hw.drivers.can.base import CanBase
+from hw.drivers.can.ds402 import OPTIONAL, REMEDIES
 from hw.drivers.can.mecanum import Mecanum, along
+from hw.fakes.drive import Traits
 from hw.geometry import STILL, Pose2, Twist2
 from tests.hw.drivers.can_rig import CYCLE_NS, MODEL, WHEELS, Rig, rig
 
@@ -260,9 +262,96 @@ def test_a_bus_that_was_off_stops_the_wheels():
         made.ready().cycle(AHEAD, 10)
         made.wire.send(can.Message(is_error_frame=True, arbitration_id=0x40, is_extended_id=False))
         made.cycle(AHEAD, 2)
-        assert made.base.fault.endswith("bus-off")
+        assert "bus-off" in made.base.fault
         made.cycles_until(made.stands, AHEAD)
         assert made.acknowledge()
+
+
+def test_one_error_frame_stops_nothing_and_is_told_and_many_stop():
+    with rig() as made:
+        made.ready().cycle(AHEAD, 10)
+        made.base.remarks()
+        made.nodes.fault("error", 0x80)
+        made.cycle(AHEAD, 20)
+        assert made.base.fault is None
+        assert not made.stands()
+        [remark] = made.base.remarks()
+        assert "error frame (bus error)" in remark
+        for _ in range(16):
+            made.nodes.fault("error", 0x80)
+        made.cycle(AHEAD, 2)
+        assert "more than 16 error frames in 1 s" in made.base.fault
+        made.cycles_until(made.stands, AHEAD)
+        assert not made.base.acknowledge()
+        made.cycle(AHEAD, 110)
+        assert made.acknowledge()
+
+
+@pytest.mark.parametrize("rtr", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_drives_without_remote_requests_are_set_up_like_others(rtr):
+    with rig(traits=Traits(rtr=rtr)) as made:
+        made.ready().cycle(AHEAD, 30)
+        assert not made.stands()
+        own = 0 if rtr else 0x4000_0000
+        for number, drive in made.nodes.drives.items():
+            assert drive.value(0x1800, 1) == own | 0x180 + number
+            assert drive.value(0x1400, 1) == own | 0x200 + number
+
+
+@pytest.mark.parametrize("lacking", sorted(OPTIONAL))
+@pytest.mark.few(1)
+def test_what_drives_may_lack_is_told_and_they_drive(lacking):
+    with rig(traits=Traits(lacks=frozenset((lacking,)))) as made:
+        remarks = made.base.remarks()
+        assert len(remarks) == 4
+        assert f"drive 2 (front right) has no object 0x{lacking:04X}: " in remarks[1]
+        made.ready().cycle(AHEAD, 20)
+        assert not made.stands()
+
+
+@pytest.mark.parametrize("lacking", sorted(REMEDIES))
+@pytest.mark.few(1)
+def test_what_must_be_made_up_for_is_refused_until_the_connection_accepts_it(lacking):
+    traits = Traits(lacks=frozenset((lacking,)))
+    with pytest.raises(OSError, match=r"drive \d .*: has no object") as refused:
+        Rig(traits=traits)
+    assert f"without: [0x{lacking:04X}]" in str(refused.value)
+    with rig(traits=traits, wheels=WHEELS | {"without": [lacking]}) as made:
+        told = [f"has no object 0x{lacking:04X}: accepted: " in one for one in made.base.remarks()]
+        assert told == [True] * 4
+        made.ready().cycle(AHEAD, 20)
+        assert not made.stands()
+
+
+def test_what_is_accepted_to_be_lacking_is_written_where_it_is_there():
+    with rig(wheels=WHEELS | {"without": [0x6007]}) as made:
+        assert made.base.remarks() == []
+        assert {drive.value(0x6007) for drive in made.nodes.drives.values()} == {3}
+
+
+RPM = {name: value for name, value in WHEELS.items() if name != "increments"}
+
+
+@pytest.mark.parametrize(("unit", "per_turn"), [("rpm", 60.0), ("0.1 rpm", 600.0), ("mrpm", 6e4)])
+@pytest.mark.few(1)
+def test_drives_that_count_revolutions_turn_as_fast_as_others(unit, per_turn):
+    with rig(traits=Traits(unit=unit), wheels=RPM | {"unit": unit}) as made:
+        made.ready().cycle(AHEAD, 100)
+        scale = WHEELS["gear"] * per_turn / math.tau
+        signed = zip(WHEELS["signs"], made.nodes.velocities(), strict=True)
+        wanted = Mecanum.of(MODEL).rates(AHEAD)
+        assert [s * v / scale for s, v in signed] == pytest.approx(wanted, abs=0.51 / scale)
+        assert made.base.odometry[1].twist.vx == pytest.approx(AHEAD.vx, abs=2e-3)
+        ramp = math.sqrt(2.0) * MODEL.brake_deceleration / MODEL.wheel_radius * scale
+        assert made.nodes.drives[1].value(0x6085) == pytest.approx(ramp, abs=0.5)
+
+
+@pytest.mark.parametrize(("theirs", "ours"), [("rpm", "increments/s"), ("0.1 rpm", "rpm")])
+@pytest.mark.few(1)
+def test_drives_that_count_in_another_unit_are_refused(theirs, ours):
+    told = f"counts velocities in {theirs}, and wheels: unit: is '{ours}'"
+    with pytest.raises(OSError, match=told):
+        Rig(traits=Traits(unit=theirs), wheels=WHEELS | {"unit": ours})
 
 
 @pytest.mark.parametrize("identifier", [0x00, 0x80, 0x77F])
@@ -343,6 +432,11 @@ def test_closing_stands_and_switches_off():
         ({"nodes": [1, 2, 3, 4], "master": 3}, "no drive has"),
         ({"nodes": [1, 2, 3, 4], "silence": 0.5}, "0.03 to 0.1 s"),
         ({"nodes": [1, 2, 3, 4], "geer": 3}, "'geer' is not known"),
+        ({"nodes": [1, 2, 3, 4], "unit": "rad/s"}, "there are increments/s, rpm, 0.1 rpm, mrpm"),
+        ({"nodes": [1, 2, 3, 4], "without": [0x60FF]}, "what may be lacking: 0x1016, "),
+        ({"nodes": [1, 2, 3, 4], "without": 0x6007}, "without 24583: a list"),
+        ({"nodes": [1, 2, 3, 4], "unit": "rpm", "gear": 0.5}, "one step is 0.027 m/s at the rim"),
+        ({"nodes": [1, 2, 3, 4], "unit": "mrpm", "gear": 1e5}, "no object holds numbers as large"),
     ],
 )
 def test_wrong_entries_are_told(entry, text):

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from hw.drivers.can.bumper import ZONES, CanBumper, crc8
 from hw.drivers.can.ds402 import Ds402Drive, Setting, state_of
-from hw.drivers.can.sdo import ANSWER_NS, TRIES, SdoWrite, Writer
+from hw.drivers.can.sdo import ANSWER_NS, TRIES, SdoCheck, SdoWrite, Writer
 
 SETTING = Setting(master=127, silence_ms=80, ramp=1_000_000)
 WELL = "41 00 00 00 10 00 00"
@@ -34,7 +34,7 @@ def test_a_write_of_one_two_and_four_bytes():
 
 
 def test_settings_of_a_drive_map_its_process_data_and_go_with_sync():
-    frames = [write.frame.hex(" ") for write in SETTING.writes(3)]
+    frames = [write.frame.hex(" ") for write in SETTING.writes(3)[1:]]
     assert frames[:2] == ["2b 17 10 00 32 00 00 00", "23 16 10 01 50 00 7f 00"]
     assert frames[2] == "2f 29 10 01 01 00 00 00"
     assert frames[3:9] == [
@@ -132,6 +132,60 @@ def test_a_refused_write_is_told_with_its_reason():
     writer.poll(0)
     writer.take(bytes.fromhex("80 07 60 00 30 00 09 06"), 1)
     assert writer.fault.startswith("refuses object 0x6007:0: Code 0x06090030")
+
+
+def test_bits_that_are_the_nodes_own_are_read_first_and_written_back():
+    sent = Sent()
+    writer = Writer(5, sent)
+    writer.begin([SdoWrite(0x1800, 1, 4, 0x8000_0185, keeps=0x4000_0000)])
+    writer.poll(0)
+    writer.take(bytes.fromhex("60 00 18 01 00 00 00 00"), 1)  # of an earlier write
+    writer.take(bytes.fromhex("43 00 18 01 23 01 00 c0"), 1)
+    writer.take(bytes.fromhex("43 00 18 01 23 01 00 00"), 1)  # of a request that was repeated
+    assert sent == [(0x605, "40 00 18 01 00 00 00 00"), (0x605, "23 00 18 01 85 01 00 c0")]
+    assert not writer.done
+    writer.take(bytes.fromhex("60 00 18 01 00 00 00 00"), 2)
+    assert writer.done
+
+
+@pytest.mark.parametrize("code", ["00 00 02 06", "11 00 09 06"])
+def test_what_a_node_may_lack_is_left_out_and_named(code):
+    optional = SdoWrite(0x1029, 1, 1, 1, 0, "so what", optional=True)
+    for write in (optional, SdoWrite(0x1029, 1, 1, 1, 0, "do this"), SdoWrite(0x1029, 1, 1, 1)):
+        writer = Writer(5, lambda *_: None)
+        writer.begin([write])
+        writer.poll(0)
+        writer.take(bytes.fromhex(f"80 29 10 01 {code}"), 1)
+        assert writer.done is write.optional
+        assert writer.lacking == ([write] if write.optional else [])
+        told = "has no object 0x1029:1: do this" if write.lack else "refuses object 0x1029:1: "
+        assert write.optional or writer.fault.startswith(told)
+
+
+def test_an_optional_object_that_refuses_its_value_is_a_fault():
+    writer = Writer(5, lambda *_: None)
+    writer.begin([SdoWrite(0x6007, 0, 2, 3, 0, "so what", optional=True)])
+    writer.poll(0)
+    writer.take(bytes.fromhex("80 07 60 00 30 00 09 06"), 1)
+    assert writer.fault.startswith("refuses object 0x6007:0: Code 0x06090030")
+
+
+@pytest.mark.parametrize(
+    ("answer", "fault"),
+    [
+        ("43 a9 60 00 00 47 b4 00", "rpm"),
+        ("43 a9 60 00 00 03 b5 00", None),
+        ("80 a9 60 00 00 00 02 06", None),
+    ],
+)
+def test_a_value_that_was_read_may_refuse_a_node(answer, fault):
+    sent = Sent()
+    writer = Writer(5, sent)
+    writer.begin([SdoCheck(0x60A9, 0, {0x00B44700: "rpm"}), SdoWrite(0x6060, 0, 1, 3)])
+    writer.poll(0)
+    writer.take(bytes.fromhex(answer), 1)
+    assert writer.fault == fault
+    assert len(sent) == (1 if fault else 2)
 
 
 def test_a_write_without_an_answer_is_sent_again_and_then_given_up():

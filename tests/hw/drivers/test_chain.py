@@ -102,7 +102,10 @@ def test_what_is_wrong_in_the_connection_is_told(given, match):
 
 
 @pytest.mark.requirement(4, 5)
-def test_a_touch_of_the_foam_stops_all_and_is_told(rig):
+def test_a_touch_of_the_foam_stops_all_and_is_told_and_a_remark_only_told(rig):
+    rig.order("remarked", ("one error frame",))
+    rig.until(lambda: rig.remarks == ["one error frame"])
+    assert rig.chain.stopped is None
     rig.driving()
     said = rig.order("hit", 0.3)
     rig.until(lambda: rig.pulled)

@@ -17,7 +17,8 @@ class Wheels:
 
     It tells `tells`, addresses, what happens in each cycle, as `cycle`: its number, the velocity it
     was told, that which it has, and whether it was stopped. With `hears` it takes datagrams there:
-    `fault` (text or None), `hit` (bearing), `mute`, `runs_on`, `held` and `raises` (bool).
+    `fault` (text or None), `hit` (bearing), `remarked` (texts); `mute`, `runs_on`, `held` and
+    `raises` (bool).
     """
 
     def __init__(self, model, tells=(), hears=None, refuse=""):
@@ -33,7 +34,7 @@ class Wheels:
         self.cycles = 0
         self._brakes = model.brake_deceleration
         self._pose, self._twist, self._now = Pose2(0.0, 0.0), STILL, None
-        self._hits, self._left = [], 0
+        self._hits, self.remarked, self._left = [], [], 0
         self._outlet = Outlet("wheels", map(tuple, tells)) if tells else None
         self._intake = Intake(*hears) if hears else None
 
@@ -64,6 +65,10 @@ class Wheels:
     def hits(self):
         hits, self._hits = self._hits, []
         return hits
+
+    def remarks(self):
+        remarks, self.remarked = self.remarked, []
+        return remarks
 
     def drive(self, velocity, now_ns):
         if self.raises:
