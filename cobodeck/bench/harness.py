@@ -53,6 +53,7 @@ class BenchRow:
     """One row of a result: time in µs, its ratio to `ratio_to`, and the error, if any.
 
     `knob` and `value` are the varied setting; `spread` is the interquartile range of the ratios.
+    `calls_per_tick` are Python and C calls, see `simulation`; `goal` is then theirs.
     """
 
     bench: str
@@ -68,6 +69,7 @@ class BenchRow:
     reference: str | None = None
     goal: float | None = None
     spread: float | None = None
+    calls_per_tick: float | None = None
 
     def plain(self) -> dict[str, Any]:
         """The row as values for JSON."""

@@ -28,8 +28,8 @@ BENCHES = {
     "envelope": "cobodeck.bench.envelope",
 }
 ENVELOPE = "envelope"
-WORSE = 1.25
-"""A ratio that has grown by more than this factor counts as slower."""
+WORSE = {"ratio": 1.25, "error": 1.25, "calls_per_tick": 1.02}
+"""A figure that has grown by more than this factor counts as worse."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -141,13 +141,13 @@ def _read(file: Path) -> dict[str, Any]:
     return found
 
 
-HEAD = ("what", "variant", "knob", "time", "ratio", "to", "error", "of", "goal")
+HEAD = ("what", "variant", "knob", "time", "ratio", "to", "error", "of", "calls", "goal")
 
 
 def text(result: Mapping[str, Any]) -> str:
     """The rows in columns."""
     rows = [HEAD, *(_cells(row) for row in result["rows"])]
-    return f"{_machine(result)}\n\n{table(rows, frozenset((3, 4, 6, 8)))}"
+    return f"{_machine(result)}\n\n{table(rows, frozenset((3, 4, 6, 8, 9)))}"
 
 
 def _machine(result: Mapping[str, Any]) -> str:
@@ -167,6 +167,7 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         row["ratio_to"] or "",
         "" if row["error"] is None else _number(row["error"]),
         row["error_unit"] or "",
+        _number(row.get("calls_per_tick")),
         "" if row["goal"] is None else f"{row['goal']:g}",
     )
 
@@ -191,14 +192,14 @@ def _number(value: float | None) -> str:
 
 
 def slower(rows: Iterable[Mapping[str, Any]], before: Iterable[Mapping[str, Any]]) -> Iterable[str]:
-    """A line per grown ratio or error, of our rows only: those of peers have no goal."""
+    """A line per grown figure, of our rows only: those of peers have no goal."""
     keys = ("bench", "name", "variant", "knob", "value")
     known = {tuple(row[key] for key in keys): row for row in before}
     for row in rows:
         old = known.get(tuple(row[key] for key in keys))
         if old is None or (row["variant"] != "cobodeck" and row["goal"] is None):
             continue
-        for figure in ("ratio", "error"):
-            now, then = row[figure], old[figure]
-            if now is not None and then is not None and now > WORSE * then:
+        for figure, growth in WORSE.items():
+            now, then = row.get(figure), old.get(figure)
+            if now is not None and then is not None and now > growth * then:
                 yield f"worse: {row['bench']} {row['name']}: {figure} {now:.3g}, was {then:.3g}"
