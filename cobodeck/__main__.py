@@ -84,6 +84,8 @@ def _dispatch(given: list[str]) -> int:
     if not given or given[0] in ("-h", "--help"):
         show(_overview())
         return OK if given else USAGE
+    if "\0" in "".join(given):
+        raise Problem("an argument has the character NUL in it, which no name has")
     if given[0] == "--version":
         from importlib.metadata import version
 

@@ -44,7 +44,7 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True)
 class Tried:
-    """A record: its file, its header, and its figures if the run was completed.
+    """A record: its file, its header, and its figures if the run was completed and it is intact.
 
     `looked`: the figures were read; they are not read if the header does not match.
     """
@@ -89,9 +89,9 @@ def differences(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> Iter
 
 
 def shortcomings(stage: Stage, figures: Mapping[str, Any] | None, person: bool) -> Iterator[str]:
-    """Why figures do not pass the stage, in words; `figures` is None for an incomplete run."""
+    """Why figures do not pass the stage, in words; None: of an incomplete run, or damaged."""
     if figures is None:
-        yield "it did not come to its end"
+        yield "it did not come to its end, or is damaged"
         return
     if figures["errors"]:
         yield f"errors: {len(figures['errors'])}"

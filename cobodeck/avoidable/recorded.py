@@ -155,11 +155,13 @@ def read_run(record: Record) -> RecordedRun:
     """What a record tells.
 
     Raises:
-        FileError: the record cannot be read, or has no true poses of robot and person, no room, or
-            no limits of an Escape.
+        FileError: the record cannot be read, is damaged, or has no true poses of robot and person,
+            no room, or no limits of an Escape.
     """
+    record.require_intact()
     record.require_ticks()
-    reading = _Reading(escape_paths(record))
+    with record.usable("the text of a chart"):
+        reading = _Reading(escape_paths(record))
     for group in record.groups():
         with record.understood(group):
             reading.take(group)
@@ -167,12 +169,15 @@ def read_run(record: Record) -> RecordedRun:
         told = "does not tell where robot, person and walls truly were"
         raise mistake(record.path, told, hint="take the record of a simulation beside a person")
     rows = np.array(reading.rows)
-    rings, outline = _rings(reading.scene), _outline(reading.scene)
+    with record.usable("its room"):
+        rings, outline = _rings(reading.scene), _outline(reading.scene)
+    with record.usable("what limits an Escape"):
+        limits = _limits(record, *outline)
     robot, person = rows[:, 1:4], rows[:, 4:7]
     robot[:, 2], person[:, 2] = np.unwrap(robot[:, 2]), np.unwrap(person[:, 2])
     return RecordedRun(
         _name(record.header),
-        _limits(record, *outline),
+        limits,
         rings,
         edges(rings),
         rows[:, 0],

@@ -8,7 +8,6 @@ Escapes and contacts could have been avoided.
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
@@ -55,16 +54,18 @@ def run(args: argparse.Namespace) -> int:
     """Measure, print, compare."""
     if any(map(is_record, args.names)):
         return _judge(args)
-    result = _read(args.show) if args.show else _measure(args.names or list(BENCHES), args.rounds)
+    from cobodeck.bench.result import read_result
+
+    before = read_result(args.compare)["rows"] if args.compare else ()
+    names = args.names or list(BENCHES)
+    result = read_result(args.show) if args.show else _measure(names, args.rounds)
     if args.json:
         show_json(result)
     else:
         show(text(result))
     if args.output is not None:
         _draw(args, result)
-    if args.compare is None:
-        return OK
-    worse = list(slower(result["rows"], _read(args.compare)["rows"]))
+    worse = list(slower(result["rows"], before))
     for line in worse:
         show(line)
     return FAILED if worse else OK
@@ -129,16 +130,6 @@ def _measure(names: Iterable[str], rounds: int) -> dict[str, Any]:
             rows.append(row.plain())
     progress.done()
     return {"machine": machine(), "rows": rows}
-
-
-def _read(file: Path) -> dict[str, Any]:
-    try:
-        found = json.loads(file.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise Problem(f"{file}: not the output of `cobodeck bench --json`: {error}") from None
-    if not isinstance(found, dict) or not {"machine", "rows"} <= found.keys():
-        raise Problem(f"{file}: not the output of `cobodeck bench --json`")
-    return found
 
 
 HEAD = ("what", "variant", "knob", "time", "ratio", "to", "error", "of", "calls", "goal")

@@ -30,7 +30,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("b", type=Path, metavar="B", help="the other one")
     parser.add_argument("--all", action="store_true", help="show figures that are equal as well")
     parser.add_argument("--json", action="store_true", help="for programs")
-    parser.epilog = "Exit code 0: same trace and figures, those of the machine aside; else 1."
+    parser.epilog = (
+        "Exit code 0: intact, same trace and figures, those of the machine aside; else 1."
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -44,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
         show_json(_for_programs(records, found))
     else:
         show("\n\n".join(_sections(records, found, args.all)))
-    return OK if found.same else FAILED
+    return OK if found.same and not any(record.broken for record in records) else FAILED
 
 
 # for people

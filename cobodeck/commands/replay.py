@@ -29,7 +29,9 @@ FOR_EVER_NS = 1 << 61
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("file", type=Path, metavar="RECORD", help="X.mcap or X.mcap.part")
-    parser.add_argument("--check", action="store_true", help="exit code 1 if anything differs")
+    parser.add_argument(
+        "--check", action="store_true", help="exit code 1 if anything differs, or is damaged"
+    )
     parser.add_argument(
         "--record", type=new_record, metavar="X.mcap", help="record the replay as well"
     )
@@ -45,6 +47,8 @@ def run(args: argparse.Namespace) -> int:
     from cobodeck.warmup import warm_up
 
     record = Record(args.file)
+    if args.check:
+        record.require_intact()
     setup = setup_of(record, catalogue(own=args.own))
     if record.header["options"]["tier"]:
         warm_up(setup, setup.machine())

@@ -24,7 +24,7 @@ WriteBytes = Callable[[bytes, int], None]
 
 
 class McapFile:
-    """Writes metadata, attachments and messages; what is written is in the file after `flush`.
+    """Writes metadata, attachments and messages; they are in the file once a tick has ended.
 
     Attributes:
         saved_ns: the time of the last tick that is safely in the file; None: no tick yet.
@@ -71,6 +71,7 @@ class McapFile:
         """Note that a tick has been written; end the chunk if it is due."""
         if self.saved_ns is None or now_ns - self.saved_ns >= FLUSH_NS:
             self._writer.flush()
+            self._sink.keep()
             if self._sink.error is None:
                 self.saved_ns = now_ns
 

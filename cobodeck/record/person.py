@@ -55,8 +55,9 @@ def past(record: Record) -> Past:
     """The person's recorded motion and requests: true poses if the record has them, else measured.
 
     Raises:
-        FileError: the record cannot be read, or has no person.
+        FileError: the record cannot be read, is damaged, or has no person.
     """
+    record.require_intact()
     record.require_ticks()
     reading = _Reading(record)
     for group in record.groups():

@@ -9,11 +9,11 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from os import SEEK_END
 from pathlib import Path
-from typing import Any, NamedTuple, get_args
+from typing import Any, BinaryIO, NamedTuple, get_args
 
 from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Message, Metadata, Schema
@@ -23,8 +23,10 @@ from cobodeck.loop import Kind, Ticked
 from cobodeck.record.chunks import records_of
 from cobodeck.record.header import FORMAT
 from cobodeck.record.schemas import MessageSchema
+from cobodeck.record.seal import damage, has_end
 from cobodeck.record.shape import misfit
-from engine.files.finding import mistake
+from cobodeck.record.sink import PART
+from engine.files.finding import FileError, mistake
 from engine.files.text import unreadable
 
 LARGEST = 1 << 28
@@ -148,31 +150,53 @@ class Record:
         if next(self.groups(), None) is None:
             raise mistake(self.path, f"no complete tick: {self.broken or 'it has none'}")
 
-    @contextmanager
-    def understood(self, group: Group) -> Iterator[None]:
+    def damage(self) -> str | None:
+        """How the bytes of a finished record differ from what was written; None: they do not.
+
+        An unfinished one, `.part` without an end, may break off anywhere, and is not looked at.
+        """
+        with self._opened() as stream:
+            unfinished = self.path.suffix == PART and not has_end(stream)
+            return None if unfinished else damage(stream)
+
+    def require_intact(self) -> None:
+        """Check that the record, if it is finished, is as it was written.
+
+        Raises:
+            FileError: it is damaged.
+        """
+        found = self.damage()
+        if found is not None:
+            hint = "`cobodeck recover` saves what is intact of it"
+            raise mistake(self.path, f"is damaged: {found}", hint=hint)
+
+    def understood(self, group: Group) -> AbstractContextManager[None]:
         """A context that turns any exception over the messages of a tick into one of the file.
+
+        Raises:
+            FileError: any exception was raised within.
+        """
+        return self.usable(f"a message of the tick at {group.ticked.at_ns / 1e9:.3f} s")
+
+    @contextmanager
+    def usable(self, what: str) -> Iterator[None]:
+        """A context that turns any exception over something in the record into one of the file.
 
         Raises:
             FileError: any exception was raised within.
         """
         try:
             yield
+        except FileError:
+            raise
         except Exception as error:  # noqa: BLE001  the file may be of any origin
-            at_s = group.ticked.at_ns / 1e9
-            told = f"a message of the tick at {at_s:.3f} s cannot be used: {error!r}"
-            raise mistake(self.path, told) from None
+            raise mistake(self.path, f"{what} cannot be used: {error!r}") from None
 
     def _records(self) -> Iterator[object]:
         """Everything intact in the file: `RecordedMessage`, `MetadataValues` and other records."""
-        if self.path.exists() and not self.path.is_file():  # reading a pipe would block
-            raise mistake(self.path, "cannot be read: it is no regular file")
-        try:
-            stream = self.path.open("rb")
-        except OSError as error:
-            raise unreadable(self.path, error) from None
         self.broken, whole = "it was not read to its end", 0
         messages = _Messages(self.schemas)
-        with stream:
+        with self._opened() as stream:
             reader = StreamReader(
                 stream, emit_chunks=True, validate_crcs=True, record_size_limit=LARGEST
             )
@@ -191,10 +215,20 @@ class Record:
                 self.broken = f"it breaks off at byte {whole} of {stream.seek(0, SEEK_END)}"
                 if not whole:
                     self.broken = "it is no MCAP file"
+                if not stream.tell():
+                    self.broken = "it is empty: its run ended before the first tick"
                 if isinstance(getattr(error, "record", None), DataEnd):
                     self.broken = f"its first {whole} bytes are not those that were written"
                 return
-        self.broken = None
+            self.broken = damage(stream)
+
+    def _opened(self) -> BinaryIO:
+        if self.path.exists() and not self.path.is_file():  # reading a pipe would block
+            raise mistake(self.path, "cannot be read: it is no regular file")
+        try:
+            return self.path.open("rb")
+        except OSError as error:
+            raise unreadable(self.path, error) from None
 
 
 def _checksums(told: Iterable[RecordedMessage], crc: int) -> Iterator[int]:

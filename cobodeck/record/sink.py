@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import re
 from collections.abc import Iterator
 from contextlib import suppress
 from errno import ENOTDIR
+from io import BytesIO, FileIO
 from itertools import count
 from pathlib import Path
 
@@ -46,6 +48,7 @@ class Sink:
 
     The first failure to write is kept in `error`; from then on it only counts positions, so that
     the caller need not stop. The temporary file stays: `cobodeck recover` reads what is in it.
+    It is empty until `keep`: one that is left empty by a run that was killed is taken over.
 
     Raises:
         Taken: the file exists, is being written, or was not finished; OSError: it cannot be
@@ -59,11 +62,16 @@ class Sink:
         self._position = self._end = 0
         require_free(path)
         _make_folder(path.parent)
-        try:
-            self._file = self.part.open("xb", buffering=0)
-        except FileExistsError:
-            told = "a run is writing it, or was broken off; see `cobodeck recover`, or remove it"
-            raise Taken(f"{self.part} exists: {told}") from None
+        self._disk = _claimed(self.part)
+        self._file: BytesIO | FileIO = BytesIO()
+
+    def keep(self) -> None:
+        """Write what was held back until now; from now on everything is written at once."""
+        if isinstance(self._file, BytesIO):
+            held, at, self._file = self._file.getvalue(), self._position, self._disk
+            self._position = 0
+            self.write(held)
+            self.seek(at)
 
     def write(self, data: bytes | bytearray) -> int:
         """Write all of it; failures are noted in `error`, not raised."""
@@ -95,9 +103,10 @@ class Sink:
 
     def finish(self) -> Path | None:
         """Rename the complete file to the next free name; returns it, None on failure."""
+        self.keep()
         try:
             if self.error is None:
-                os.fsync(self._file.fileno())
+                os.fsync(self._disk.fileno())
         except OSError as error:
             self.error = error
         self.close()
@@ -112,7 +121,7 @@ class Sink:
     def close(self) -> None:
         """Stop writing; the file keeps its temporary name."""
         try:
-            self._file.close()
+            self._disk.close()
         except OSError as error:
             self.error = self.error or error
 
@@ -136,6 +145,33 @@ class Sink:
             self.part.unlink()
             return path
         raise AssertionError("numbers do not end")
+
+
+def _claimed(part: Path) -> FileIO:
+    """A temporary file that this process alone writes: a new one, or an empty one that was left.
+
+    Raises:
+        Taken: another process writes it, or it holds something; OSError: it cannot be created.
+    """
+    try:
+        file = part.open("xb", buffering=0)
+    except FileExistsError:
+        if not part.is_file():
+            raise Taken(f"{part} exists, and is no file") from None
+        file = part.open("r+b", buffering=0)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        raise Taken(f"{part} exists: a run is writing it") from None
+    except OSError:  # a file system without locks
+        pass
+    mine = os.fstat(file.fileno())
+    if mine.st_size == 0 and os.path.samestat(mine, part.stat()):
+        return file
+    file.close()
+    told = "a run was broken off; see `cobodeck recover`, or remove it"
+    raise Taken(f"{part} exists: {told}")
 
 
 def _make_folder(folder: Path) -> None:

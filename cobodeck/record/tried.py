@@ -92,7 +92,8 @@ def tried(files: Sequence[Path] | None, stage: Stage, wanted: Wanted) -> Iterato
         if not is_of(stage, record.header, wanted):
             continue
         same = not any(differences(stage, record.header, wanted))
-        yield Tried(str(record.path), record.header, record.figures() if same else None, same)
+        figures = record.figures() if same and record.damage() is None else None
+        yield Tried(str(record.path), record.header, figures, same)
 
 
 def _records(files: Iterable[Path]) -> list[Record]:

@@ -1,16 +1,21 @@
 """What the benchmark measures is the same work everywhere, and its figures are what they say."""
 
 import json
+import tempfile
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+import cobodeck.__main__
+import cobodeck.commands.bench
 from cobodeck.__main__ import main
 from cobodeck.bench import engine, harness, peers
 from cobodeck.bench import engine_works as works
 from cobodeck.bench.harness import BenchCase, BenchRow, Work
 from cobodeck.commands.bench import slower
-from cobodeck.console import FAILED, OK
+from cobodeck.console import FAILED, OK, USAGE
 
 STEPS_PER_TICK = {"pair": 2, "hundred": 100, "steps": 3, "guarded": 4}
 NAMES = {
@@ -140,3 +145,76 @@ def test_a_ratio_that_has_grown_is_told(tmp_path: Path, capsys: pytest.CaptureFi
     assert "worse: b x: ratio 3, was 2" in capsys.readouterr().out
     assert main(["bench", "--show", before, "--compare", now]) == OK
     assert not list(slower(result(2.4)["rows"], result(2.0)["rows"]))  # type: ignore[arg-type]
+
+
+RESULT = result(3.0)
+ANYTHING = st.one_of(
+    st.none(), st.booleans(), st.integers(), st.just(10**400), st.floats(), st.text(max_size=3),
+    st.just([]), st.just({}), st.just([1]), st.just({"a": 1}),
+)  # fmt: skip
+
+
+def places(found: object, path: tuple[object, ...] = ()) -> list[tuple[object, ...]]:
+    """Paths of everything in a JSON value; of lists, of the first two entries."""
+    inside = found.items() if isinstance(found, dict) else ()
+    inside = enumerate(found[:2]) if isinstance(found, list) else inside
+    return [path, *(one for key, value in inside for one in places(value, (*path, key)))]
+
+
+def damaged(data: bytes, draw: st.DataObject) -> bytes:
+    how = draw.draw(st.sampled_from(["value", "left out", "cut", "flipped"]))
+    if how == "cut":
+        return data[: draw.draw(st.integers(0, len(data) - 1))]
+    if how == "flipped":
+        bit = draw.draw(st.integers(0, 8 * len(data) - 1))
+        return data[: bit // 8] + bytes([data[bit // 8] ^ 1 << bit % 8]) + data[bit // 8 + 1 :]
+    found = json.loads(data)
+    *way, last = draw.draw(st.sampled_from(places(found)[1:]))
+    inside = found
+    for key in way:
+        inside = inside[key]
+    if how == "value":
+        inside[last] = draw.draw(ANYTHING)
+    else:
+        del inside[last]
+    return json.dumps(found).encode()
+
+
+@given(draw=st.data())
+def test_a_damaged_result_is_told_in_a_sentence(draw: st.DataObject) -> None:
+    """Shown or compared with, it ends in order, and nothing is raised."""
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        told: list[str] = []
+        patch.setattr(cobodeck.__main__, "complain", told.append)
+        patch.setattr(cobodeck.commands.bench, "show", lambda _: None)
+        path = Path(folder) / "result.json"
+        path.write_bytes(damaged(json.dumps(RESULT).encode(), draw))
+        good = Path(folder) / "good.json"
+        good.write_text(json.dumps(RESULT))
+
+        for arguments in (["--show", str(path)], ["--show", str(good), "--compare", str(path)]):
+            code = main(["bench", *arguments])
+            assert code in (OK, FAILED, USAGE)
+            assert (code == USAGE) == bool(told)
+            assert len(told) <= 1
+            assert all(line.startswith(str(path)) for line in told)
+            told.clear()
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        (b"[]", "it has no list of `rows`"),
+        (b'{"rows": [], "machine": {}}', "`machine` does not say name"),
+        (b"[" * 100_000, "recursion"),
+    ],
+)
+def test_what_is_no_result_is_told(
+    data: bytes, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "x.json").write_bytes(data)
+
+    assert main(["bench", "--show", str(tmp_path / "x.json")]) == USAGE
+    found = capsys.readouterr().err
+    assert "not the output of `cobodeck bench --json`" in found
+    assert told in found

@@ -227,6 +227,14 @@ def test_wrong_input_is_told_without_a_traceback(
     assert "Traceback" not in shown
 
 
+@pytest.mark.parametrize(
+    "words", [["compare", "a.mcap", "b\0.mcap"], ["simulate", "--record", "\0.mcap"], ["\0"]]
+)
+def test_no_name_has_a_nul(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(words) == USAGE
+    assert "character NUL" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([command, "--help"]) == OK

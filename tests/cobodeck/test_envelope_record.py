@@ -243,6 +243,18 @@ def test_a_record_that_breaks_off_is_judged_as_far_as_it_goes(
     assert 1.0 < found.run.times[-1] < read_run(Record(record)).times[-1]
 
 
+def test_a_text_that_was_altered_is_told(record: Path) -> None:
+    """Whoever alters a record and its checksums as well gets no traceback either."""
+    for name, what in (
+        ("charts/escape.yaml", "the text of a chart"),
+        ("hw/robots/rbkairos_ur10.yaml", "what limits an Escape"),
+    ):
+        altered = Record(record)
+        altered.attachments[name] = b"\xff"
+        with pytest.raises(FileError, match=f"{what} cannot be used"):
+            read_run(altered)
+
+
 @pytest.fixture(scope="module")
 def found(record: Path) -> JudgedRun:
     with pytest.MonkeyPatch.context() as patch:

@@ -105,7 +105,7 @@ def test_a_simulation_that_went_badly_does_not_pass(shortcoming: str) -> None:
 
 
 def test_a_run_without_an_end_does_not_pass() -> None:
-    assert why("simulated", header(), None) == ("it did not come to its end",)
+    assert why("simulated", header(), None) == ("it did not come to its end, or is damaged",)
 
 
 @pytest.mark.requirement(56)

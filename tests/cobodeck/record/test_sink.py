@@ -6,12 +6,16 @@ import errno
 import io
 import os
 import subprocess
+import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import cobodeck.simulate
 from cobodeck.__main__ import main
@@ -22,6 +26,7 @@ from cobodeck.record.sink import PART, Sink, Taken, open_free
 from cobodeck.record.start import recorder
 from cobodeck.setup import Setup, open_setup
 from cobodeck.simulate import RunResult, simulate
+from engine.files.finding import FileError
 from engine.files.text import noting
 
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
@@ -322,3 +327,66 @@ def test_one_file_is_written_by_one_run(tmp_path: Path) -> None:
     with pytest.raises(Taken, match="a run is writing it"):
         Sink(tmp_path / "run.mcap")
     sink.remove()
+
+
+STARTING = """
+import os, signal, sys
+from pathlib import Path
+from cobodeck.record.sink import Sink
+sink = Sink(Path("run.mcap"))
+sink.write(b"a header")
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_run_that_is_killed_before_its_first_tick_leaves_its_name_free(tmp_path: Path) -> None:
+    died = subprocess.run([sys.executable, "-c", STARTING], cwd=tmp_path, check=False)
+    assert died.returncode == -9
+    part = tmp_path / "run.mcap.part"
+    assert part.read_bytes() == b""
+    with pytest.raises(FileError, match="it is empty: its run ended before the first tick"):
+        Record(part)
+
+    sink = Sink(tmp_path / "run.mcap")
+    sink.write(b"new")
+
+    assert sink.finish() == tmp_path / "run.mcap"
+    assert sink.path.read_bytes() == b"new"
+    assert not part.exists()
+
+
+def test_of_two_at_once_one_takes_over_what_was_left_empty(tmp_path: Path) -> None:
+    (tmp_path / "run.mcap.part").touch()
+    sink = Sink(tmp_path / "run.mcap")
+
+    with pytest.raises(Taken, match="a run is writing it"):
+        Sink(tmp_path / "run.mcap")
+    sink.write(b"new")
+    sink.keep()
+    sink.close()
+    with pytest.raises(Taken, match="a run was broken off"):
+        Sink(tmp_path / "run.mcap")
+    assert sink.part.read_bytes() == b"new"
+
+
+@given(
+    steps=st.lists(
+        st.tuples(st.sampled_from(("write", "back", "keep")), st.binary(max_size=9)), max_size=12
+    )
+)
+def test_when_it_is_kept_changes_no_byte(steps: list[tuple[str, bytes]]) -> None:
+    """Writers go back to fill in lengths; a plain file in memory is what it is compared with."""
+    with tempfile.TemporaryDirectory() as folder:
+        sink, plain = Sink(Path(folder) / "run.mcap"), io.BytesIO()
+        for what, data in steps:
+            if what == "keep":
+                sink.keep()
+            elif what == "back":
+                at = max(0, plain.tell() - len(data))
+                assert sink.seek(at) == plain.seek(at)
+            else:
+                assert sink.write(data) == plain.write(data)
+            assert sink.tell() == plain.tell()
+        path = sink.finish()
+        assert path is not None
+        assert path.read_bytes() == plain.getvalue()
