@@ -12,8 +12,10 @@ datagrams, by their name:
 | `mute` | links stay open, nothing is sent or read; new ones are accepted and not answered |
 | `drop` | all links are closed; new ones are served |
 | `close` | all links are closed, and the ports too |
-| `refuse` | RTDE does not know the variable of this name |
+| `refuse` | RTDE does not know the output of this name, or another client has this input |
+| `program` | the program of this name of another client takes the arm, and moves it |
 | `slow` | the speed slider is at this share |
+| `version` | it has the PolyScope of these four numbers |
 | `place` | the arm is at these joints (rad), switched on, without a program or a stop |
 | `well` | ends `freeze`, `mute`, `close`, `refuse` and `slow` |
 
@@ -31,7 +33,7 @@ from contextlib import suppress
 from typing import Any
 
 from hw.fakes.cb3_controller import EMERGENCY, PLAYING, PROTECTIVE, SAFEGUARD, FakeController
-from hw.fakes.cb3_rtde import VERSION, Rtde
+from hw.fakes.cb3_rtde import Rtde
 from hw.links.datagrams import Intake, Outlet
 from hw.links.processes import Parent, Ready, go_first, serve
 
@@ -66,9 +68,11 @@ class FakeDashboard:
             "pause": lambda: "Failed to execute: pause",
             "running": lambda: f"Program running: {str(running).lower()}",
             "robotmode": lambda: f"Robotmode: {'RUNNING' if arm.powered else 'POWER_OFF'}",
-            "programState": lambda: "PLAYING control.urp" if running else "STOPPED control.urp",
+            "programState": lambda: (
+                f"{'PLAYING' if running else 'STOPPED'} {arm.program or 'control.urp'}"
+            ),
             "safetymode": lambda: f"Safetymode: {arm.safety}",
-            "PolyscopeVersion": lambda: "URSoftware " + ".".join(map(str, VERSION)),
+            "PolyscopeVersion": lambda: "URSoftware " + ".".join(map(str, arm.version)),
             "unlock protective stop": arm.unlock,
             "close safety popup": lambda: "closing safety popup",
             "close popup": lambda: "closing popup",
@@ -145,24 +149,25 @@ class Cb3Server:
 
     def misbehave(self, name: str, value: Any) -> None:
         """Begin or end a fault."""
+        acts: dict[str, Callable[[], object]] = {
+            "release": self._arm.release,
+            "place": lambda: self._arm.place(tuple(value)),
+            "slow": lambda: setattr(self._arm, "scaling", float(value)),
+            "version": lambda: setattr(self._arm, "version", tuple(value)),
+            "program": lambda: self._arm.other(str(value)),
+            "refuse": lambda: self._refused.add(str(value)),
+            "drop": lambda: self.hang_up(doors=False),
+            "close": self.hang_up,
+            "well": self._well,
+        }
         if name in STOPS:
             self._arm.halt(STOPS[name])
-        elif name == "release":
-            self._arm.release()
-        elif name == "place":
-            self._arm.place(tuple(value))
-        elif name == "slow":
-            self._arm.scaling = float(value)
-        elif name == "refuse":
-            self._refused.add(str(value))
-        elif name in ("drop", "close"):
-            self.hang_up(doors=name == "close")
         elif name in ("freeze", "mute"):
             self._frozen, self._mute = name == "freeze", name == "mute"
             if self._frozen:
                 self._arm.velocities = (0.0,) * 6
-        elif name == "well":
-            self._well()
+        elif name in acts:
+            acts[name]()
 
     def hang_up(self, doors: bool = True) -> None:
         """Close all links, and the ports if asked."""

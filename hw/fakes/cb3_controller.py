@@ -6,6 +6,7 @@ command, for those commands that move or stop joints. All others complete at onc
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from hw.fakes.cb3_arm import CYCLE_S, STOP, JointMotion, Joints, brake, move, servo, speed
@@ -23,6 +24,7 @@ BITS: Mapping[str, int] = {
     EMERGENCY: 1 << 6 | 1 << 7 | 1 << 10,
 }  # fmt: skip
 MODES: Mapping[str, int] = {NORMAL: 1, PROTECTIVE: 3, SAFEGUARD: 5, EMERGENCY: 7}
+VERSION = (3, 15, 8, 106339)
 STARTING_CYCLES = 4
 """Cycles until an uploaded script runs."""
 
@@ -31,6 +33,8 @@ class FakeController:
     """Stepped every 8 ms; nothing in it waits."""
 
     def __init__(self, joints: Joints, unlock_s: float) -> None:
+        self.version: tuple[int, ...] = VERSION
+        self.program: str | None = None  # that of somebody else, which runs
         self.joints = self.target = joints
         self.velocities: Joints = (0.0,) * 6
         self.time_s = 0.0
@@ -59,8 +63,14 @@ class FakeController:
         if self.safety == NORMAL and self.powered:
             self._starting = STARTING_CYCLES
 
+    def other(self, program: str) -> None:
+        """Run the program of another client, which turns the first joint to and fro."""
+        self.end()
+        self.program, self.runtime = program, PLAYING
+
     def end(self) -> None:
         """Stop the program; the joints slow down."""
+        self.program = None
         self.runtime, self._starting = STOPPED, 0
         self._watchdog_s = None
         self._still()
@@ -121,7 +131,10 @@ class FakeController:
             if not self._starting:
                 self._begin()
         self._watch()
-        if self.runtime == PLAYING and self._starting == 0:
+        if self.program is not None:
+            turned = 0.2 * math.sin(2.0 * math.pi * self.time_s)
+            self._speed = (turned, *(0.0,) * 5), STOP
+        elif self.runtime == PLAYING and self._starting == 0:
             self._script()
         self._go()
 

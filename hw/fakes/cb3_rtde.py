@@ -13,7 +13,6 @@ from typing import Any
 from hw.fakes.cb3_controller import BITS, MODES, PLAYING, REGISTERS, FakeController
 
 Value = Callable[[FakeController], Any]
-VERSION = (3, 15, 8, 106339)
 HEADER = struct.Struct(">HB")
 FORMATS: Mapping[str, str] = {
     "BOOL": "?", "UINT8": "B", "UINT32": "I", "UINT64": "Q", "INT32": "i", "DOUBLE": "d",
@@ -81,7 +80,7 @@ for _n in range(REGISTERS):
 class Rtde:
     """One client's RTDE session; `taken` answers its bytes.
 
-    `refused` are variables unknown to this controller.
+    `refused` are outputs unknown to this controller, or inputs that another client has.
     """
 
     def __init__(self, arm: FakeController, refused: Collection[str]) -> None:
@@ -130,7 +129,7 @@ class Rtde:
             [self._version] = struct.unpack(">H", content)
             return _package(kind, bytes([self._version in (1, 2)]))
         if kind == "v":
-            return _package(kind, struct.pack(">4I", *VERSION))
+            return _package(kind, struct.pack(">4I", *self._arm.version))
         if kind == "O":
             return _package(kind, self._set_outputs(content))
         if kind == "I":
@@ -155,8 +154,11 @@ class Rtde:
 
     def _set_inputs(self, names: list[str]) -> bytes:
         kinds = [INPUTS.get(name, "NOT_FOUND") for name in names]
+        kinds = [
+            "IN_USE" if n in self._refused else kind for n, kind in zip(names, kinds, strict=True)
+        ]
         number = 0
-        if "NOT_FOUND" not in kinds:
+        if not {"NOT_FOUND", "IN_USE"} & set(kinds):
             self._inputs.append(names)
             number = len(self._inputs)
         return bytes([number]) + ",".join(kinds).encode()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from typing import Protocol
@@ -13,7 +13,7 @@ from typing import Protocol
 from hw.connection import RunInfo
 from hw.drivers.feed import DatagramFeed, up_to
 from hw.drivers.gates import JOINTS_LATE_NS, WORKER_SILENT_NS
-from hw.drivers.ur.worker import WorkerSettings
+from hw.drivers.ur.worker import Servo, WorkerSettings
 from hw.links.datagrams import Datagram, Hearer, Outlet
 from hw.links.processes import Child
 from hw.robot import check_pace
@@ -22,6 +22,8 @@ from hw.samples import Sample, TimedJoints
 HERE_S = 0.01
 LOOKS = 3
 """Checks in a row that must find it silent: after a stall of our own, queued data is read first."""
+COUNTED_S = 0.1
+"""Reaction time of the arm that its separation from people counts on, s."""
 PIECE = 200
 """Points of a trajectory per datagram."""
 MISSING = (
@@ -46,6 +48,8 @@ class RunStopLine(Protocol):
 class UrArm:
     """A UR arm of the CB3 series at `host`; `tells` is the chain, which gets its joints too.
 
+    `servo: {lookahead: 0.03, gain: 500}` is how it follows set-points (`hw.drivers.ur.worker`).
+
     A fault of the arm or its link pulls the stop line, and nothing moves until the operator has
     acknowledged: then a new worker is started, and the arm stands until a new trajectory. `late`
     counts joints that arrived more than 24 ms after those before.
@@ -57,13 +61,24 @@ class UrArm:
     signals: tuple[str, ...] = ("arm.joints",)
 
     def __init__(
-        self, host: str, opening: RunInfo, now: Callable[[], int], tells: Hearer | None = None
+        self,
+        host: str,
+        opening: RunInfo,
+        now: Callable[[], int],
+        tells: Hearer | None = None,
+        servo: Mapping[str, float] | None = None,
     ) -> None:
         if find_spec("rtde_control") is None:
             raise OSError(MISSING)
         body = opening.body
         if body.arm is None:
             raise ValueError(f"{body.name} has no arm")
+        follows = Servo.of(servo or {})
+        if follows.lookahead > COUNTED_S:
+            opening.tell(
+                f"arm: with a lookahead of {follows.lookahead:g} s it lags by about as much, and "
+                f"its separation from people counts on {COUNTED_S:g} s: limit its speed, too"
+            )
         self.line: RunStopLine | None = None
         self.wake: Callable[[], None] = _nobody
         self.late = 0
@@ -72,7 +87,7 @@ class UrArm:
         addresses = (self._feed.address, *(() if tells is None else (tells.address,)))
         prop = body.prop
         mass, center = (0.0, (0.0, 0.0, 0.0)) if prop is None else (prop.mass, prop.center_of_mass)
-        self._settings = WorkerSettings(host, addresses, body.arm, mass, center)
+        self._settings = WorkerSettings(host, addresses, body.arm, mass, center, servo=follows)
         self._samples: deque[Sample] = deque(maxlen=1000)
         self._orders, self._sending = Outlet("engine"), threading.Lock()
         self._ticked = self._heard = self._begun = 0

@@ -11,6 +11,12 @@ import struct
 
 TIMEOUT_S = 1.0
 DASHBOARD, SCRIPT, RTDE = 29999, 30003, 30004
+LEAST = (3, 4)
+"""The oldest PolyScope whose registers the client library can use."""
+OTHER_DRIVER = (
+    "if the robot's own bring-up drives the arm, too, as that of an RB-KAIROS does, start it "
+    "without the arm's driver"
+)
 _STOPPED = {
     "PROTECTIVE_STOP": "the arm is in a protective stop",
     "SAFEGUARD_STOP": "the arm's safeguard input is open",
@@ -66,7 +72,7 @@ def probe(host: str, timeout: float = TIMEOUT_S) -> str:
     """The version of the controller at this host, if it answers on all ports.
 
     Raises:
-        OSError: a port does not answer; it is named.
+        OSError: a port does not answer, and is named; or PolyScope is too old.
     """
     for port in (DASHBOARD, SCRIPT, RTDE):
         try:
@@ -75,6 +81,9 @@ def probe(host: str, timeout: float = TIMEOUT_S) -> str:
         except OSError as error:
             told = str(error) or type(error).__name__
             raise OSError(f"no UR controller at {host}: port {port}: {told}") from None
+    if tuple(map(int, version.split(".")[:2])) < LEAST:
+        least = ".".join(map(str, LEAST))
+        raise OSError(f"{host} has PolyScope {version}; {least} is needed at least: update it")
     return version
 
 
@@ -95,6 +104,9 @@ def require_running(dashboard: DashboardClient, acknowledged: bool) -> None:
     running = dashboard.ask("robotmode").partition(": ")[2]
     if running != "RUNNING":
         raise OSError(f"the arm's mode is {running}; switch it on and release its brakes")
+    if dashboard.ask("running").partition(": ")[2] == "true":
+        program = dashboard.ask("programState")
+        raise OSError(f"another program drives the arm ({program}): end it; {OTHER_DRIVER}")
 
 
 def _version(link: socket.socket) -> str:

@@ -14,13 +14,13 @@ from __future__ import annotations
 import os
 import select
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from hw.drivers.gates import CONTROLLER_STALE_NS, ENGINE_GONE_NS, TICK_FRESH_NS
 from hw.drivers.ur.course import CourseRun, mode_of
-from hw.drivers.ur.probe import DashboardClient, probe, require_running
+from hw.drivers.ur.probe import OTHER_DRIVER, DashboardClient, probe, require_running
 from hw.links.datagrams import Address, Datagram, Intake, Outlet
 from hw.links.processes import Parent, Ready, go_first, serve
 from hw.robot import ArmModel
@@ -37,11 +37,42 @@ STANDS = 0.005
 BEGINS = 0.01
 """Greatest distance of the arm from the first point of a trajectory, rad."""
 PLAYING = 2
-PERIOD_S, LOOKAHEAD_S, GAIN = 0.008, 0.03, 500.0
+ALONE_NS = 500_000_000
+"""Motion without a command for longer is another program's, ns; our own ends sooner."""
+PERIOD_S = 0.008
+SERVO = {"lookahead": (0.03, 0.2), "gain": (100.0, 2000.0)}
+"""What the controller takes: s, and a factor."""
 VARIABLES = (
     "timestamp", "actual_q", "actual_qd", "runtime_state", "safety_status_bits", "speed_scaling",
     "target_speed_fraction",
 )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Servo:
+    """How the controller follows set-points: `lookahead` s ahead, which smooths, with this `gain`.
+
+    An arm that is jerky or hums wants a longer lookahead (0.1) and a smaller gain (300); one that
+    lags behind, or overshoots slowly, the contrary.
+    """
+
+    lookahead: float = 0.03
+    gain: float = 500.0
+
+    @classmethod
+    def of(cls, entry: Mapping[str, Any]) -> Servo:
+        """From a connection file.
+
+        Raises:
+            ValueError: an invalid entry, with what would be right.
+        """
+        if strange := sorted(set(entry) - set(SERVO)):
+            raise ValueError(f"servo: {strange[0]!r} is not known; there are {', '.join(SERVO)}")
+        for name, value in entry.items():
+            least, most = SERVO[name]
+            if not isinstance(value, int | float) or not least <= value <= most:
+                raise ValueError(f"servo: {name}: {value!r}: {least:g} to {most:g}")
+        return cls(**entry)
 
 
 @dataclass(frozen=True)
@@ -59,6 +90,7 @@ class WorkerSettings:
     center: tuple[float, float, float]
     course: int = 0
     acknowledged: bool = False
+    servo: Servo = Servo()
 
 
 class UrController:
@@ -72,6 +104,7 @@ class UrController:
         from rtde_control import RTDEControlInterface  # type: ignore[import-not-found]
         from rtde_receive import RTDEReceiveInterface  # type: ignore[import-not-found]
 
+        self._servo = settings.servo
         self.version = probe(settings.host)
         self._dashboard = DashboardClient(settings.host)
         try:
@@ -83,7 +116,7 @@ class UrController:
             if not self._control.setPayload(settings.mass, list(settings.center)):
                 raise OSError("the controller does not take the payload")
         except RuntimeError as error:
-            raise OSError(f"{settings.host}: {error}") from None
+            raise OSError(f"{settings.host}: {_told(str(error))}") from None
 
     @property
     def stamp(self) -> float:
@@ -109,8 +142,8 @@ class UrController:
 
     def servo(self, joints: Sequence[float]) -> bool:
         """Send a set-point; False if it was not accepted."""
-        taken = self._control.servoJ(list(joints), 0.0, 0.0, PERIOD_S, LOOKAHEAD_S, GAIN)
-        return bool(taken)
+        ahead, gain = self._servo.lookahead, self._servo.gain
+        return bool(self._control.servoJ(list(joints), 0.0, 0.0, PERIOD_S, ahead, gain))
 
     def kick(self) -> None:
         """Reset the watchdog without a set-point."""
@@ -137,7 +170,7 @@ class Worker:
         self._ticked = self._heard = 0
         self._newest = 0
         self._stamp, self._advanced = controller.stamp, time.monotonic_ns()
-        self._linked = 0
+        self._linked, self._ours_ns = 0, self._advanced
         self._measured = controller.measured()
 
     @property
@@ -224,7 +257,11 @@ class Worker:
         if mode not in ARM_MOVES:
             self._fail(mode.replace("_", " "))
         elif not controller.playing():
-            self._fail("its control script has ended")
+            self._fail(
+                f"its control script has ended, at the pendant or by another; {OTHER_DRIVER}"
+            )
+        elif self._moves_alone(now_ns):
+            self._fail(f"it moves without a command of ours; {OTHER_DRIVER}")
         if self.fault is None:
             self._set_point(span, scaling, now_ns)
         joints, velocities = self._measured
@@ -233,6 +270,12 @@ class Worker:
             joints, velocities, not self.stands, self._course, self._refused, mode, share
         )
         self._outlet.send("arm.joints", now_ns, state)
+
+    def _moves_alone(self, now_ns: int) -> bool:
+        """True if it moves although nothing has been commanded for a while."""
+        if self._run is not None or self.stands:
+            self._ours_ns = now_ns
+        return now_ns - self._ours_ns > ALONE_NS
 
     def _set_point(self, span: float, scaling: float, now_ns: int) -> None:
         run, silent = self._run, now_ns - self._ticked
@@ -260,6 +303,11 @@ class Worker:
     def _tell_link(self, now_ns: int) -> None:
         self._linked = now_ns
         self._outlet.send("arm.link", now_ns, self.fault)
+
+
+def _told(error: str) -> str:
+    """An error of the client library; registers are in use if another client has them."""
+    return f"{error}; another client has registers: {OTHER_DRIVER}" if "use" in error else error
 
 
 def main(settings: WorkerSettings, ready: Ready, parent: Parent) -> None:

@@ -11,6 +11,7 @@ import time
 from dataclasses import replace
 from importlib.util import find_spec
 from statistics import quantiles
+from types import SimpleNamespace
 
 import pytest
 
@@ -18,7 +19,10 @@ from cobodeck.connected import connect
 from cobodeck.setup import Uses
 from hw.connection import Connection, ServedPart
 from hw.drivers.ur.arm import MISSING, UrArm
+from hw.drivers.ur.probe import DashboardClient, probe, require_running
+from hw.drivers.ur.worker import Servo, UrController, Worker, WorkerSettings
 from hw.fakes.peers import Cb3
+from hw.links.datagrams import Intake, Outlet
 from hw.samples import ArmState
 from tests.hw.drivers.rigs import PATIENCE_S, Listener, opening, own_address
 from tests.hw.drivers.ur_rig import CYCLE_S, OUT, PARKED, ROBOT, UrRig, course
@@ -205,6 +209,18 @@ def test_the_controller_knows_what_the_arm_carries(calm):
         ("mute", None, "timed out"),
         ("refuse", "actual_qd", "actual_qd"),
         ("protective_stop", None, "protective stop"),
+        pytest.param(
+            "program",
+            "external_control.urp",
+            r"another program drives the arm \(PLAYING external_control.urp\): .* RB-KAIROS",
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "refuse",
+            "input_int_register_3",
+            "another client has registers: .* RB-KAIROS",
+            marks=pytest.mark.slow,
+        ),
         pytest.param("safeguard_stop", None, "safeguard", marks=pytest.mark.slow),
         pytest.param("emergency_stop", None, "EMERGENCY", marks=pytest.mark.slow),
     ],
@@ -220,6 +236,127 @@ def test_a_controller_that_cannot_be_used_is_an_error_that_says_why(stack, fault
     stack.callback(arm.close)
     with pytest.raises(OSError, match=told):
         arm.wait()
+
+
+@needs_rtde
+@pytest.mark.parametrize(
+    ("version", "old"),
+    [
+        ((3, 2, 18744, 0), True),
+        ((3, 3, 4, 310), True),
+        ((3, 4, 0, 0), False),
+        ((5, 11, 6, 1), False),
+    ],
+)
+def test_a_polyscope_that_is_too_old_is_named_before_the_library_meets_it(calm, version, old):
+    calm.fake.fault("version", version)
+    told = ".".join(map(str, version))
+    while (found := probed(calm.host)) == "3.15.8.106339":
+        calm.turn()
+    calm.fake.fault("version", (3, 15, 8, 106339))
+    refused = f"{calm.host} has PolyScope {told}; 3.4 is needed at least: update it"
+    assert found == (refused if old else told)
+    while probed(calm.host) != "3.15.8.106339":
+        calm.turn()
+
+
+def probed(host):
+    try:
+        return probe(host)
+    except OSError as error:
+        return str(error)
+
+
+@needs_rtde
+def test_who_finds_a_program_running_does_not_take_the_arm_from_it(calm):
+    dashboard = DashboardClient(calm.host)  # what runs is ours: it is another's to whoever comes
+    with pytest.raises(OSError, match=r"another program drives the arm \(PLAYING control.urp\)"):
+        require_running(dashboard, acknowledged=False)
+    dashboard.close()
+
+
+class Still:
+    """A controller as the worker sees it, whose arm does as the test says."""
+
+    version, stamp, rate, ended = "", 0.0, 0.0, False
+
+    def measured(self):
+        return PARKED, (self.rate, *(0.0,) * 5)
+
+    def safety(self):
+        return 1
+
+    def scaling(self):
+        return 1.0
+
+    def playing(self):
+        return True
+
+    def kick(self):
+        pass
+
+    def end(self):
+        self.ended = True
+
+
+def test_an_arm_that_moves_without_a_command_is_another_programs():
+    host = own_address()
+    intake, controller = Intake(host), Still()
+    outlet = Outlet("arm", [intake.address])
+    settings = WorkerSettings(host, (intake.address,), ROBOT.arm, 0.0, (0.0, 0.0, 0.0))
+    worker = Worker(controller, settings, outlet)
+    now = time.monotonic_ns()
+    for n in range(1, 200):
+        controller.stamp = n * CYCLE_S
+        controller.rate = 0.1 if n > 20 else 0.0
+        worker.look(now + n * 8_000_000)
+        if worker.fault is not None:
+            break
+    intake.close()
+    outlet.close()
+    assert 20 * 8 + 500 < n * 8 <= 20 * 8 + 500 + 16
+    assert worker.fault.startswith(
+        "it moves without a command of ours; if the robot's own bring-up"
+    )
+    assert controller.ended
+
+
+@pytest.mark.parametrize(
+    ("servo", "told"),
+    [
+        ({"lookahead": 0.02}, "servo: lookahead: 0.02: 0.03 to 0.2"),
+        ({"gain": 3000}, "servo: gain: 3000: 100 to 2000"),
+        ({"gain": float("nan")}, "servo: gain: nan: 100 to 2000"),
+        ({"gian": 300}, "servo: 'gian' is not known; there are lookahead, gain"),
+    ],
+)
+@needs_rtde
+def test_how_the_arm_follows_has_the_controllers_ranges(servo, told):
+    with pytest.raises(ValueError, match=told):
+        UrArm("127.0.0.1", opening(ROBOT), time.monotonic_ns, servo=servo)
+
+
+@needs_rtde
+@pytest.mark.parametrize("lookahead", [0.1, 0.11])
+def test_a_lag_that_the_separation_does_not_count_on_is_told(lookahead, stack):
+    told = []
+    with_tell = replace(opening(ROBOT), tell=told.append)
+    servo = {"lookahead": lookahead}
+    arm = UrArm("127.0.0.1", with_tell, time.monotonic_ns, servo=servo)
+    stack.callback(arm.close)
+    arm._child.kill()
+    assert [one.startswith("arm: with a lookahead of 0.11 s") for one in told] == (
+        [True] if lookahead > 0.1 else []
+    )
+
+
+def test_how_the_arm_follows_reaches_the_controller():
+    assert Servo.of({}) == Servo(0.03, 500.0)
+    controller, sent = UrController.__new__(UrController), []
+    controller._servo = Servo.of({"lookahead": 0.1, "gain": 300})
+    controller._control = SimpleNamespace(servoJ=lambda *values: bool(sent.append(values)) or True)
+    assert controller.servo(PARKED)
+    assert sent == [(list(PARKED), 0.0, 0.0, 0.008, 0.1, 300)]
 
 
 def test_a_body_without_an_arm_has_none(stack):
