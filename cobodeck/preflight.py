@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 from cobodeck.doctor import BAD, FIT, MISSING, DoctorLine
 from cobodeck.project import is_there
 from hw.connection import Connection
+from hw.drivers.chain.settings import observer_address
 from hw.links.datagrams import LOOPBACK as LOCAL
 
 NOTE = "note"
@@ -178,9 +179,13 @@ def observers(connection: Connection) -> Iterator[str]:
     for served in connection.links.values():
         wanted = served.arguments.get("observer")
         if isinstance(wanted, Mapping):
-            host = served.arguments.get("host", LOCAL)
-            port = wanted.get("port", served.arguments.get("port"))
-            yield f"somebody has to watch: cobodeck observe {wanted.get('host', host)}:{port}"
+            given = served.arguments
+            chain = str(given.get("host", LOCAL)), int(given.get("port", 0))
+            host, port = observer_address(wanted, chain)
+            key = f" --key {wanted['key']}" if "key" in wanted else ""
+            where = "HOST" if host in ANYWHERE else host
+            there = ", HOST being this machine's address" if host in ANYWHERE else ""
+            yield f"somebody has to watch: cobodeck observe {where}:{port}{key}{there}"
 
 
 def _buses(value: Any) -> Iterator[Mapping[str, Any]]:

@@ -18,10 +18,9 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any
 
 from hw.geometry import Pose2
-from hw.links.datagrams import Address, Intake, Outlet
+from hw.links.datagrams import Door, Hearer, Intake, Outlet
 from hw.people.person import Person
 from hw.samples import Sample
 from hw.sim.devices import SimVr
@@ -46,16 +45,16 @@ FAR = Pose2(1e3, 1e3)
 class Dummy:
     """Steps a person in real time, in a thread of its own; the parts below take its samples.
 
-    Before the run begins the person stands at their start. `tells` has the `address` of the safety
-    chain's process, None without one.
+    Before the run begins the person stands at their start. `tells` is the safety chain,
+    if there is one.
     """
 
-    def __init__(self, person: Person, now: Now, tells: Any = None) -> None:
+    def __init__(self, person: Person, now: Now, tells: Hearer | None = None) -> None:
         self.person, self.vr = person, SimVr(person)
         self.finished = False
         self._now = now
-        self._outlet = Outlet(SOURCE, () if tells is None else (tells.address,))
-        self._intake = Intake()
+        self._outlet = Outlet(() if tells is None else (tells.door(SOURCE),))
+        self._intake = Intake((SOURCE,))
         self._queues: dict[str, deque[Sample]] = {}
         self._wakes: dict[str, Callable[[], None]] = {}
         self._seen: Sample | None = None
@@ -64,10 +63,9 @@ class Dummy:
         self._mutex = threading.Lock()
         self._thread = threading.Thread(target=self._run, name="dummy", daemon=True)
 
-    @property
-    def address(self) -> Address:
-        """Where a VR link sends its messages for the chain."""
-        return self._intake.address
+    def door(self, source: str) -> Door:
+        """Where a VR link sends its messages for the chain; see `Hearer`."""
+        return self._intake.door(source)
 
     def wait(self) -> None:
         """Start the thread."""

@@ -8,15 +8,17 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from hw.links.datagrams import Address, Datagram, Intake, Outlet
+from hw.links.datagrams import Datagram, Intake, Outlet
 from hw.samples import Sample
 
+OWN = "feed"
+"""The source of the datagram by which a feed wakes its own thread."""
 LOOK_S = 0.2
 """Longest time until the thread notices its end, s."""
 
 
 class DatagramFeed:
-    """Receives at an `address` of its own and passes each datagram on, in its thread.
+    """Receives from one source, at its `door`, and passes each datagram on, in its thread.
 
     `take` is called with a datagram and its stamp in the time of the run, ns; `watch`, if given, at
     least every `look_s` with an instant (CLOCK_MONOTONIC, ns) up to which all that had arrived has
@@ -25,20 +27,17 @@ class DatagramFeed:
 
     def __init__(
         self,
+        source: str,
         now: Callable[[], int],
         take: Callable[[Datagram, int], None],
         watch: Callable[[int], None] | None = None,
         look_s: float = LOOK_S,
     ) -> None:
         self._now, self._take, self._watch, self._look_s = now, take, watch, look_s
-        self._intake = Intake()
+        self._intake = Intake((source, OWN))
+        self.door = self._intake.door(source)
         self._over = False
         self._thread = threading.Thread(target=self._run, name="feed", daemon=True)
-
-    @property
-    def address(self) -> Address:
-        """Where to send datagrams."""
-        return self._intake.address
 
     def start(self) -> None:
         """Start taking datagrams."""
@@ -47,7 +46,7 @@ class DatagramFeed:
     def close(self) -> None:
         """Take what has arrived, and end."""
         self._over = True
-        awake = Outlet("feed", [self.address])
+        awake = Outlet([self._intake.door(OWN)])
         awake.send("over", 0)
         awake.close()
         if self._thread.is_alive() and self._thread is not threading.current_thread():
@@ -66,7 +65,17 @@ class DatagramFeed:
     def _take_all(self) -> None:
         while found := self._intake.poll():
             for datagram in found:
-                self._take(datagram, self._now() - (time.monotonic_ns() - datagram.stamp_ns))
+                if datagram.source != OWN:
+                    self._hand_on(datagram)
+
+    def _hand_on(self, datagram: Datagram) -> None:
+        """Let it be taken; a mistake of the taker is printed, and the thread goes on."""
+        try:
+            self._take(datagram, self._now() - (time.monotonic_ns() - datagram.stamp_ns))
+        except Exception as error:  # noqa: BLE001  the next datagrams are not to be lost with it
+            threading.excepthook(
+                threading.ExceptHookArgs((type(error), error, error.__traceback__, self._thread))
+            )
 
 
 def up_to(waiting: deque[Sample], now_ns: int) -> list[Sample]:

@@ -14,7 +14,7 @@ from hw.fakes.can_wire import Bus, Hub, open_wire, wait
 from hw.fakes.drive import Traits
 from hw.fakes.nodes import Nodes
 from hw.fakes.subscription import Subscription
-from hw.links.datagrams import Address, Intake, Outlet
+from hw.links.datagrams import Door, Intake, Outlet
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import BumperHit
 
@@ -27,9 +27,9 @@ STEP_S = 0.002
 class Teller:
     """Sends the wheel rates to the world, and subscribes to touches."""
 
-    def __init__(self, world: Address, own: Address, scales: list[float]) -> None:
+    def __init__(self, world: Door, own: Door, scales: list[float]) -> None:
         """`scales` are drive units per rad of the wheel, negative if mounted reversed."""
-        self._outlet = Outlet("drives", [world])
+        self._outlet = Outlet([world])
         self._subscription, self._scales = Subscription(self._outlet, own), scales
         self._told_ns = 0
 
@@ -50,7 +50,7 @@ class Teller:
 def main(settings: dict[str, Any], ready: Ready, parent: Parent) -> None:
     """Run until the parent has gone."""
     wire = open_wire(settings["bus"])
-    intake = Intake(settings["host"])
+    intake = Intake(("fault", "world"), settings["host"])
     traits = Traits(settings["rtr"], frozenset(settings["lacks"]), settings["unit"])
     nodes = Nodes(wire, settings["nodes"], settings["by_hand_ns"], settings["bumper"], traits)
     teller = None
@@ -58,8 +58,8 @@ def main(settings: dict[str, Any], ready: Ready, parent: Parent) -> None:
         per_turn = PER_TURN.get(settings["unit"], settings["increments"])
         scale = settings["gear"] * per_turn / (2.0 * math.pi)
         scales = [sign * scale for sign in settings["signs"]]
-        teller = Teller(tuple(settings["tells"]), intake.address, scales)
-    ready({"control": intake.address, "wire": type(wire).__name__})
+        teller = Teller(settings["tells"]["drives"], intake.door("world"), scales)
+    ready({"control": intake.door("fault"), "wire": type(wire).__name__})
     try:
         _live(wire, intake, nodes, teller, parent)
     finally:

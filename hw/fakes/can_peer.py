@@ -24,6 +24,8 @@ class CanNodes(Peer):
     `fault("unlatch")`. The drives `lacks` objects; `rtr`: they take remote requests.
     """
 
+    sources = ("drives",)
+
     def __init__(
         self,
         bus: Mapping[str, Any],

@@ -34,7 +34,8 @@ from typing import Any
 
 from hw.fakes.cb3_controller import EMERGENCY, PLAYING, PROTECTIVE, SAFEGUARD, FakeController
 from hw.fakes.cb3_rtde import Rtde
-from hw.links.datagrams import Intake, Outlet
+from hw.fakes.subscription import outlet_as
+from hw.links.datagrams import Intake
 from hw.links.processes import Parent, Ready, go_first, serve
 
 DASHBOARD, SCRIPTS, RTDE = 29999, (30001, 30002, 30003), 30004
@@ -231,9 +232,9 @@ def main(settings: Any, ready: Ready, parent: Parent) -> None:
     """Run until the parent has gone; settings: host, joints (rad), unlock (s), tells (address)."""
     go_first()
     arm = FakeController(tuple(settings["joints"]), settings["unlock"])
-    server, control = Cb3Server(settings["host"], arm), Intake(settings["host"])
-    joints = Outlet("cb3", [settings["tells"]] if settings["tells"] else [])
-    ready({"control": control.address})
+    server, control = Cb3Server(settings["host"], arm), Intake(("fault",), settings["host"])
+    joints = outlet_as("cb3", settings["tells"])
+    ready({"control": control.door("fault")})
     due = time.monotonic_ns()
     while True:
         left = max(0.0, (due - time.monotonic_ns()) * 1e-9)

@@ -18,6 +18,8 @@ class Kairos(Peer):
     scanners are mounted `upside_down`, like the real ones, or not.
     """
 
+    sources = ("drives", "scanners")
+
     def __init__(
         self,
         host: str,

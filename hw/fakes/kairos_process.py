@@ -23,8 +23,8 @@ from typing import Any
 
 from hw.fakes.kairos_robot import KairosWheels, Message, header, laser_scan, odometry
 from hw.fakes.rosbridge import FakeTopic, RosbridgeServer
-from hw.fakes.subscription import Subscription
-from hw.links.datagrams import Intake, Outlet
+from hw.fakes.subscription import Subscription, outlet_as
+from hw.links.datagrams import Intake
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import Scan
 
@@ -40,7 +40,7 @@ class FakeKairos:
     """The robot, its server, and its faults."""
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
-        self.intake = Intake(settings["host"])
+        self.intake = Intake(("fault", "world"), settings["host"])
         self.robot = KairosWheels()
         self._settings, self._version = settings, settings["ros"]
         self._fault, self._number = "", 0
@@ -50,10 +50,9 @@ class FakeKairos:
             "stop": self._full("robotnik_base_hw/emergency_stop"),
         }
         self.server = RosbridgeServer(self._topics())
-        world = settings["tells"]
-        self._wheels = Outlet("drives", [] if world is None else [world])
-        self._scans = Outlet("scanners", [] if world is None else [world])
-        self._subscription = Subscription(self._scans, self.intake.address)
+        self._wheels = outlet_as("drives", settings["tells"])
+        self._scans = outlet_as("scanners", settings["tells"])
+        self._subscription = Subscription(self._scans, self.intake.door("world"))
         self._newest: Message | None = None
 
     def step(self, dt: float) -> None:
@@ -78,7 +77,7 @@ class FakeKairos:
     def take(self) -> None:
         """Take the datagrams received."""
         for datagram in self.intake.poll():
-            if datagram.source == "fault" and datagram.name in FAULTS:
+            if datagram.name in FAULTS:
                 self._have(datagram.name, datagram.value)
             elif datagram.name == "base.scan" and isinstance(datagram.value, Scan):
                 scan = datagram.value
@@ -142,7 +141,7 @@ async def run(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None
     loop.add_reader(fake.intake.fileno(), fake.take)
     try:
         await fake.server.listen(settings["host"], settings["port"])
-        ready({"control": fake.intake.address})
+        ready({"control": fake.intake.door("fault")})
         due = before = loop.time()
         while not over.is_set():
             due += PERIOD_S

@@ -5,22 +5,24 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from hw.links.datagrams import Hearer, Outlet
+from hw.links.datagrams import Door, Hearer, Outlet
 from hw.links.processes import Child
 
 
 class Peer:
-    """Starts a child whose ready line has the address for faults: `control`, (host, port).
+    """Starts a child whose ready line has the door for faults: `control`.
 
-    `module` has the child's `main`; `settings` are its arguments; `tells` is the peer that it sends
-    to, or None.
+    `module` has the child's `main`; `settings` are its arguments; `tells` is the world that it
+    sends to as each of its `sources`, or None.
     """
+
+    sources: tuple[str, ...] = ()
 
     def __init__(self, module: str, settings: dict[str, Any], tells: Hearer | None = None) -> None:
         self.ready: dict[str, Any] = {}
-        world = None if tells is None else tuple(tells.address)
+        world = None if tells is None else {name: tells.door(name) for name in self.sources}
         self._child = Child(module, {**settings, "tells": world})
-        self._faults = Outlet("fault")
+        self._faults = Outlet()
 
     def wait(self) -> None:
         """Wait until it is ready.
@@ -29,7 +31,12 @@ class Peer:
             OSError: it cannot start, with the cause.
         """
         self.ready = self._child.wait()
-        self._faults.addresses = [(str(self.ready["control"][0]), int(self.ready["control"][1]))]
+        self._faults.doors = [self.control]
+
+    @property
+    def control(self) -> Door:
+        """Where its faults are sent to."""
+        return Door(*self.ready["control"])
 
     @property
     def pid(self) -> int:

@@ -20,6 +20,8 @@ class Cb3(Peer):
     `tells`. A protective stop cannot be unlocked for `unlock` s. `hw.fakes.cb3` has its faults.
     """
 
+    sources = ("cb3",)
+
     def __init__(
         self,
         host: str,
@@ -44,6 +46,8 @@ class VrClient(Peer):
     `answers`: it answers questions for its clock; `by_fields`: it writes field by field, as Unity
     does. `hw.fakes.vr_application` has its faults.
     """
+
+    sources = ("vr_client",)
 
     def __init__(
         self,

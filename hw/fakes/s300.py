@@ -26,8 +26,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from hw.fakes.subscription import Subscription
-from hw.links.datagrams import Intake, Outlet
+from hw.fakes.subscription import Subscription, outlet_as
+from hw.links.datagrams import Intake
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import Scan
 
@@ -102,16 +102,15 @@ class FakeS300:
     """The scanners of one robot."""
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
-        self.intake = Intake(settings["host"])
+        self.intake = Intake(("fault", "world"), settings["host"])
         self._scanners = {
             name: _Scanner(socket.create_server(tuple(address)))
             for name, address in settings["scanners"].items()
         }
         self._byte_ns = 10 * 1e9 / settings.get("baud", 500_000)
         self._beyond = settings.get("beyond", 4)
-        world = settings.get("tells")
-        self._world = Outlet("scanners", [] if world is None else [world])
-        self._subscription = Subscription(self._world, self.intake.address)
+        self._world = outlet_as("scanners", settings.get("tells"))
+        self._subscription = Subscription(self._world, self.intake.door("world"))
         self._fault = ""
         self._chance = random.Random(1)
 
@@ -124,7 +123,7 @@ class FakeS300:
         self._subscription.renew(time.monotonic_ns())
         self._accept(readable)
         for datagram in self.intake.poll():
-            if datagram.source == "fault" and datagram.name in FAULTS:
+            if datagram.name in FAULTS:
                 self._fault = datagram.name
             elif datagram.name == "base.scan" and isinstance(datagram.value, Scan):
                 self._measure(datagram.value, datagram.stamp_ns)
@@ -202,7 +201,7 @@ def _gone(line: socket.socket) -> bool:
 def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
     """Run until the parent has gone."""
     fake = FakeS300(settings)
-    ready({"control": fake.intake.address})
+    ready({"control": fake.intake.door("fault")})
     try:
         while parent.lives():
             fake.step(parent)

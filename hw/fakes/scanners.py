@@ -20,8 +20,10 @@ class S300Peer(Peer):
     """Fake S300 scanners in a process of their own; `hw.fakes.s300` describes their faults.
 
     `tells` is the world whose scans they send; without one they send those of `base.scan`
-    datagrams.
+    datagrams at their `control`.
     """
+
+    sources = ("scanners",)
 
     def __init__(
         self,

@@ -6,7 +6,7 @@ import time
 from typing import Any, NamedTuple
 
 from hw.geometry import Pose2
-from hw.links.datagrams import Address, Intake, Outlet
+from hw.links.datagrams import Door, Intake, Outlet
 from hw.people.person import Person
 from hw.sim.devices import SimTrackers, SimVr
 
@@ -56,8 +56,8 @@ class Alone:
 class HostedPerson:
     """A person hosted by a world: events arrive, and what they are shown is sent, as datagrams."""
 
-    def __init__(self, world: Address) -> None:
-        self._intake, self._outlet = Intake(world[0]), Outlet("vr_client", [world])
+    def __init__(self, world: Door) -> None:
+        self._intake, self._outlet = Intake(("world",), world.host), Outlet([world])
         self._told: bool | None = None
         self._told_ns = 0
 
@@ -65,7 +65,7 @@ class HostedPerson:
         """See `UserPlay`; the world knows the robot's pose."""
         if shown is not self._told or now_ns - self._told_ns >= AGAIN_NS:
             self._told, self._told_ns = shown, now_ns
-            self._outlet.send("subscribe", now_ns, tuple(self._intake.address))
+            self._outlet.send("subscribe", now_ns, tuple(self._intake.door("world")))
             self._outlet.send("inform", now_ns, shown)
         heard = [told for told in self._intake.poll() if told.name in SEEN]
         return [PlayedEvent(told.name, told.stamp_ns, told.value) for told in heard]

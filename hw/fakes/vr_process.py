@@ -16,9 +16,9 @@ from hw.links.processes import Parent, Ready, serve
 def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
     """Run the process; faults come by name to `control`."""
     given = dict(settings)
-    control, play = Intake(), HostedPerson(given.pop("tells"))
+    control, play = Intake(("fault",)), HostedPerson(given.pop("tells")["vr_client"])
     application = Application(play=play, **given)
-    ready({"control": list(control.address)})
+    ready({"control": control.door("fault")})
     due_ns = time.monotonic_ns()
     try:
         while not select.select([parent], [], [], max(0, due_ns - time.monotonic_ns()) * 1e-9)[0]:

@@ -5,6 +5,7 @@ The truth is for the evaluator alone: nothing that drives may use it.
 
 from __future__ import annotations
 
+import secrets
 import select
 import time
 from collections.abc import Callable
@@ -15,10 +16,11 @@ from hw.connection import RunInfo
 from hw.fakes.subscription import Subscription
 from hw.fakes.world_process import WorldSettings, later
 from hw.geometry import Pose3
-from hw.links.datagrams import Address, Datagram, Intake, Outlet
+from hw.links.datagrams import Address, Datagram, Door, Intake, Outlet
 from hw.links.processes import Child
 from hw.robot import RobotModel
 from hw.samples import UserPose
+from hw.sim.hosted import EVALUATOR
 from hw.truth import Truth
 
 FIRST_S = 5.0
@@ -30,7 +32,7 @@ SILENT_NS = 2_000_000_000
 
 
 class WorldPeer:
-    """The process of the world; peers with it as `tells` send to its `address`.
+    """The process of the world; peers with it as `tells` send to its doors.
 
     `truth` is constant between two calls of `advance`; its times are those of the run. `finished`:
     the person has finished. `late` counts steps of the world that were more than 50 ms late.
@@ -54,10 +56,17 @@ class WorldPeer:
         self._shift: int | None = None
         self._begun = False
         self._heard = time.monotonic_ns()
-        self._intake, self._outlet = Intake(host), Outlet("evaluator", [self.address])
-        self._subscription = Subscription(self._outlet, self._intake.address)
-        settings = WorldSettings(self.address, opening.play, _plain(opening.body), opening.motion)
+        self._secret = secrets.token_bytes(16)
+        self._intake, self._outlet = Intake(("world",), host), Outlet([self.door(EVALUATOR)])
+        self._subscription = Subscription(self._outlet, self._intake.door("world"))
+        settings = WorldSettings(
+            self.address, self._secret, opening.play, _plain(opening.body), opening.motion
+        )
         self._child = Child("hw.fakes.world_process", settings)
+
+    def door(self, source: str) -> Door:
+        """See `Hearer`."""
+        return Door.of(self.address, self._secret, source)
 
     @property
     def pid(self) -> int:

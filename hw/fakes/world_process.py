@@ -2,7 +2,7 @@
 
 Its address is known beforehand. All messages are `hw.links.datagrams`; stamps are instants of
 measurement. A peer subscribes by sending `subscribe` there, from the start and every 200 ms, under
-a source that names its kind; the value is the address (host, port) of its own intake.
+a source that names its kind; the value is the door of its own intake for the source `world`.
 
 | source | receives (from source `world`) |
 |---|---|
@@ -32,13 +32,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from hw.connection import HostedScene
-from hw.links.datagrams import Address, Intake, Outlet
+from hw.links.datagrams import Address, Door, Intake, Outlet
 from hw.links.datagrams import Datagram as Heard
 from hw.links.processes import Parent, Ready, serve
 from hw.robot import MotionLimits, RobotModel
 from hw.sim.hosted import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, HostedWorld, PeerMessage
 from hw.truth import Truth
 
+SOURCES = (VR, DRIVES, SCANNERS, "cb3")
+"""The peers that may send."""
 KEPT_S = 1.0
 """Time after which a subscription ends without renewal, s."""
 LATE_NS = 50_000_000
@@ -47,39 +49,45 @@ LATE_NS = 50_000_000
 
 @dataclass(frozen=True)
 class WorldSettings:
-    """The hosted scene, its robot, and the address."""
+    """The hosted scene, its robot, the address, and the secret of its doors."""
 
     address: Address
+    secret: bytes
     play: HostedScene
     robot: RobotModel
     motion: MotionLimits
 
 
 class Audience:
-    """Subscribers: addresses by the kind of peer, while they renew."""
+    """Subscribers: doors by the kind of peer, while they renew."""
 
     def __init__(self) -> None:
-        self._outlets = {kind: Outlet("world") for kind in (VR, DRIVES, SCANNERS, EVALUATOR)}
-        self._until: dict[tuple[str, Address], float] = {}
+        self._outlets = {kind: Outlet() for kind in (VR, DRIVES, SCANNERS, EVALUATOR)}
+        self._until: dict[tuple[str, Door], float] = {}
 
-    def welcome(self, kind: str, address: Any, now_s: float) -> None:
-        """Add or renew a subscriber; an invalid address is ignored."""
-        known = kind in self._outlets and isinstance(address, tuple) and len(address) == 2
-        if not known or not isinstance(address[0], str) or not isinstance(address[1], int):
-            return
-        self._until[kind, address] = now_s + KEPT_S
-        if address not in self._outlets[kind].addresses:
-            self._outlets[kind].addresses.append(address)
+    def welcome(self, kind: str, told: Any, now_s: float) -> None:
+        """Add or renew a subscriber, of a kind that is told something.
+
+        Raises:
+            TypeError, ValueError: there is none, or it is no door.
+        """
+        host, port, key = told
+        door = Door(str(host), int(port), bytes.fromhex(key).hex())
+        if kind not in self._outlets:
+            raise ValueError("nobody to be told anything")
+        self._until[kind, door] = now_s + KEPT_S
+        if door not in self._outlets[kind].doors:
+            self._outlets[kind].doors.append(door)
 
     def tell(self, told: Iterable[PeerMessage], began_ns: int, now_s: float) -> None:
         """Deliver messages, and drop expired subscribers."""
-        for (kind, address), until in list(self._until.items()):
+        for (kind, door), until in list(self._until.items()):
             if until < now_s:
-                del self._until[kind, address]
-                self._outlets[kind].addresses.remove(address)
+                del self._until[kind, door]
+                self._outlets[kind].doors.remove(door)
         for one in told:
             outlet, value = self._outlets[one.to], one.value
-            if outlet.addresses:
+            if outlet.doors:
                 if isinstance(value, Truth):
                     value = later(value, began_ns)
                 outlet.send(one.name, began_ns + one.stamp_ns, value)
@@ -123,15 +131,15 @@ class Host:
 
     def _hear(self) -> None:
         for heard in self._intake.poll():
-            if heard.name == "subscribe":
-                self._audience.welcome(heard.source, heard.value, time.monotonic())
-                continue
             try:
                 self._take(heard)
             except (TypeError, ValueError) as error:
                 sys.stderr.write(f"world: {heard.source} {heard.name}: {error}\n")
 
     def _take(self, heard: Heard) -> None:
+        if heard.name == "subscribe":
+            self._audience.welcome(heard.source, heard.value, time.monotonic())
+            return
         self._world.hear(heard.source, heard.name, heard.stamp_ns - self._began, heard.value)
 
     def _step(self, behind_ns: int) -> None:
@@ -146,7 +154,7 @@ class Host:
 
 def main(settings: WorldSettings, ready: Ready, parent: Parent) -> None:
     """Host the world until the parent has gone."""
-    intake = Intake(*settings.address)
+    intake = Intake((*SOURCES, EVALUATOR), *settings.address, settings.secret)
     audience = Audience()
     try:
         world = HostedWorld(settings.play, settings.robot, settings.motion)

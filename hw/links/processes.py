@@ -7,7 +7,7 @@ open as long as the parent lives, and reports once that it is ready:
         device = open_it(settings)         # an OSError or ValueError here refuses the start
         ready({"port": device.port})
         while parent.lives():              # or wait with select on [parent, …]
-            …
+            …                          # parent.told(): what `Child.tell` has said
         device.stand_still()
 
     if __name__ == "__main__":
@@ -34,6 +34,8 @@ READY_S = 30.0
 """Time limit for a child to be ready, s."""
 CLOSING_S = 2.0
 """Time for a child to end by itself before it is killed, s."""
+TOLD = 1 << 16
+"""Most that is read at once of what a parent tells, bytes."""
 FIRST = -15
 """Niceness of prioritised processes."""
 _SIZE = struct.Struct("<Q")
@@ -61,6 +63,7 @@ class Child:
         with suppress(BrokenPipeError):  # it has ended already; `wait` reports that
             self._process.stdin.write(_SIZE.pack(len(data)) + data)
             self._process.stdin.flush()
+        os.set_blocking(self._process.stdin.fileno(), False)
 
     def wait(self, timeout_s: float = READY_S) -> dict[str, Any]:
         """Wait until the child is ready; returns what it reports of itself.
@@ -81,6 +84,15 @@ class Child:
             self.close()
             raise OSError(found["error"])
         return found
+
+    def tell(self, *words: str | int) -> None:
+        """Tell it something that only its parent may, without waiting; from any thread.
+
+        What a child does not read is lost, once its pipe is full.
+        """
+        assert self._process.stdin is not None
+        with suppress(OSError, ValueError):  # it has ended, or reads nothing
+            os.write(self._process.stdin.fileno(), json.dumps(words).encode() + b"\n")
 
     @property
     def pid(self) -> int:
@@ -118,18 +130,24 @@ class Child:
 
 
 class Parent:
-    """The pipe from the parent; readable once the parent has closed it, or has ended."""
+    """The pipe from the parent; readable once it has told something, or is gone."""
 
     def __init__(self, pipe: IO[bytes]) -> None:
-        self._pipe = pipe
+        self._pipe, self._begun = pipe, b""
 
     def fileno(self) -> int:
         """For `select`."""
         return self._pipe.fileno()
 
     def lives(self, wait_s: float = 0.0) -> bool:
-        """True if the parent is still there after wait_s."""
+        """True if the parent is still there after wait_s; of children that are told nothing."""
         return not select.select([self._pipe], [], [], wait_s)[0]
+
+    def told(self) -> list[Any] | None:
+        """The words that it has told since the last call, once readable; None if it is gone."""
+        data = os.read(self._pipe.fileno(), TOLD)
+        *lines, self._begun = (self._begun + data).split(b"\n")
+        return [json.loads(line) for line in lines] if data else None
 
 
 def go_first() -> None:

@@ -19,6 +19,7 @@ from hw.links.datagrams import Intake, Outlet
 from hw.samples import ArmState, PoseSigma, Sample
 from tests.hw.drivers.chain_rig import AHEAD, HARDWARE, PATIENCE_S, ROBOT, opening
 from tests.hw.drivers.rigs import own_address
+from tests.hw.drivers.wheels import SECRET
 
 USES = Uses(frozenset(("base", "arm")), frozenset(("bumper.hit",)))
 OPENED: dict[str, Any] = {}
@@ -47,14 +48,14 @@ class Rig:
     def __init__(self) -> None:
         begin = time.monotonic_ns()
         self.now = lambda: time.monotonic_ns() - begin
-        self.reports, orders = Intake(), Intake()
+        self.reports, orders = Intake(("wheels",)), Intake(("test",), secret=SECRET)
         orders.close()
-        self.faults = Outlet("test", [orders.address])
+        self.faults = Outlet([orders.door("test")])
         self.told: list[Any] = []
         chain = "hw.drivers.chain.link"
         hardware = {
             "driver": HARDWARE,
-            "tells": [self.reports.address],
+            "tells": [self.reports.door("wheels")],
             "hears": orders.address,
         }
         values = {"port": 7400, "host": own_address(), "arm": False, "hardware": hardware}

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import itertools
+import select
 import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import IO
 
 import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
+from hw.drivers.observer import ObserverPort
+from hw.drivers.observer_key import key_in
 from hw.links.datagrams import Datagram
-from tests.hw.drivers.rigs import Chain
+from tests.hw.drivers.rigs import OBSERVER_KEY, key_file, own_address
 
 PATIENCE_S = 30.0
 
@@ -24,20 +29,47 @@ def names(told: list[Datagram]) -> list[str]:
     return [one.name for one in told]
 
 
+class Chain:
+    """The safety chain's port for an observer: all that it is `told`."""
+
+    def __init__(self, host: str, port: int) -> None:
+        self.address = host, port
+        self.told: list[Datagram] = []
+        self.open()
+
+    def open(self) -> None:
+        self.port = ObserverPort(self.address, OBSERVER_KEY)
+
+    def until(self, reached: Callable[[list[Datagram]], object]) -> list[Datagram]:
+        """All that was told, once that is `reached`."""
+        limit = time.monotonic() + PATIENCE_S
+        while not reached(self.told):
+            assert time.monotonic() < limit, self.told
+            select.select([self.port], [], [], 0.1)
+            self.told += self.port.poll()
+        return self.told
+
+    def hears(self, times: int) -> list[Datagram]:
+        """What is told from now on, until the observer was here so often."""
+        del self.told[:]
+        return self.until(lambda told: names(told).count("observer.here") >= times)
+
+
 @pytest.fixture
 def chain() -> Iterator[Chain]:
-    found = Chain()
+    found = Chain(own_address(), 7401)
     yield found
-    found.close()
+    found.port.close()
 
 
 @pytest.fixture
 def observing(chain: Chain) -> Iterator[subprocess.Popen[bytes]]:
-    host, port = chain.intake.address
+    host, port = chain.address
     call = [sys.executable, "-m", "cobodeck", "observe", f"{host}:{port}", "--no-project"]
+    call += ["--key", key_file()]
     pipe = subprocess.PIPE
     with subprocess.Popen(call, stdin=pipe, stdout=pipe, stderr=pipe) as running:
-        chain.until(lambda told: names(told).count("observer.here") >= 3)
+        chain.hears(3)
         yield running
         running.kill()
 
@@ -52,13 +84,24 @@ def written(stream: IO[bytes] | None, data: bytes) -> None:
 def test_as_long_as_it_runs_the_chain_hears_that_somebody_is_there(
     chain: Chain, observing: subprocess.Popen[bytes]
 ) -> None:
-    told = chain.until(lambda told: names(told).count("observer.here") >= 6)
+    told = chain.hears(6)
 
     assert {(one.source, one.name, one.value) for one in told} == {
         ("observer", "observer.here", True)
     }
     gaps = [b.stamp_ns - a.stamp_ns for a, b in itertools.pairwise(told)]
-    assert min(gaps) >= 50_000_000  # it does not flood the chain
+    assert min(gaps) >= 25_000_000  # it does not flood the chain
+    assert told[-1].stamp_ns <= time.monotonic_ns()
+
+
+@pytest.mark.requirement(55)
+def test_a_chain_that_is_started_again_is_heard_of_and_told(
+    chain: Chain, observing: subprocess.Popen[bytes]
+) -> None:
+    chain.port.close()
+    chain.open()
+
+    assert chain.hears(3)
 
 
 @pytest.mark.requirement(55)
@@ -68,10 +111,10 @@ def test_enter_stops_the_robot_and_the_observer_stays(
 ) -> None:
     written(observing.stdin, typed)
     chain.until(lambda told: "pull" in names(told))
-    after = len(chain.told)
-    told = chain.until(lambda told: names(told[after:]).count("observer.here") >= 3)
+    pulls = {one.value for one in chain.told if one.name == "pull"}
+    chain.hears(3)
 
-    assert {one.value for one in told if one.name == "pull"} == {"the observer"}
+    assert pulls == {"the observer"}
     assert observing.poll() is None
 
 
@@ -93,9 +136,14 @@ def test_however_the_observer_leaves_the_robot_stops(
     assert b"software stop" in observing.stderr.read()
 
 
-def test_it_says_what_it_is(chain: Chain, observing: subprocess.Popen[bytes]) -> None:
+def test_it_says_what_it_is_and_that_it_is_heard(
+    chain: Chain, observing: subprocess.Popen[bytes]
+) -> None:
+    chain.hears(3)
     observing.send_signal(signal.SIGINT)
-    out, _ = observing.communicate(timeout=PATIENCE_S)
+    out, news = observing.communicate(timeout=PATIENCE_S)
+
+    assert b"the robot hears you" in news
 
     assert b"It is no safety device" in out
     assert b"emergency" not in out
@@ -120,3 +168,60 @@ def test_a_host_that_nobody_knows_is_told(
 
     assert main(["observe", "robot:7401"]) == FAILED
     assert "robot: robot is not known" in capsys.readouterr().err
+
+
+def test_an_observer_on_another_machine_needs_a_key(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["observe", "192.0.2.7:7401"]) == USAGE
+    assert "192.0.2.7 is another machine: --key FILE" in capsys.readouterr().err
+
+
+def test_a_key_is_made_once_for_its_owner_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "observer.key"
+
+    assert main(["observe", "--new-key", str(file)]) == OK
+    assert f"{file}: carry a copy" in capsys.readouterr().out
+    assert file.stat().st_mode & 0o777 == 0o600
+    made = file.read_bytes()
+    assert main(["observe", "--new-key", str(file)]) == FAILED
+    assert "exists" in capsys.readouterr().err
+    assert file.read_bytes() == made
+
+
+@pytest.mark.parametrize(
+    ("mode", "text", "message"),
+    [
+        (0o640, "00" * 32, "others may read or change it; `chmod 600"),
+        (0o602, "00" * 32, "others may read or change it; `chmod 600"),
+        (0o600, "00" * 31, "it has no key; `cobodeck observe --new-key FILE` makes one"),
+        (0o600, "xy" * 32, "it has no key"),
+        (0o600, "", "it has no key"),
+    ],
+)
+def test_a_key_that_is_none_or_that_others_can_read_is_refused(
+    tmp_path: Path, mode: int, text: str, message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "observer.key"
+    file.write_text(text)
+    file.chmod(mode)
+
+    assert main(["observe", "127.0.0.1:7401", "--key", str(file)]) == FAILED
+    assert message in capsys.readouterr().err
+
+
+def test_without_a_file_the_user_has_a_key_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+
+    key = key_in(None)
+
+    assert len(key) == 32
+    assert key_in(None) == key_in("~/.config/cobodeck/observer.key") == key
+    assert (tmp_path / ".config/cobodeck/observer.key").stat().st_mode & 0o777 == 0o600
+
+
+def test_where_the_robot_is_has_to_be_said(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["observe"]) == USAGE
+    assert "HOST:PORT is missing" in capsys.readouterr().err

@@ -147,7 +147,7 @@ def test_who_has_to_watch_is_told_what_to_type(tmp_path: Path) -> None:
     near = checks(tmp_path, f"{head}links: {{chain: {{{link}}}}}\n")["observer"]
     far = link.replace("0.5}", "0.5, host: 10.0.0.1, port: 7401}")
 
-    assert near == (NOTE, "somebody has to watch: cobodeck observe 127.0.0.1:7400")
+    assert near == (NOTE, "somebody has to watch: cobodeck observe 127.0.0.1:7401")
     text = f"{head}links: {{chain: {{{far}}}}}\n"
     assert checks(tmp_path, text)["observer"][1].endswith("cobodeck observe 10.0.0.1:7401")
     assert "observer" not in checks(tmp_path, f"{head}links: {{chain: {{driver: '{HERE}'}}}}\n")

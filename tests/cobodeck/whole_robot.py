@@ -35,9 +35,9 @@ class WholeRobot:
         self.engine = None
         try:
             open_all("peer", connection.peers, connection.peers, opening, self.peers, self.peers)
-            self._intake = Intake(self.host)
-            self._outlet = Outlet("evaluator", [self.peers["world"].address])
-            self._ask("subscribe", self._intake.address)
+            self._intake = Intake(("world",), self.host)
+            self._outlet = Outlet([self.peers["world"].door("evaluator")])
+            self._ask("subscribe", tuple(self._intake.door("world")))
             with (folder / "told.txt").open("w") as told:
                 self.engine = subprocess.Popen(
                     [sys.executable, "-m", "cobodeck", "run", "cobodeck", "--robot", str(self.file),
@@ -55,7 +55,7 @@ class WholeRobot:
         while (now := time.monotonic_ns()) - begun < PATIENCE_NS:
             if now - told > 200_000_000:
                 told = now
-                self._ask("subscribe", self._intake.address)
+                self._ask("subscribe", tuple(self._intake.door("world")))
                 if not begin and self.children():
                     self._ask("begin", None)
             select.select([self._intake], [], [], 0.1)

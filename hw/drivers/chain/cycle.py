@@ -36,6 +36,8 @@ RESET_NS = 400 * MS
 """Longest time for the drives to be ready after a reset, ns."""
 LONGEST_S = 0.02
 """Longest time that ramps are applied for, however long a cycle took, s."""
+LONGEST_TEXT = 200
+"""Longest reason of a stop, characters."""
 NOT_READY = "the wheels are not ready"
 OWN_SIGNALS = {"user.pose": UserPose, "rover.tracker": TrackerPose}
 
@@ -63,10 +65,8 @@ class ChainCycle:
             ("engine", "mode"): self._hear_mode,
             ("engine", "grant"): self._hear_grant,
             ("engine", "estimate"): self._hear_estimate,
-            ("engine", "pull"): self._hear_pull,
-            ("engine", "reset"): self._hear_reset,
             ("observer", "pull"): self._hear_pull,
-            ("observer", "observer.here"): lambda now, _: self.links.observer.beat(now, now),
+            ("observer", "observer.here"): self._hear_observer,
             ("arm", "arm.link"): self._hear_arm,
             ("vr", "vr.link"): self._hear_vr,
             ("vr", "vr.haptic_request"): self._hear_request,
@@ -86,10 +86,33 @@ class ChainCycle:
         return self.links.awaited() or (None if self.hardware.ready else NOT_READY)
 
     def take(self, datagram: Datagram, now_ns: int) -> None:
-        """Take a datagram that has arrived; unknown ones are ignored."""
+        """Take a datagram that has arrived; what its source may not say is ignored.
+
+        A mistake in taking it stops the wheels.
+        """
         take = self._takes.get((datagram.source, datagram.name))
-        if take is not None:
+        if take is None:
+            return
+        try:
             take(now_ns, datagram)
+        except Exception as error:  # noqa: BLE001  whatever it is, the chain has to go on
+            self.pull(f"{datagram.source} {datagram.name}: {type(error).__name__}: {error}")
+
+    def order(self, now_ns: int, name: str, value: str | int) -> None:
+        """Take what the engine tells by the pipe of the process: `pull` and its reason, or `reset`.
+
+        A reset is answered by `chain.reset`, with its value.
+        """
+        if name == "pull":
+            self.stop(now_ns, str(value))
+        elif name == "reset":
+            self._reset(now_ns, int(value))
+
+    def stop(self, now_ns: int, reason: str) -> None:
+        """Stop the wheels until the reset; this cancels a reset in progress."""
+        self.pull(reason)
+        if self._resetting is not None:
+            self._refuse(now_ns, self._resetting[0], reason)
 
     def pull(self, reason: str) -> None:
         """Stop the wheels until the reset; the first reason is kept."""
@@ -170,6 +193,12 @@ class ChainCycle:
 
     # resets
 
+    def _reset(self, now_ns: int, token: int) -> None:
+        if self.stopped is None:
+            self._outlet.send("chain.reset", now_ns, (token, None))
+        elif self._resetting is None:
+            self._resetting = token, now_ns + RESET_NS, False
+
     def _go_on_resetting(self, now_ns: int, token: int, until_ns: int, begun: bool) -> None:
         """Release the stop once the drives are ready, or report why it stays."""
         why = self.links.lost(now_ns)
@@ -211,8 +240,9 @@ class ChainCycle:
             self._mode_wanted = datagram.value
 
     def _hear_grant(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
-        if datagram.value is None or isinstance(datagram.value, Pose2):
-            self.keeper.grant(datagram.value)
+        value = datagram.value
+        if value is None or (isinstance(value, Pose2) and is_finite(value)):
+            self.keeper.grant(value)
 
     def _hear_estimate(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
         pose, sigma = _pair(datagram.value)
@@ -222,15 +252,11 @@ class ChainCycle:
         self.keeper.locate(datagram.stamp_ns, pose if known else None, sigma if known else None)
 
     def _hear_pull(self, now_ns: int, datagram: Datagram) -> None:
-        self.pull(str(datagram.value or datagram.source))
-        if self._resetting is not None:  # a new stop cancels a reset in progress
-            self._refuse(now_ns, self._resetting[0], str(datagram.value))
+        self.stop(now_ns, str(datagram.value or datagram.source)[:LONGEST_TEXT])
 
-    def _hear_reset(self, now_ns: int, datagram: Datagram) -> None:
-        if self.stopped is None:
-            self._outlet.send("chain.reset", now_ns, (datagram.value, None))
-        elif self._resetting is None:
-            self._resetting = datagram.value, now_ns + RESET_NS, False
+    def _hear_observer(self, now_ns: int, datagram: Datagram) -> None:
+        """The stamp is one of ours, which the observer has just been told."""
+        self.links.observer.beat(datagram.stamp_ns, now_ns)
 
     def _hear_arm(self, now_ns: int, datagram: Datagram) -> None:
         fault = None if datagram.value is None else f"arm: {datagram.value}"

@@ -18,6 +18,7 @@ not trusted again: the run has to be restarted.
 
 from __future__ import annotations
 
+import secrets
 import threading
 import time
 from collections import deque
@@ -27,15 +28,16 @@ from itertools import count
 from typing import Any
 
 from hw.connection import RunInfo
+from hw.drivers.chain.cycle import LONGEST_TEXT
 from hw.drivers.chain.keeper import ChainKeeper
-from hw.drivers.chain.settings import ChainSettings, ObserverSettings, hardware_of
+from hw.drivers.chain.settings import SOURCES, ChainSettings, ObserverSettings, hardware_of
 from hw.drivers.feed import DatagramFeed, up_to
 from hw.drivers.gates import CHAIN_SILENT_NS
 from hw.geometry import STILL, Twist2
 from hw.interfaces import DriveMode
-from hw.links.datagrams import LOOPBACK, Address, Datagram, Outlet
+from hw.links.datagrams import LOOPBACK, Address, Datagram, Door, Outlet
 from hw.links.processes import Child
-from hw.samples import Odometry, Sample
+from hw.samples import BumperHit, Odometry, Sample
 
 MODULE = "hw.drivers.chain.process"
 LOOK_S = 0.02
@@ -60,7 +62,8 @@ class ChainLink:
         opening: of the run.
         host: the address of the chain.
         observer: None, or `{timeout: 0.5}`, s: an observer's heartbeat is required (R55); with
-            `host` and `port` for an address of its own.
+            `host` and `port` of its own port, the one after the chain's by default; and `key`, the
+            file of its key, which a host beyond this machine needs.
         rate: cycles per second.
         arm: True to require the link of an arm.
     """
@@ -87,16 +90,18 @@ class ChainLink:
         self._tell = opening.tell
         self._wheels = hardware_of(hardware)
         self._observer = None if observer is None else ObserverSettings.of(observer, self.address)
-        self._outlet = Outlet("engine", [self.address])
+        self._secret = secrets.token_bytes(16)
+        self._outlet = Outlet([self.door("engine")])
         self.keeper = ChainKeeper(
             opening.safety, self.modes[0], self._outlet, now, self.reset, self.pull
         )
-        self._feed = DatagramFeed(now, self._take, self._watch, LOOK_S)
+        self._feed = DatagramFeed("chain", now, self._take, self._watch, LOOK_S)
         self._heard_ns: int | None = None
         self._dead: str | None = None
         self._told = self._closing = False
         self._tokens, self._answer = count(1), threading.Condition()
-        self._answered: tuple[int, str | None] = (0, None)
+        self._asked = 0
+        self._answered: tuple[int, str | None] = (-1, None)
         try:
             self._child = Child(MODULE, self._settings(opening, rate, arm))
         except BaseException:
@@ -107,7 +112,8 @@ class ChainLink:
     def _settings(self, opening: RunInfo, rate: int, arm: bool) -> ChainSettings:
         return ChainSettings(
             address=self.address,
-            engine=self._feed.address,
+            secret=self._secret,
+            engine=self._feed.door,
             hardware=self._wheels,
             model=opening.body.base,
             motion=opening.motion,
@@ -128,6 +134,12 @@ class ChainLink:
         self._heard_ns = time.monotonic_ns()
         self._feed.start()
 
+    def door(self, source: str) -> Door:
+        """Where the arm's or the VR link's process sends to; see `Hearer`."""
+        if source not in SOURCES:
+            raise KeyError(source)
+        return Door.of(self.address, self._secret, source)
+
     @property
     def pid(self) -> int:
         """Process id."""
@@ -137,7 +149,7 @@ class ChainLink:
         """Stop the wheels until a reset; may be called from any thread."""
         if self.stopped is None:
             self.stopped = reason
-        self._outlet.send("pull", time.monotonic_ns(), reason)
+        self._child.tell("pull", reason[:LONGEST_TEXT])
 
     def reset(self) -> bool:
         """Ask to release the stop; waits RESET_S at most. `why` says why it stays."""
@@ -148,8 +160,10 @@ class ChainLink:
             return False
         token = next(self._tokens)
         with self._answer:
-            self._outlet.send("reset", time.monotonic_ns(), token)
+            self._asked = token
+            self._child.tell("reset", token)
             heard = self._answer.wait_for(lambda: self._answered[0] == token, RESET_S)
+            self._asked = 0
             self.why = self._answered[1] if heard else "no answer"
         return heard and self.why is None and self._dead is None
 
@@ -170,27 +184,27 @@ class ChainLink:
     # in the thread of the feed
 
     def _take(self, datagram: Datagram, stamp_ns: int) -> None:
-        if datagram.source != "chain":
-            return
         self._heard_ns = max(self._heard_ns or 0, datagram.stamp_ns)
         match datagram.name, datagram.value:
             case "base.odometry", Odometry() as odometry:
                 self.base.append(Sample(datagram.name, stamp_ns, odometry))
                 self.base.append(Sample("base.twist", stamp_ns, odometry.twist))
-            case "bumper.hit", hit:
+            case "bumper.hit", BumperHit() as hit:
                 self.hits.append(Sample(datagram.name, stamp_ns, hit))
                 self.wake()
             case "stop.engaged", str(reason):
                 self._stop(reason)
             case "chain.remark", str(remark):
                 self._tell(remark)
-            case "chain.reset", (int(token), why):
+            case "chain.reset", (int(token), str() | None as why):
                 self._answer_with(token, why)
             case _:
                 self.keeper.take(datagram, stamp_ns)
 
     def _answer_with(self, token: int, why: str | None) -> None:
         with self._answer:
+            if token != self._asked:
+                return  # it comes too late: the operator has been told that there was no answer
             if why is None and self._dead is None:
                 self.stopped, self._told = None, False
             self._answered = token, why

@@ -14,14 +14,17 @@ import os
 import select
 import signal
 import time
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
-from typing import Any, NoReturn
+from functools import partial
+from typing import Any, NoReturn, Protocol
 
 from hw.drivers.chain.cycle import ChainCycle
-from hw.drivers.chain.settings import ChainSettings
+from hw.drivers.chain.settings import SOURCES, ChainSettings
 from hw.drivers.gates import MS
 from hw.drivers.hardware import Hardware
-from hw.links.datagrams import Address, Intake, Outlet
+from hw.drivers.observer import ObserverPort
+from hw.links.datagrams import Address, Datagram, Intake, Outlet
 from hw.links.processes import Parent, Ready, serve
 from hw.safety.record import ChainStatus
 
@@ -33,13 +36,29 @@ COLLECT_NS = 1000 * MS
 PRIORITY = 40
 
 
+class Hears(Protocol):
+    """An `Intake`, or the observer's port."""
+
+    def fileno(self) -> int:
+        """For `select`."""
+        ...
+
+    def poll(self) -> list[Datagram]:
+        """Datagrams since the last call."""
+        ...
+
+    def close(self) -> None:
+        """Close the socket."""
+        ...
+
+
 class ChainProcess:
     """The loop around a `ChainCycle`: sockets, timing, and reports."""
 
-    def __init__(self, settings: ChainSettings, hardware: Hardware, intakes: list[Intake]) -> None:
+    def __init__(self, settings: ChainSettings, hardware: Hardware, intakes: list[Hears]) -> None:
         self._intakes = intakes
         self._period_ns = round(1e9 / settings.rate)
-        self._outlet = Outlet("chain", [settings.engine])
+        self._outlet = Outlet([settings.engine])
         self._chain = ChainCycle(settings, hardware, self._outlet)
         self._records = self._chain.keeper.cycles.reader()
         self._told: str | None = "nothing yet"
@@ -77,8 +96,12 @@ class ChainProcess:
                     now = time.monotonic_ns()
                     for datagram in told:
                         self._chain.take(datagram, now)
-            if parent in readable:
-                return True
+            if parent is not None and parent in readable:
+                orders = parent.told()
+                if orders is None:
+                    return True
+                for name, value in orders:
+                    self._chain.order(time.monotonic_ns(), name, value)
             if left == 0:
                 return False
 
@@ -131,10 +154,13 @@ def main(settings: ChainSettings, ready: Ready, parent: Parent) -> None:
     """Open the wheels, and guard them until the engine is gone."""
     signal.signal(signal.SIGTERM, _end)
     with ExitStack() as opened:
-        intakes = [_bound(settings.address)]
+        intakes: list[Hears] = [
+            _bound(settings.address, partial(Intake, SOURCES, *settings.address, settings.secret))
+        ]
         opened.callback(intakes[0].close)
-        if settings.observer is not None and settings.observer.address != settings.address:
-            intakes.append(_bound(settings.observer.address))
+        if settings.observer is not None:
+            address, key = settings.observer.address, settings.observer.key
+            intakes.append(_bound(address, partial(ObserverPort, address, key)))
             opened.callback(intakes[1].close)
         hardware = _hardware(settings)
         opened.callback(hardware.close)
@@ -144,13 +170,13 @@ def main(settings: ChainSettings, ready: Ready, parent: Parent) -> None:
         gc.freeze()
         gc.disable()
         _hurry()
-        ready({"address": intakes[0].address})
+        ready({})
         process.run(parent)
 
 
-def _bound(address: Address) -> Intake:
+def _bound(address: Address, bind: Callable[[], Hears]) -> Hears:
     try:
-        return Intake(*address)
+        return bind()
     except OSError as error:
         host, port = address
         raise OSError(

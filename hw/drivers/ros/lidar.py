@@ -65,11 +65,11 @@ class RosLidar:
                 raise ValueError(f"{name}: write its topic, and upside_down: true where it is")
         self.wake: Callable[[], None] = _nobody
         self._arrived: deque[Sample] = deque(maxlen=KEPT * len(scanners))
-        self._feed = DatagramFeed(now, self._take)
+        self._feed = DatagramFeed("lidar", now, self._take)
         self._child = Child(
             "hw.drivers.ros.lidar_process",
             {
-                "host": host, "port": port, "ros": ros, "delay": delay, "tells": self._feed.address,
+                "host": host, "port": port, "ros": ros, "delay": delay, "tells": self._feed.door,
                 "scanners": {name: dict(entry) for name, entry in scanners.items()},
             },
         )  # fmt: skip

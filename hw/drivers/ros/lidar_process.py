@@ -31,7 +31,7 @@ class Scanners:
     def __init__(self, settings: Mapping[str, Any]) -> None:
         self.bridge: RosbridgeClient | None = None
         self._settings = settings
-        self._outlet = Outlet("lidar", [settings["tells"]])
+        self._outlet = Outlet([settings["tells"]])
         self._stamps: dict[str, int] = {}
         self._clock = Envelope()
         self._delay_ns = round(settings["delay"] * 1e9)

@@ -27,12 +27,14 @@ from hw.drivers.unity.inbox import Checks
 from hw.drivers.unity.server import ServerSetup
 from hw.drivers.unity.topics import Topics
 from hw.geometry import Pose2, Twist2
-from hw.links.datagrams import Address, Datagram, Outlet
+from hw.links.datagrams import Address, Datagram, Door, Outlet
 from hw.links.processes import Child
 from hw.samples import ArmState, RobotView, Sample
 from hw.sign import StopSign
 
 Now = Callable[[], int]
+SOURCE = "vr"
+"""The source under which engine and chain know the VR link."""
 KEPT = 4096
 """Longest queue of samples of each signal for the engine; older ones are dropped."""
 JOINTS = (
@@ -95,11 +97,11 @@ class Unity:
         self.heard_ns: int | None = None
         self._queues: dict[str, deque[Sample]] = {}
         self._wakes: dict[str, Callable[[], None]] = {}
-        self._feed = DatagramFeed(now, self._take)
-        chain = () if tells is None else (tells.address,)
-        self._outlet = Outlet("engine")
+        self._feed = DatagramFeed(SOURCE, now, self._take)
+        chain = () if tells is None else (tells.door(SOURCE),)
+        self._outlet = Outlet()
         self._address: Address | None = None
-        settings = ServerSetup(host, port, (self._feed.address, *chain), bridged)
+        settings = ServerSetup(host, port, (self._feed.door, *chain), bridged)
         self._child = Child("hw.drivers.unity.server", settings)
 
     def wait(self) -> None:
@@ -110,8 +112,7 @@ class Unity:
         """
         ready = self._child.wait()
         self._address = (self._host, ready["port"])
-        host, port = ready["intake"]
-        self._outlet.addresses = [(host, port)]
+        self._outlet.doors = [Door(*ready["intake"])]
         self._feed.start()
 
     @property

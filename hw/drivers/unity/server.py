@@ -18,7 +18,7 @@ from hw.drivers.clocks import PeerClock
 from hw.drivers.unity.bridge import Bridged, UnityBridge
 from hw.drivers.unity.session import Session
 from hw.drivers.unity.wire import KEEPALIVE, MalformedFrame
-from hw.links.datagrams import Address, Intake, Outlet
+from hw.links.datagrams import Door, Intake, Outlet
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import RobotView
 
@@ -28,11 +28,11 @@ MOST_CLIENTS = 8
 
 @dataclass(frozen=True, slots=True)
 class ServerSetup:
-    """The address for clients, those of the listeners, and the settings of the bridge."""
+    """The address for clients, the doors of the listeners, and the settings of the bridge."""
 
     host: str
     port: int
-    listeners: tuple[Address, ...]
+    listeners: tuple[Door, ...]
     bridged: Bridged
 
 
@@ -41,8 +41,8 @@ class UnityServer:
 
     def __init__(self, settings: ServerSetup) -> None:
         self._settings = settings
-        self._outlet = Outlet("vr", settings.listeners)
-        self._intake = Intake()
+        self._outlet = Outlet(settings.listeners)
+        self._intake = Intake(("engine",))
         wall_ns = time.time_ns() - time.monotonic_ns()  # taken once: stamps must not jump
         self._bridge = UnityBridge(settings.bridged, self._outlet.send, wall_ns)
         self._listener = socket.create_server((settings.host, settings.port))
@@ -54,8 +54,8 @@ class UnityServer:
 
     @property
     def told(self) -> dict[str, Any]:
-        """Its addresses: `port` for clients, `intake` for the engine."""
-        return {"port": self._listener.getsockname()[1], "intake": list(self._intake.address)}
+        """`port` for clients, and `intake`, the engine's door."""
+        return {"port": self._listener.getsockname()[1], "intake": self._intake.door("engine")}
 
     def run(self, parent: Parent) -> None:
         """Serve until the parent has gone."""

@@ -14,11 +14,13 @@ from hw.connection import RunInfo
 from hw.drivers.feed import DatagramFeed, up_to
 from hw.drivers.gates import JOINTS_LATE_NS, WORKER_SILENT_NS
 from hw.drivers.ur.worker import Servo, WorkerSettings
-from hw.links.datagrams import Datagram, Hearer, Outlet
+from hw.links.datagrams import Datagram, Door, Hearer, Outlet
 from hw.links.processes import Child
 from hw.robot import check_pace
-from hw.samples import Sample, TimedJoints
+from hw.samples import ArmState, Sample, TimedJoints
 
+SOURCE = "arm"
+"""The source under which engine and chain know the worker."""
 HERE_S = 0.01
 LOOKS = 3
 """Checks in a row that must find it silent: after a stall of our own, queued data is read first."""
@@ -83,13 +85,13 @@ class UrArm:
         self.wake: Callable[[], None] = _nobody
         self.late = 0
         self._model, self._number = body.arm, 0
-        self._feed = DatagramFeed(now, self._take)
-        addresses = (self._feed.address, *(() if tells is None else (tells.address,)))
+        self._feed = DatagramFeed(SOURCE, now, self._take)
+        doors = (self._feed.door, *(() if tells is None else (tells.door(SOURCE),)))
         prop = body.prop
         mass, center = (0.0, (0.0, 0.0, 0.0)) if prop is None else (prop.mass, prop.center_of_mass)
-        self._settings = WorkerSettings(host, addresses, body.arm, mass, center, servo=follows)
+        self._settings = WorkerSettings(host, doors, body.arm, mass, center, servo=follows)
         self._samples: deque[Sample] = deque(maxlen=1000)
-        self._orders, self._sending = Outlet("engine"), threading.Lock()
+        self._orders = Outlet()
         self._ticked = self._heard = self._begun = 0
         self._fault: str | None = "it has not been opened"
         self._renewing: threading.Thread | None = None
@@ -117,18 +119,20 @@ class UrArm:
         self._tell_here()
         for first in range(0, len(points), PIECE):
             piece = tuple((time, tuple(joints)) for time, joints in points[first : first + PIECE])
-            self._tell("follow", time.monotonic_ns(), (self._number, first, len(points), piece))
+            self._orders.send(
+                "follow", time.monotonic_ns(), (self._number, first, len(points), piece)
+            )
         return self._number
 
     def pace(self, share: float, separation: float | None = None, needed: float = 0.0) -> None:  # noqa: ARG002  why is for the record
         """Follow the present trajectory at this share of its speed; see `Arm`."""
         check_pace(share)
-        self._tell("pace", time.monotonic_ns(), share)
+        self._orders.send("pace", time.monotonic_ns(), share)
 
     def stop(self) -> None:
         """Brake to standstill; see `Arm`. May be called from any thread."""
         self._tell_here()
-        self._tell("stop", time.monotonic_ns())
+        self._orders.send("stop", time.monotonic_ns())
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Joints since the last call; also tells the worker that the loop still runs."""
@@ -168,8 +172,7 @@ class UrArm:
 
     def _begin(self) -> None:
         found = self._child.wait()
-        with self._sending:
-            self._orders.addresses = [(str(found["orders"][0]), int(found["orders"][1]))]
+        self._orders.doors = [Door(*found["orders"])]
         self._heard = self._begun = time.monotonic_ns()
         self._fault = None
 
@@ -210,9 +213,9 @@ class UrArm:
 
     def _take(self, datagram: Datagram, stamp_ns: int) -> None:
         """Take a datagram of the worker, in the thread of the feed."""
-        if datagram.source != "arm" or datagram.stamp_ns < self._begun:
+        if datagram.stamp_ns < self._begun:
             return
-        if datagram.name == "arm.joints":
+        if datagram.name == "arm.joints" and isinstance(datagram.value, ArmState):
             self.late += self._fault is None and datagram.stamp_ns - self._heard > JOINTS_LATE_NS
             self._heard = datagram.stamp_ns
             self._samples.append(Sample("arm.joints", stamp_ns, datagram.value))
@@ -223,11 +226,7 @@ class UrArm:
     def _tell_here(self) -> None:
         stopped = self.line is not None and self.line.reason is not None
         held = self._fault or ("the stop line is pulled" if stopped else None)
-        self._tell("here", self._ticked, held)
-
-    def _tell(self, name: str, stamp_ns: int, value: object = None) -> None:
-        with self._sending:
-            self._orders.send(name, stamp_ns, value)
+        self._orders.send("here", self._ticked, held)
 
 
 def _nobody() -> None:

@@ -21,7 +21,7 @@ from typing import Any
 from hw.drivers.gates import CONTROLLER_STALE_NS, ENGINE_GONE_NS, TICK_FRESH_NS
 from hw.drivers.ur.course import CourseRun, mode_of
 from hw.drivers.ur.probe import OTHER_DRIVER, DashboardClient, probe, require_running
-from hw.links.datagrams import Address, Datagram, Intake, Outlet
+from hw.links.datagrams import Datagram, Door, Intake, Outlet
 from hw.links.processes import Parent, Ready, go_first, serve
 from hw.robot import ArmModel
 from hw.samples import ARM_MOVES, ArmState, Joints, TimedJoints
@@ -79,12 +79,12 @@ class Servo:
 class WorkerSettings:
     """The worker's settings; `course` is the number of the newest trajectory before it.
 
-    `tells` are the addresses of engine and chain; `acknowledged`: the operator has allowed the arm
+    `tells` are the doors to engine and chain; `acknowledged`: the operator has allowed the arm
     to move again. `mass` (kg) and `center` (m, flange frame) are its payload.
     """
 
     host: str
-    tells: tuple[Address, ...]
+    tells: tuple[Door, ...]
     model: ArmModel
     mass: float
     center: tuple[float, float, float]
@@ -168,7 +168,6 @@ class Worker:
         self._refused: str | None = "the arm was lost" if settings.acknowledged else None
         self._held: str | None = "nothing received from the engine yet"
         self._ticked = self._heard = 0
-        self._newest = 0
         self._stamp, self._advanced = controller.stamp, time.monotonic_ns()
         self._linked, self._ours_ns = 0, self._advanced
         self._measured = controller.measured()
@@ -191,26 +190,24 @@ class Worker:
     # ---- orders
 
     def take(self, datagram: Datagram, now_ns: int) -> None:
-        """Take a datagram of the engine; overtaken ones are dropped."""
-        if datagram.number <= self._newest:
-            return
-        self._newest, self._heard = datagram.number, now_ns
+        """Take a datagram of the engine; one that is not as agreed is ignored."""
+        self._heard = now_ns
         late = now_ns - datagram.stamp_ns > TICK_FRESH_NS
-        if datagram.name == "here":
-            self._ticked, self._held = datagram.stamp_ns, datagram.value
-            if self._held is not None:
-                self.break_off(self._held)
-        elif datagram.name == "pace":
-            self._pace = float(datagram.value)
-        elif datagram.name == "stop":
-            self._pieces = []
-            self.break_off(None)
-        elif datagram.name == "follow":
-            number, first, count, points = datagram.value
-            whole = first == len(self._pieces) or first == 0
-            self._pieces = [*(self._pieces if first else ()), *points] if whole else []
-            if first + len(points) == count:
-                self._follow(number, "the trajectory arrived late" if late else None, count)
+        match datagram.name, datagram.value:
+            case "here", str() | None as held:
+                self._ticked, self._held = datagram.stamp_ns, held
+                if held is not None:
+                    self.break_off(held)
+            case "pace", (float() | int()) as share if 0.0 <= share <= 1.0:
+                self._pace = float(share)
+            case "stop", None:
+                self._pieces = []
+                self.break_off(None)
+            case "follow", (int(number), int(first), int(count), tuple(points)):
+                whole = first == len(self._pieces) or first == 0
+                self._pieces = [*(self._pieces if first else ()), *points] if whole else []
+                if first + len(points) == count:
+                    self._follow(number, "the trajectory arrived late" if late else None, count)
 
     def _follow(self, number: int, late: str | None, count: int) -> None:
         points, self._pieces = self._pieces, []
@@ -314,9 +311,9 @@ def main(settings: WorkerSettings, ready: Ready, parent: Parent) -> None:
     """Move the arm until the parent has gone; then stop it, and end its program."""
     go_first()
     controller = UrController(settings)
-    outlet, orders = Outlet("arm", settings.tells), Intake()
+    outlet, orders = Outlet(settings.tells), Intake(("engine",))
     worker = Worker(controller, settings, outlet)
-    ready({"orders": orders.address, "version": controller.version})
+    ready({"orders": orders.door("engine"), "version": controller.version})
     left = 0
     while not (left and (worker.stands or time.monotonic_ns() - left > ENGINE_GONE_NS)):
         waited: list[Any] = [orders, *([] if left else [parent])]

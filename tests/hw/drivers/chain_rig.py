@@ -17,7 +17,8 @@ from hw.safety.guarded import GuardedBase
 from hw.safety.limits import SafetyLimits
 from hw.samples import PoseSigma, UserPose
 from hw.tracking import Tracking
-from tests.hw.drivers.rigs import own_address
+from tests.hw.drivers.rigs import OBSERVER_KEY, key_file, own_address
+from tests.hw.drivers.wheels import SECRET
 
 MS = 1_000_000
 PATIENCE_S = 20.0
@@ -41,29 +42,26 @@ class Rig:
 
     def __init__(self, host=None, port=7400, arm=False, observer=True, also=(), **hardware):
         self.begin, self.remarks = time.monotonic_ns(), []
-        self.reports, self.orders = Intake(), Intake()
-        orders = self.orders.address
-        self.orders.close()  # the wheels bind it
+        self.reports, orders = Intake(("wheels",)), Intake(("test",), secret=SECRET)
+        orders.close()  # the wheels bind it
         self.host = host or own_address()
         self.chain = ChainLink(
             port,
             {
                 "driver": HARDWARE,
-                "tells": [self.reports.address, *also],
-                "hears": orders,
+                "tells": [self.reports.door("wheels"), *also],
+                "hears": orders.address,
                 **hardware,
             },
             self.run_time,
             opening(self.run_time, tell=self.remarks.append),
             host=self.host,
             arm=arm,
-            observer={"timeout": 0.5} if observer else None,
+            observer={"timeout": 0.5, "key": key_file()} if observer else None,
         )
-        self.outlets = {
-            source: Outlet(source, [self.chain.address]) for source in ("arm", "vr", "world")
-        }
-        self.observer = ObserverLink(self.chain.address)
-        self.faults = Outlet("test", [orders])
+        self.outlets = {source: Outlet([self.chain.door(source)]) for source in ("arm", "vr")}
+        self.observer = ObserverLink((self.host, port + 1), OBSERVER_KEY)
+        self.faults = Outlet([orders.door("test")])
         self.speaks = set(EVERY_MS)
         self.command: Twist2 | None = AHEAD
         self.user = Pose2(40.0, 0.0)
@@ -139,7 +137,9 @@ class Rig:
         while not reached():
             assert time.monotonic() < end, (self.chain.stopped, self.chain.keeper.status)
             self.speak()
-            select.select([self.reports], [], [], 0.003)
+            select.select([self.reports, self.observer], [], [], 0.003)
+            if "observer" in self.speaks:
+                self.observer.hear()
             self.take()
         return self
 

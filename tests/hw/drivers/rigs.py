@@ -4,6 +4,9 @@ import random
 import select
 import threading
 import time
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from hw.connection import RunInfo
 from hw.links.datagrams import Intake
@@ -12,6 +15,19 @@ from hw.safety.limits import SafetyLimits, Stopping
 from hw.tracking import Tracking
 
 PATIENCE_S = 20.0
+OBSERVER_KEY = bytes(range(32))
+
+
+@cache
+def key_file():
+    """The file with the `OBSERVER_KEY`; it goes with the process."""
+    file = Path(_FOLDER.name, "observer.key")
+    file.touch(0o600)
+    file.write_text(OBSERVER_KEY.hex())
+    return str(file)
+
+
+_FOLDER = TemporaryDirectory()
 
 
 def own_address():
@@ -32,8 +48,8 @@ class Chain:
     """Where the safety chain listens: all that it is `told`."""
 
     def __init__(self):
-        self.intake = Intake()
-        self.address = self.intake.address
+        self.intake = Intake(("arm", "vr"))
+        self.door = self.intake.door
         self.told = []
 
     def until(self, reached):

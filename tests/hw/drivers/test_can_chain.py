@@ -11,11 +11,11 @@ from hw.drivers.chain.link import ChainLink
 from hw.drivers.observer import ObserverLink
 from hw.fakes.can_peer import CanNodes
 from hw.geometry import Pose2
-from hw.links.datagrams import Intake, Outlet
+from hw.links.datagrams import Door, Intake, Outlet
 from hw.samples import BumperHit
 from tests.hw.drivers.can_rig import MODEL, WHEELS
 from tests.hw.drivers.chain_rig import AHEAD, EVERY_MS, Rig, opening
-from tests.hw.drivers.rigs import own_address
+from tests.hw.drivers.rigs import OBSERVER_KEY, own_address
 from tests.repeats import TIMES
 
 LOG = logging.getLogger(__name__)
@@ -27,8 +27,8 @@ class CanChain(Rig):
 
     def __init__(self):
         self.begin = time.monotonic_ns()
-        self.reports, self.host = Intake(), own_address()
-        self.address = self.reports.address
+        self.reports, self.host = Intake(("drives",)), own_address()
+        self.door = self.reports.door
         bus = {"interface": "local", "channel": self.host}
         self.nodes = CanNodes(bus, WHEELS, tells=self, by_hand=0.1)
         self.nodes.wait()
@@ -37,10 +37,9 @@ class CanChain(Rig):
         }  # fmt: skip
         now = self.run_time
         self.chain = ChainLink(7400, hardware, now, opening(now), host=self.host)
-        self.outlets = {
-            source: Outlet(source, [self.chain.address]) for source in ("arm", "vr", "world")
-        }
-        self.observer, self.faults = ObserverLink(self.chain.address), Outlet("world")
+        self.outlets = {name: Outlet([self.chain.door(name)]) for name in ("arm", "vr")}
+        self.observer = ObserverLink((self.host, 7401), OBSERVER_KEY)  # nobody is there
+        self.faults = Outlet()
         self.speaks, self.command, self.user = set(EVERY_MS), AHEAD, Pose2(40.0, 0.0)
         self.pulled, self.rates, self.told_ns = [], (), 0
         self._due = dict.fromkeys(EVERY_MS, 0)
@@ -49,7 +48,7 @@ class CanChain(Rig):
     def take(self):
         for told in self.reports.poll():
             if told.name == "subscribe":
-                self.faults.addresses = [told.value]
+                self.faults.doors = [Door(*told.value)]
             else:
                 self.rates, self.told_ns = told.value, told.stamp_ns
 

@@ -11,7 +11,7 @@ from hw.drivers.can.base import CanBase
 from hw.fakes.can_peer import CanNodes
 from hw.fakes.can_wire import Hub
 from hw.geometry import STILL, Twist2
-from hw.links.datagrams import Intake, Outlet
+from hw.links.datagrams import Door, Intake, Outlet
 from hw.samples import BumperHit
 from tests.hw.drivers.can_rig import CYCLE_NS, MODEL, WHEELS
 from tests.hw.drivers.rigs import own_address
@@ -26,16 +26,16 @@ class World:
     """Stands for the world of the fakes: hears how the wheels turn, tells of touches."""
 
     def __init__(self, host):
-        self._intake = Intake(host)
-        self.address = self._intake.address
-        self._outlet = Outlet("world")
+        self._intake = Intake(("drives",), host)
+        self.door = self._intake.door
+        self._outlet = Outlet()
         self.rates, self.stamp_ns = (), 0
 
     def hear(self):
         for told in self._intake.poll():
             assert told.source == "drives"
             if told.name == "subscribe":
-                self._outlet.addresses = [told.value]
+                self._outlet.doors = [Door(*told.value)]
             else:
                 assert told.name == "wheels"
                 self.rates, self.stamp_ns = told.value, told.stamp_ns

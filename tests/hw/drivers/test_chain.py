@@ -22,7 +22,7 @@ from tests.hw.drivers.chain_rig import (
     Rig,
     opening,
 )
-from tests.hw.drivers.rigs import own_address
+from tests.hw.drivers.rigs import key_file, own_address
 
 SILENCES = [
     ("arm", 50 * MS, ARM_SILENT),
@@ -93,7 +93,14 @@ def test_wheels_that_cannot_be_opened_are_told():
         ({"hardware": {}}, 'write driver: "module:Class"'),
         ({"hardware": {"driver": HARDWARE}, "rate": 50}, "a rate of 50 Hz; 100 to 1000"),
         ({"hardware": {"driver": HARDWARE}, "observer": {"time": 1}}, "time; known: host, port"),
-        ({"hardware": {"driver": HARDWARE}, "observer": {"timeout": 5}}, "timeout of 5 s"),
+        (
+            {"hardware": {"driver": HARDWARE}, "observer": {"timeout": 5, "key": key_file()}},
+            "timeout of 5 s",
+        ),
+        (
+            {"hardware": {"driver": HARDWARE}, "observer": {"host": "0.0.0.0"}},
+            "at 0.0.0.0 anybody could speak for the observer: name the file of a key, `key: FILE`",
+        ),
     ],
 )
 def test_what_is_wrong_in_the_connection_is_told(given, match):
@@ -197,15 +204,16 @@ def test_a_chain_that_is_ended_lets_go_of_the_wheels(rig):
 ENGINE = """
 import sys
 from tests.hw.drivers.chain_rig import Rig
-Rig(host=sys.argv[1], also=[(sys.argv[2], int(sys.argv[3]))]).start().until(lambda: False)
+_, own, host, port, key = sys.argv
+Rig(host=own, also=[(host, int(port), key)]).start().until(lambda: False)
 """
 
 
 @pytest.mark.requirement(41, 48, 149)
 def test_an_engine_that_is_killed_leaves_nothing_moving_and_the_base_free():
-    host, seen = own_address(), Intake()
+    host, seen = own_address(), Intake(("wheels",))
     engine = subprocess.Popen(
-        [sys.executable, "-c", ENGINE, host, *map(str, seen.address)],
+        [sys.executable, "-c", ENGINE, host, *map(str, seen.door("wheels"))],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
     )
     told = []
@@ -230,10 +238,10 @@ def test_an_engine_that_is_killed_leaves_nothing_moving_and_the_base_free():
 
 def until_free(host):
     """Until the next engine can have the base."""
-    end, nobody = time.monotonic() + PATIENCE_S, Intake()
+    end, nobody = time.monotonic() + PATIENCE_S, Intake(())
     while True:
         try:
-            Intake(host, 7400).close()
+            Intake((), host, 7400).close()
             break
         except OSError:
             assert time.monotonic() < end, "the chain lives on"
@@ -244,7 +252,7 @@ def until_free(host):
 @pytest.mark.slow
 def test_garbage_at_the_port_does_no_harm(rig):
     rig.driving()
-    strange = Outlet("engine", [rig.chain.address])
+    strange = Outlet([rig.chain.door("engine")])
     for name, value in (("reset", "x"), ("mode", 3), ("grant", "x"), ("estimate", 1), ("x", None)):
         strange.send(name, 0, value)
     strange.close()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hw.drivers.chain.cycle import ChainCycle
 from hw.drivers.chain.settings import ChainSettings, ObserverSettings
 from hw.geometry import STILL, Pose2, Pose3, Twist2
-from hw.links.datagrams import Datagram
+from hw.links.datagrams import Datagram, Door
 from hw.robot import MotionLimits, load_robot
 from hw.safety.limits import SafetyLimits
 from hw.samples import PoseSigma, TrackerPose, UserPose
@@ -48,14 +48,15 @@ class Rig:
         self.speaks = {"engine", "estimate", "arm", "observer", "vr", "user"}
         settings = ChainSettings(
             address=("127.0.0.1", 0),
-            engine=("127.0.0.1", 0),
+            secret=b"",
+            engine=Door("127.0.0.1", 0, ""),
             hardware=("", "", {}),
             model=ROBOT.base,
             motion=MOTION,
             safety=limits,
             tracking=TRACKING,
             arm=arm,
-            observer=ObserverSettings(("127.0.0.1", 0)) if observer else None,
+            observer=ObserverSettings(("127.0.0.1", 0), b"") if observer else None,
         )
         self.wheels, self.sent = Wheels(ROBOT.base), Sent()
         self.chain = ChainCycle(settings, self.wheels, self.sent)
@@ -68,6 +69,9 @@ class Rig:
         self.numbers += 1
         stamp = self.now if stamp is None else stamp
         self.chain.take(Datagram(source, self.numbers, name, stamp, value), self.now)
+
+    def order(self, name, value):
+        self.chain.order(self.now, name, value)
 
     def speak(self):
         n, odometry = self.count, self.wheels.odometry
@@ -103,7 +107,7 @@ class Rig:
     def reset(self, most=60):
         """Why it stays stopped; None: it does not."""
         before = len(self.sent.values("chain.reset"))
-        self.tell("engine", "reset", 7)
+        self.order("reset", 7)
         for _ in range(most):
             answers = self.sent.values("chain.reset")[before:]
             if answers:
@@ -286,8 +290,9 @@ def test_only_the_engine_commands_and_resets(source):
         rig.tell(source, "command", AHEAD)
         rig.go()
     assert rig.wheels.told == STILL
-    rig.tell("engine", "pull", "console")
-    rig.tell(source, "reset", 7)
+    rig.order("pull", "console")
+    for name in (source, "engine"):  # not even the engine, other than by the pipe
+        rig.tell(name, "reset", 7)
     rig.go(60)
     assert rig.chain.stopped == "console"
 
@@ -468,8 +473,11 @@ def test_a_driver_that_raises_stops_the_wheels_and_the_cycles_go_on(rig):
 @pytest.mark.requirement(48, 49)
 @pytest.mark.parametrize("source", ["engine", "observer"])
 def test_who_pulls_stops_it_and_the_first_reason_is_kept(rig, source):
-    rig.tell(source, "pull", "console")
-    rig.tell("engine", "pull", "another")
+    if source == "engine":
+        rig.order("pull", "console")
+    else:
+        rig.tell(source, "pull", "console")
+    rig.order("pull", "another")
     rig.go()
     assert rig.wheels.told == STILL
     assert rig.wheels.stopped
@@ -478,9 +486,9 @@ def test_who_pulls_stops_it_and_the_first_reason_is_kept(rig, source):
 
 
 def test_a_reset_waits_for_the_drives_and_moves_nothing_by_itself(rig):
-    rig.tell("engine", "pull", "console")
+    rig.order("pull", "console")
     rig.go(60)
-    rig.tell("engine", "reset", 1)
+    rig.order("reset", 1)
     for _ in range(READY_AFTER):
         rig.go()
         assert rig.chain.stopped == "console"
@@ -493,14 +501,14 @@ def test_a_reset_waits_for_the_drives_and_moves_nothing_by_itself(rig):
 
 
 def test_a_base_that_moves_is_not_reset(rig):
-    rig.tell("engine", "pull", "console")
+    rig.order("pull", "console")
     rig.go()
     assert rig.reset() == "the base moves"
     stays_stopped(rig, "console")
 
 
 def test_drives_that_do_not_get_ready_keep_the_stop(rig):
-    rig.tell("engine", "pull", "console")
+    rig.order("pull", "console")
     rig.go(60)
     rig.wheels.order("held", True)
     assert rig.reset() == "the wheels are not ready"
@@ -509,9 +517,9 @@ def test_drives_that_do_not_get_ready_keep_the_stop(rig):
 
 
 def test_who_pulls_during_a_reset_keeps_the_stop(rig):
-    rig.tell("engine", "pull", "console")
+    rig.order("pull", "console")
     rig.go(60)
-    rig.tell("engine", "reset", 7)
+    rig.order("reset", 7)
     rig.go(2)
     rig.tell("observer", "pull", "no!")
     rig.go(30)
@@ -521,7 +529,7 @@ def test_who_pulls_during_a_reset_keeps_the_stop(rig):
 
 
 def test_a_reset_without_a_stop_is_at_once(rig):
-    rig.tell("engine", "reset", 7)
+    rig.order("reset", 7)
     assert rig.sent.values("chain.reset") == [(7, None)]
     rig.go(3)
     assert not rig.wheels.stopped
@@ -584,6 +592,8 @@ def test_whatever_is_heard_what_is_stopped_is_told_to_stand_and_nothing_leaps(sc
             case int(cycles):
                 for _ in range(cycles):
                     go_and_look(rig)
+            case ("engine", "pull" | "reset" as name, value, _):
+                rig.order(name, 7 if name == "reset" else str(value))
             case (source, name, value, late):
                 rig.tell(source, name, value, rig.now + late * MS)
             case ("fault", value):

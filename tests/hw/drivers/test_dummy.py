@@ -136,7 +136,7 @@ def test_of_what_a_vr_link_tells_the_chain_gets_all_but_the_person(
 ) -> None:
     dummy = Dummy(recalled(), lambda: 0, tells=chain)
     dummy.wait()
-    link = Outlet("vr", [dummy.address])
+    link = Outlet([dummy.door("vr")])
     tracker = TrackerPose("front", Pose3(1.0, 2.0, 0.3, 0.0, 0.0, 0.0, 1.0))
     for name in sorted(OF_PERSON):
         link.send(name, 1)

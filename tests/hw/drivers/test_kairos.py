@@ -32,7 +32,7 @@ class Rig:
     """Fake and driver, and as much of a chain as cycles: poll, drive, 10 ms."""
 
     def __init__(self, fault=(), world=False, **given):
-        self.host, self.world = own_address(), Intake()
+        self.host, self.world = own_address(), Intake(("drives", "scanners"))
         tells = self.world if world else None
         ros = given.get("ros", 1)
         self.fake = Kairos(self.host, opening(), ros=ros, tells=tells)

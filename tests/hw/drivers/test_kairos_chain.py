@@ -19,7 +19,7 @@ from hw.safety.limits import SafetyLimits
 from hw.tracking import Tracking
 from tests.hw.drivers.chain_rig import EVERY_MS
 from tests.hw.drivers.chain_rig import Rig as ChainRig
-from tests.hw.drivers.rigs import own_address
+from tests.hw.drivers.rigs import OBSERVER_KEY, own_address
 
 pytest.importorskip("roslibpy", reason="the extra 'ros' is not installed")
 
@@ -35,15 +35,15 @@ class Rig(ChainRig):
 
     def __init__(self):
         self.begin = time.monotonic_ns()
-        self.reports, self.host = Intake(), own_address()
+        self.reports, self.host = Intake(("drives", "scanners")), own_address()
         given = RunInfo(self.run_time, BODY, MOTION, LIMITS, Tracking.of(BODY.sensing))
         self.fake = Kairos(self.host, given, tells=self.reports)
         self.fake.wait()
         entry = dict(CONNECTION.links["chain"].arguments["hardware"]) | {"host": self.host}
         self.chain = ChainLink(7400, entry, self.run_time, given, host=self.host)
-        names = ("arm", "vr", "world")
-        self.outlets = {name: Outlet(name, [self.chain.address]) for name in names}
-        self.observer, self.faults = ObserverLink(self.chain.address), Outlet("test")
+        self.outlets = {name: Outlet([self.chain.door(name)]) for name in ("arm", "vr")}
+        self.observer = ObserverLink((self.host, 7401), OBSERVER_KEY)  # nobody is there
+        self.faults = Outlet()
         self.speaks, self.command = set(EVERY_MS), FULL
         self.user, self.pulled = Pose2(40.0, 0.0), []
         self._due = dict.fromkeys(EVERY_MS, 0)

@@ -31,11 +31,11 @@ class Rig:
     """Fake and driver; with `world`, its scans are those that `tell` sends."""
 
     def __init__(self, world=False, ros=1, **given):
-        self.host, self.world = own_address(), Intake()
+        self.host, self.world = own_address(), Intake(("drives", "scanners"))
         tells = self.world if world else None
         self.fake = Kairos(self.host, opening(), ros=ros, tells=tells)
         self.fake.wait()
-        self.part, self.outlet = None, Outlet("world", [tuple(self.fake.ready["control"])])
+        self.part, self.outlet = None, Outlet([self.fake.control])
         self.told, self.numbers = {}, itertools.count()
         self.given = {"scanners": TOPICS, "ros": ros} | given
 

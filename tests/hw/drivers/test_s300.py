@@ -33,7 +33,7 @@ class Rig:
         self.scanners = {name: {"host": host, "port": 4001 + n} for n, name in enumerate(NAMES)}
         self.fake = Fake(self.scanners)
         self.fake.wait()
-        self.outlet = Outlet("world", [tuple(self.fake.ready["control"])])
+        self.outlet = Outlet([self.fake.control])
         self.numbers = itertools.count()
         self.told = {}
         for name, extra in given.pop("extra", {}).items():
@@ -153,7 +153,7 @@ def test_a_scanner_that_starts_anew_is_found_again(rig):
     rig.listener.until(lambda: str(rig.part.health["rear_laser"]).startswith(absent))
     rig.fake = Fake({n: {"host": a["host"], "port": a["port"]} for n, a in rig.scanners.items()})
     rig.fake.wait()
-    rig.outlet.addresses = [tuple(rig.fake.ready["control"])]
+    rig.outlet.doors = [rig.fake.control]
     assert rig.more(4)
 
 

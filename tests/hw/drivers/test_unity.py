@@ -238,12 +238,8 @@ def test_two_applications_are_not_both_believed(rig) -> None:
 
 
 def test_a_safety_chain_is_told_the_same(rig) -> None:
-    with_chain = Intake()
-
-    class Chain:
-        address = with_chain.address
-
-    other = Rig(tells=Chain())
+    with_chain = Intake(("vr",))
+    other = Rig(tells=with_chain)
     try:
         other.application()
         other.person.request = DEEP

@@ -46,7 +46,7 @@ class UrRig:
 
     def __init__(self, stack, unlock=0.0):
         self.host = own_address()
-        self.truth, self.chain = Intake(self.host), Intake(self.host)
+        self.truth, self.chain = Intake(("cb3",), self.host), Intake(("arm",), self.host)
         stack.callback(self.truth.close)
         stack.callback(self.chain.close)
         self.fake = Cb3(self.host, tells=self.truth, joints=PARKED, unlock=unlock)

@@ -12,7 +12,6 @@ from __future__ import annotations
 import select
 import sys
 import time
-from types import SimpleNamespace
 
 from hw.fakes.unity_client import ODOMETRY, POSE, Client, pose
 from hw.geometry import Pose2, Twist2
@@ -26,8 +25,8 @@ UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 
 def measure(seconds: float, shown_hz: int) -> list[float]:
     """Times through the server, ms, sorted."""
-    intake = Intake()
-    rig = Rig(tells=SimpleNamespace(address=intake.address))
+    intake = Intake(("vr",))
+    rig = Rig(tells=intake)
     published = {"vr/head": POSE, "vr/tailbone": POSE}
     client = Client(*rig.link.address, published, {"robot/pose": ODOMETRY})
     found, due = [], time.monotonic_ns()

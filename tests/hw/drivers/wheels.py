@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.links.datagrams import Intake, Outlet
+from hw.links.datagrams import Door, Intake, Outlet
 from hw.samples import BumperHit, Odometry
 
+SECRET = b"of the orders to the wheels"
 READY_AFTER = 5
 """Drives that were stopped are ready again so many polls after an acknowledgement."""
 
@@ -15,7 +16,7 @@ READY_AFTER = 5
 class Wheels:
     """As `hw.drivers.hardware.Hardware`; it does in each cycle what it is told.
 
-    It tells `tells`, addresses, what happens in each cycle, as `cycle`: its number, the velocity it
+    It tells `tells`, doors, what happens in each cycle, as `cycle`: its number, the velocity it
     was told, that which it has, and whether it was stopped. With `hears` it takes datagrams there:
     `fault` (text or None), `hit` (bearing), `remarked` (texts); `mute`, `runs_on`, `held` and
     `raises` (bool).
@@ -35,8 +36,8 @@ class Wheels:
         self._brakes = model.brake_deceleration
         self._pose, self._twist, self._now = Pose2(0.0, 0.0), STILL, None
         self._hits, self.remarked, self._left = [], [], 0
-        self._outlet = Outlet("wheels", map(tuple, tells)) if tells else None
-        self._intake = Intake(*hears) if hears else None
+        self._outlet = Outlet(Door(*door) for door in tells) if tells else None
+        self._intake = Intake(("test",), *hears, SECRET) if hears else None
 
     @property
     def ready(self):

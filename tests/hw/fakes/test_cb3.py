@@ -23,7 +23,7 @@ class Robot:
 
     def __init__(self, stack, unlock=0.0):
         self.host = own_address()
-        self.heard = Intake(self.host)
+        self.heard = Intake(("cb3",), self.host)
         stack.callback(self.heard.close)
         self.fake = Cb3(self.host, tells=self.heard, joints=START, unlock=unlock)
         stack.callback(self.fake.close)

@@ -50,7 +50,7 @@ def rig():
 
 class _Rig:
     def __init__(self, **given):
-        self.host, self.world = own_address(), Intake()
+        self.host, self.world = own_address(), Intake(("drives", "scanners"))
         if given.pop("world", False):
             given["tells"] = self.world
         self.fake = Kairos(self.host, opening(), **given)

@@ -9,7 +9,7 @@ import pytest
 
 from hw.fakes.s300 import checksum, telegram
 from hw.fakes.scanners import S300Peer
-from hw.links.datagrams import Intake, Outlet
+from hw.links.datagrams import Door, Intake, Outlet
 from hw.samples import Scan
 from tests.hw.drivers.rigs import own_address
 
@@ -36,8 +36,8 @@ class World:
     """As much of a world as the fake needs."""
 
     def __init__(self, host):
-        self.intake = Intake(host)
-        self.address = self.intake.address
+        self.intake = Intake(("scanners",), host)
+        self.door = self.intake.door
 
 
 def test_it_asks_a_world_for_scans_and_sends_them_when_they_are_over():
@@ -51,7 +51,7 @@ def test_it_asks_a_world_for_scans_and_sends_them_when_they_are_over():
     while not heard:
         heard = world.intake.poll()
     assert (heard[0].source, heard[0].name) == ("scanners", "subscribe")
-    outlet = Outlet("world", [heard[0].value])
+    outlet = Outlet([Door(*heard[0].value)])
     stamp = time.monotonic_ns()
     outlet.send("base.scan", stamp, Scan("front_laser", 0.0, 0.01, (1.0,) * 100, 1e-3))
     first = line.recv(1, socket.MSG_PEEK)

@@ -16,7 +16,7 @@ from hw.fakes.unity_client import POSE, Client
 from hw.fakes.vr_application import FAULTS
 from hw.fakes.vr_demo import main
 from hw.geometry import Pose2, Pose3
-from hw.links.datagrams import Intake, Outlet
+from hw.links.datagrams import Door, Intake, Outlet
 from hw.samples import TrackerPose, UserPose
 from tests.hw.drivers.unity_rig import DEEP, MAP_FROM_VIVE, Rig
 
@@ -26,14 +26,14 @@ class Beside:
 
     def __init__(self) -> None:
         self.rig = Rig()
-        self.world = Intake()
-        self.outlet = Outlet("world")
+        self.world = Intake(("vr_client",))
+        self.outlet = Outlet()
         self.told: list[object] = []
         self.seen = UserPose(Pose2(3.0, 4.0, 1.0), 1.2)
         self.request: Pose3 | None = None
         host, port = self.rig.link.address
         self.client = VrClient(
-            host, port, SimpleNamespace(address=self.world.address), self.rig.opening,
+            host, port, self.world, self.rig.opening,
             clock_offset=1000.5,
         )  # fmt: skip
         self.client.wait()
@@ -43,7 +43,7 @@ class Beside:
         for told in self.world.poll():
             self.told.append(told)
             if told.name == "subscribe":
-                self.outlet.addresses = [tuple(told.value)]
+                self.outlet.doors = [Door(*told.value)]
         now = time.monotonic_ns()
         self.outlet.send("user.pose", now, self.seen)
         mounts = self.rig.opening.tracking.mounts

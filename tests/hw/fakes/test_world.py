@@ -75,14 +75,14 @@ class Peer:
     """Something that subscribes, and remembers what it hears."""
 
     def __init__(self, source, world):
-        self.intake, self.out, self.heard = Intake(), Outlet(source, [world.address]), []
+        self.intake, self.out, self.heard = Intake(("world",)), Outlet([world.door(source)]), []
 
     def until(self, there):
         """Ask and listen until it is so."""
         end = time.monotonic() + PATIENCE_S
         while not there():
             assert time.monotonic() < end, {told.name for told in self.heard}
-            self.out.send("subscribe", time.monotonic_ns(), self.intake.address)
+            self.out.send("subscribe", time.monotonic_ns(), tuple(self.intake.door("world")))
             select.select([self.intake], [], [], 0.1)
             self.heard += self.intake.poll()
 
@@ -132,7 +132,7 @@ def test_peers_hear_what_is_theirs_and_nobody_else_the_truth(shared, peer):
     assert scanners.names() == {"base.scan"}
     stranger = peer("somebody", shared)
     client.heard.clear()
-    stranger.out.send("subscribe", 0, stranger.intake.address)
+    stranger.out.send("subscribe", 0, tuple(stranger.intake.door("world")))
     client.until(lambda: len(client.heard) > 50)
     assert stranger.intake.poll() == []
     assert "truth" not in client.names()
