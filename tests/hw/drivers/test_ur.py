@@ -301,9 +301,9 @@ class Still:
 
 def test_an_arm_that_moves_without_a_command_is_another_programs():
     host = own_address()
-    intake, controller = Intake(host), Still()
-    outlet = Outlet("arm", [intake.address])
-    settings = WorkerSettings(host, (intake.address,), ROBOT.arm, 0.0, (0.0, 0.0, 0.0))
+    intake, controller = Intake(("arm",), host), Still()
+    doors = (intake.door("arm"),)
+    outlet, settings = Outlet(doors), WorkerSettings(host, doors, ROBOT.arm, 0.0, (0.0, 0.0, 0.0))
     worker = Worker(controller, settings, outlet)
     now = time.monotonic_ns()
     for n in range(1, 200):
