@@ -99,7 +99,8 @@ def length_around(starts: Array, goal: tuple[float, float], radius: float) -> Ar
     apart = np.minimum(apart, 2.0 * math.pi - apart)
     straight = np.hypot(starts[:, 0] - goal[0], starts[:, 1] - goal[1])
     arc = apart - np.arccos(radius / start_radius) - math.acos(radius / goal_radius)
-    legs = np.sqrt(start_radius**2 - radius**2) + math.sqrt(goal_radius**2 - radius**2)
+    starts_leg = np.sqrt(np.maximum(0.0, start_radius**2 - radius**2))  # squares are rounded
+    legs = starts_leg + math.sqrt(max(0.0, goal_radius**2 - radius**2))
     found: Array = np.where(arc > 0.0, legs + radius * arc, straight)
     return found
 

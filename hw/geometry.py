@@ -25,6 +25,11 @@ def wrap(angle: float) -> float:
     return wrapped
 
 
+def unwrap(angle: float, last: float) -> float:
+    """The same angle continued from `last`, which is not wrapped: within pi of it."""
+    return last + wrap(angle - last)
+
+
 def _require_finite(what: str, names: str, *values: float) -> None:
     if math.isfinite(sum(values)):
         return

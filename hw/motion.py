@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from hw.geometry import STILL, Twist2, wrap
+from hw.geometry import STILL, Twist2, unwrap
 
 LEAST_NS = 50_000_000
 """Least time span of poses for a velocity, ns."""
@@ -47,7 +47,7 @@ class Motion:
             if stamp_ns - last[0] > self._gone_ns or _is_jump(last, stamp_ns, x, y):
                 seen.clear()
             else:
-                yaw = last[3] + wrap(yaw - last[3])
+                yaw = unwrap(yaw, last[3])
         if not seen or last[1] != x or last[2] != y or last[3] != yaw:
             self._same_since = stamp_ns
         seen.append((stamp_ns, x, y, yaw))

@@ -12,7 +12,7 @@ from bisect import bisect_right
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.geometry import Pose2, wrap
+from hw.geometry import Pose2, unwrap
 
 TrackPose = tuple[float, float, float]
 """x, y in the map (m) and the yaw, not wrapped (rad)."""
@@ -35,8 +35,7 @@ class Track:
     def note(self, now_ns: int, pose: Pose2) -> None:
         """Record the pose at now_ns; a second one of the same instant replaces the first."""
         times, places = self._times, self._places
-        yaw = places[-1][2]
-        place = (pose.x, pose.y, yaw + wrap(pose.yaw - yaw))
+        place = (pose.x, pose.y, unwrap(pose.yaw, places[-1][2]))
         if times[-1] == now_ns:
             places[-1] = place
             return

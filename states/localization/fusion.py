@@ -122,7 +122,7 @@ def sigma_of(covariance: Array) -> PoseSigma:
     """
     (xx, xy, _), (_, yy, _), (_, _, yaw) = covariance.tolist()
     worst = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
-    return PoseSigma(math.sqrt(worst), math.sqrt(yaw))
+    return PoseSigma(math.sqrt(max(0.0, worst)), math.sqrt(max(0.0, yaw)))
 
 
 def inverse(matrix: Array) -> Array:

@@ -74,8 +74,8 @@ def leaps(found: Match, predicted: Pose2, covariance: Array) -> bool:
     if found.share >= CERTAIN:
         return False
     pose = found.map_from_base
-    place = LEAP * math.sqrt(0.5 * (covariance[0, 0] + covariance[1, 1])) + SAME_M
-    turn = LEAP * math.sqrt(covariance[2, 2]) + SAME_RAD
+    place = LEAP * math.sqrt(max(0.0, 0.5 * (covariance[0, 0] + covariance[1, 1]))) + SAME_M
+    turn = LEAP * math.sqrt(max(0.0, covariance[2, 2])) + SAME_RAD
     near = pose.distance_to(predicted) < place
     return not (near and abs(wrap(pose.yaw - predicted.yaw)) < turn)
 

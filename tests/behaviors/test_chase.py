@@ -21,6 +21,7 @@ from hw.room import Room
 from hw.samples import UserPose
 from states.environment import Environment
 from states.navigation.speed import rest_to_rest
+from tests.repeats import examples
 
 USER = UserPose(Pose2(10.0, 10.0, 0.0), 0.0)
 
@@ -367,3 +368,32 @@ def test_tuned_follows_a_walker_before_they_are_far(
     assert chase.distance_soon(situation_of(tuned, pose, USER, leaving), 0.9) > 4.0
     assert chase.distance_soon(situation_of(tuned, pose, USER, coming), 0.9) == 3.5
     assert chase.distance_soon(situation_of(paper, pose, USER, leaving), 0.9) == 3.5
+
+
+@given(
+    user=st.tuples(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0)),
+    around=st.floats(-math.pi, math.pi),
+    near=st.floats(0.1, 4.0),
+    before=st.floats(0.01, 10.0),
+)
+@settings(deadline=None, max_examples=examples(200))
+def test_a_way_that_only_touches_the_circle_ends_there(
+    user: tuple[float, float], around: float, near: float, before: float
+) -> None:
+    """The end is the foot of the perpendicular, so that rounding may leave no root."""
+    c, s = math.cos(around), math.sin(around)
+    end = user[0] + near * c, user[1] + near * s
+    start = end[0] - before * s, end[1] + before * c
+
+    found = chase.place_at([start, end], user, math.dist(end, user))
+
+    assert math.dist(found, end) < 1e-5 * (1.0 + before)
+
+
+def test_from_the_edge_of_the_disc_on_a_way_around_it_is_its_arc_and_one_tangent() -> None:
+    """Also where r * r, as numpy squares, is less than r ** 2: no root is of less than 0."""
+    some = np.random.default_rng(1).uniform(0.5, 5.0, 20_000).tolist()
+    for radius in (1.27, *(r for r in some if r * r < r**2)):
+        (length,) = length_around(np.array([(radius, 0.0)]), (-2.0 * radius, 0.0), radius).tolist()
+
+        assert length == pytest.approx(radius * (math.sqrt(3.0) + math.pi - math.acos(0.5)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from shapely.geometry import LineString, Point, Polygon
 
 from behaviors import escape
 from behaviors.costs import FAR, crowding, lateness
-from behaviors.dodge import place_with_room, safest_goal
+from behaviors.dodge import is_caught, place_with_room, safest_goal
 from behaviors.profile import Profile
 from behaviors.rollout import HORIZON_S, STEP_S, evaluate, predict_user, roll_out
 from behaviors.situation import Situation
@@ -388,3 +389,22 @@ def test_an_arm_that_is_with_the_user_is_taken_away(
 
     assert goal is not None
     assert goal.x < 10.0
+
+
+def test_who_walks_at_a_robot_is_warned_as_much_earlier_as_poses_and_commands_are_late(
+    tuned: Profile, situation_of: Callable[..., Situation]
+) -> None:
+    """At 1 m/s a second is a metre; so is one that a danger is to last longer, once it is one."""
+
+    def farthest(delay: float, calm: float = 0.0) -> float:
+        for centimetres in range(500, 50, -2):
+            user = facing(10.0 + 0.01 * centimetres, 10.0, math.pi)
+            now = situation_of(tuned, Pose2(10.0, 10.0), user, Twist2(-1.0))
+            late = replace(now.environment, user_delay=now.environment.user_delay + delay)
+            if is_caught(replace(now, environment=late), [now.pose], calm=calm):
+                return 0.01 * centimetres
+        return math.nan
+
+    at_once = farthest(0.0)
+    assert farthest(1.0) - at_once == pytest.approx(1.0, abs=0.11)  # predicted in steps of 0.1 s
+    assert farthest(0.0, calm=1.0) - at_once == pytest.approx(1.0, abs=0.11)

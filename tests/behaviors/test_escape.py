@@ -656,3 +656,39 @@ def test_who_bends_towards_a_robot_that_cannot_get_away_is_a_danger(
     found = is_required(environment_of(tuned), tuned.settings, user, here, walk, STANDING)
 
     assert found is expected
+
+
+@pytest.mark.requirement(112)
+def test_a_danger_is_over_a_tenth_of_a_second_after_it_would_begin(
+    tuned: Profile, environment_of: Callable[..., Environment]
+) -> None:
+    """Somebody comes at 1 m/s: 0.1 s of their walk lie between, where distances have no slack."""
+    environment = environment_of(tuned)
+    chosen = replace(tuned.settings, escape=replace(tuned.settings.escape, hysteresis=0.0))
+    ways = [(user_seeing(0.0, 0.005 * n), HERE, Twist2(-1.0), STANDING) for n in range(400, 900)]
+
+    required = [is_required(environment, chosen, *way) for way in ways]
+    safe = [is_safe(environment, chosen, *way) for way in ways]
+
+    assert required == sorted(required, reverse=True)
+    assert safe == sorted(safe)
+    assert 0.005 * (safe.index(True) - required.index(False)) == pytest.approx(0.1, abs=0.006)
+
+
+@pytest.mark.requirement(112)
+@pytest.mark.parametrize(
+    ("off", "required", "safe"), [(18, True, False), (38, False, False), (42, False, True)]
+)
+def test_who_walks_at_a_robot_in_a_corner_is_no_danger_once_they_turn_well_away(
+    tuned: Profile,
+    environment_of: Callable[..., Environment],
+    off: float,
+    required: bool,
+    safe: bool,
+) -> None:
+    here, user = Pose2(1.2, 1.2, 0.0), UserPose(Pose2(3.0, 3.0, 0.0), 0.0)
+    heading = math.radians(225.0 - off)
+    walk = Twist2(1.2 * math.cos(heading), 1.2 * math.sin(heading))
+    seen = environment_of(tuned), tuned.settings, user, here, walk, STANDING
+
+    assert (is_required(*seen), is_safe(*seen)) == (required, safe)

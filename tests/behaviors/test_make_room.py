@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
+from behaviors import dodge
 from behaviors.make_room import MakeRoom, UserCrowds, watched_from
 from behaviors.profile import Profile
 from behaviors.situation import Situation
@@ -85,3 +86,44 @@ def test_who_turns_on_the_spot_still_stands() -> None:
 
     estimator.update("user.velocity", Stamped(Twist2(0.0, 0.1), 4))
     assert estimator.value() is None
+
+
+def beside_who_leaves(now: Situation) -> FakeContext:
+    """Somebody who walks away from the robot."""
+    ctx = turner(now, None)
+    ctx.values["user.velocity"] = Twist2(-0.5)
+    return ctx
+
+
+@pytest.mark.requirement(91)
+@pytest.mark.parametrize(("distance", "drives"), [(2.99, True), (3.19, True), (3.21, False)])
+def test_room_is_made_until_there_is_a_little_more_of_it_than_is_asked_for(
+    at: Callable[[float], Situation], distance: float, drives: bool
+) -> None:
+    ctx = beside_who_leaves(at(distance))
+
+    run = MakeRoom(room=3.0).run(ctx)
+    next(run, None)
+
+    assert (ctx.parts["base"].command is not None) == drives
+
+
+def test_the_place_that_it_drives_to_is_one_of_those_it_chooses_from_again(
+    at: Callable[[float], Situation], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    original, chosen = dodge.place_with_room, []
+
+    def noted(now: Situation, band: tuple[float, float], present: object) -> object:
+        found = original(now, band, present)  # type: ignore[arg-type]
+        chosen.append((present, found[0]))
+        return found
+
+    monkeypatch.setattr(dodge, "place_with_room", noted)
+    ctx = beside_who_leaves(at(2.0))
+    run = MakeRoom(room=3.0).run(ctx)
+    for _ in range(15):  # three times, once in 0.2 s
+        next(run)
+        ctx.now += 33_000_000
+
+    assert [present for present, _ in chosen] == [None, *(found for _, found in chosen[:-1])]
+    assert len(chosen) == 3

@@ -278,3 +278,15 @@ def test_what_is_not_marked_as_real_is_asked_for_nothing(
     told = capsys.readouterr().err
     assert "its brakes squeak" in told
     assert "simulated" not in told
+
+
+def test_of_records_that_come_as_near_the_newest_is_named() -> None:
+    tried = [
+        Tried("two.mcap", header(tick_hz=20), figures(served=0)),
+        Tried("new.mcap", header(), figures(served=19)),
+        Tried("old.mcap", header(), figures(served=18)),
+    ]
+
+    found = found_for("simulated", tried, NOW)
+
+    assert (found.file, found.why) == ("new.mcap", ("19 served, 20 are wanted",))

@@ -1,10 +1,11 @@
+import cmath
 import math
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hw.geometry import Pose2, Pose3, Twist2, wrap
+from hw.geometry import Pose2, Pose3, Twist2, unwrap, wrap
 
 coordinate = st.floats(-1e3, 1e3)
 angle = st.floats(-50.0, 50.0)
@@ -119,3 +120,25 @@ def test_values_from_outside_that_are_not_finite_are_refused_by_name(bad):
 def test_a_quaternion_that_is_no_unit_is_refused():
     with pytest.raises(ValueError, match="length 2"):
         Pose3.checked((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 2.0))
+
+
+@settings(deadline=None)
+@given(st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
+def test_an_angle_is_continued_by_the_shorter_turn(angle, last):
+    """By complex numbers: the same direction, and no other copy of it is nearer."""
+    found = unwrap(angle, last)
+    off = cmath.rect(1.0, found) / cmath.rect(1.0, angle)
+    assert off == pytest.approx(1.0, abs=1e-9)
+    others = (found - math.tau, found + math.tau)
+    assert all(abs(found - last) <= abs(other - last) + 1e-9 for other in others)
+
+
+@settings(deadline=None)
+@given(pose2, pose2, st.floats(0.0, 1.0))
+def test_between_two_poses_it_turns_by_the_shorter_way(a, b, share):
+    """The directions of both and of what is between lie on one arc of the circle."""
+    turned = cmath.phase(cmath.rect(1.0, b.yaw) / cmath.rect(1.0, a.yaw))
+    expected = cmath.rect(1.0, a.yaw + share * turned)
+    if abs(turned) < math.pi - 1e-9:
+        assert cmath.rect(1.0, a.between(b, share).yaw) == pytest.approx(expected, abs=1e-9)
+    assert abs(a.between(b, share).yaw - a.yaw) <= math.pi * share + 1e-9

@@ -142,3 +142,26 @@ def test_the_delay_of_the_estimate_is_half_the_window() -> None:
     assert found is not None
     assert found.vx == pytest.approx(1.99 - window / 2, abs=0.01)
     assert math.isfinite(found.vy)
+
+
+@given(start=st.floats(-math.pi, math.pi), wz=st.floats(-3.0, 3.0))
+@settings(deadline=None, max_examples=50)
+def test_a_turn_through_half_a_turn_goes_on_at_its_rate(start: float, wz: float) -> None:
+    found = feed(Motion(0.3), [(t, 1.0, 2.0, start + wz * t) for t, *_ in walk(30, 2.5, 0, 0)])
+
+    assert found is not None
+    assert found.wz == pytest.approx(wz, abs=1e-6)
+
+
+@given(since=st.integers(0, 1 << 61), v=st.tuples(*[st.floats(-2.0, 2.0)] * 3))
+@settings(deadline=None, max_examples=50)
+def test_when_it_was_seen_changes_no_bit_of_a_velocity(
+    since: int, v: tuple[float, float, float]
+) -> None:
+    """Stamps of a wall clock are 1.7e18 ns: as seconds they have a tenth of a microsecond."""
+    now, then = Motion(0.3), Motion(0.3)
+    for t, x, y, yaw in walk(120, 0.4, *v):
+        now.see(ns(t), x, y, wrap(yaw))
+        then.see(since + ns(t), x, y, wrap(yaw))
+
+    assert now.velocity == then.velocity

@@ -140,3 +140,14 @@ def test_a_robot_file_says_where_its_trackers_sit():
         lifted = Pose3.from_yaw(base.x, base.y, 0.0, base.yaw)
         assert near(tracking.base_by(TrackerPose(name, lifted @ mount)), base)
     assert tracking.base_by(TrackerPose("nobody", Pose3(0.0, 0.0, 0.0))) is None
+
+
+@settings(deadline=None)
+@given(places, st.integers(0, 100 * MS), st.floats(-2.0, 2.0))
+def test_before_its_newest_odometry_it_is_where_that_says(pose, early, speed):
+    """A cycle may be asked for an instant that is already past: nothing is driven backwards."""
+    reckoner = Reckoner(TRACKING)
+    reckoner.move(1000 * MS, Odometry(pose, Twist2(speed, 0.3, -speed)))
+    reckoner.estimate(1000 * MS, pose, SIGMA)
+
+    assert near(reckoner.at(1000 * MS - early).pose, pose)

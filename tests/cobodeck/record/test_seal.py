@@ -11,7 +11,9 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
 from cobodeck.__main__ import main
+from cobodeck.gate import Wanted, found_for
 from cobodeck.record.reader import Record
+from cobodeck.record.tried import tried
 
 TAIL = 60
 """Bytes at the end that are tried one by one: summary offsets, footer, magic."""
@@ -22,8 +24,8 @@ SUMMARY = 22
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("whole") / "run.mcap"
-    given = ["run", "cobodeck", "--robot", "mock", "--fast", "--duration", "1.5"]
-    assert main([*given, "--record", str(path)]) == 0
+    given = ["--scene", "lab_a", "--duration", "1.5", "--record", str(path)]
+    assert main(["simulate", *given]) == 0
     return path
 
 
@@ -127,7 +129,7 @@ def test_a_damaged_record_differs_and_can_be_recovered(
     assert checked(tmp_path / "run.recovered.mcap", capsys) == (0, "")
 
 
-def test_a_damaged_record_has_no_person_and_proves_nothing(
+def test_a_damaged_record_has_no_person_and_nothing_to_judge(
     whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path, data = tmp_path / "run.mcap", whole.read_bytes()
@@ -137,6 +139,20 @@ def test_a_damaged_record_has_no_person_and_proves_nothing(
     assert "is damaged" in capsys.readouterr().err
     assert main(["bench", "envelope", str(path)]) == 1
     assert "is damaged" in capsys.readouterr().err
+
+
+@pytest.mark.requirement(53)
+def test_a_damaged_record_lets_no_robot_move(whole: Path, tmp_path: Path) -> None:
+    path, data, header = tmp_path / "run.mcap", whole.read_bytes(), Record(whole).header
+    path.write_bytes(flipped(data, 8 * (len(data) - TAIL)))
+    wanted = Wanted(
+        files={}, code=header["code"], limits=header["limits"], tick_hz=header["tick_hz"],
+        connection=("rover", "c"), person=False, profile=header["profile"]["sha256"],
+    )  # fmt: skip
+
+    assert found_for("simulated", [*tried([whole], "simulated", wanted)], wanted).passed
+    (why,) = found_for("simulated", [*tried([path], "simulated", wanted)], wanted).why
+    assert why == "it did not come to its end, or is damaged"
 
 
 def test_a_file_without_data_is_intact_by_another_writer(tmp_path: Path) -> None:

@@ -716,3 +716,13 @@ def test_a_pose_without_any_idea_how_sure_is_none():
 def test_commands_get_late_before_they_are_old():
     with pytest.raises(ValueError, match="command_late"):
         dataclasses.replace(LIMITS, command_late=0.08)
+
+
+@pytest.mark.requirement(79, 86)
+def test_a_grant_that_comes_before_its_request_is_kept():
+    """Both come by links of their own, in any order; from the pose granted nothing is nearer."""
+    rig = at(0.2)
+    rig.chain.grant(Pose2(-0.3, 0.0, 0.0))
+    for _ in range(2):
+        rig.chain.request(True)
+        assert rig.admit(AHEAD).admitted == STILL

@@ -306,3 +306,16 @@ def test_a_low_or_missing_column_hides_nothing(column: Column) -> None:
     assert count_seeing(0.0, 0.0, 0.45, stations, np.empty((0, 4)), np.empty((0, 4)), column) == 1
     tall = Column(2.0, 0.0, 0.5, 1.3)
     assert count_seeing(0.0, 0.0, 0.45, stations, np.empty((0, 4)), np.empty((0, 4)), tall) == 0
+
+
+def test_a_gap_does_not_end_where_the_next_slot_begins() -> None:
+    """Whoever is lost just before a slot ends is so just after: gaps reach into the next one."""
+    device, across = Device(replace(EXACT, lost_every=1.0, lost_for=0.9), 1, "x"), 0
+    for slot in range(1, 200):
+        border = slot * 10**9
+        before, after = (
+            device.seen(border + off, covered=True, alone=False) for off in (-1000, 1000)
+        )
+        assert before == after, slot
+        across += not before
+    assert across > 20

@@ -5,9 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hw.geometry import Pose2, wrap
 from states.localization.amcl import Amcl, AmclValues
+from states.localization.particles import normalise
 from states.localization.scans import cloud_of, middle_ns
 from states.maps.cells import room_map
 from states.maps.field import Field, Table, map_field, room_field
@@ -224,3 +227,27 @@ def test_a_map_without_floor_has_no_place_for_particles():
     empty = Field(FIELD.map_from_corner, Table(*table[:-1], np.zeros_like(table.floor)))
     with pytest.raises(ValueError, match="no free cell"):
         Amcl(empty, FIXED).start_anywhere()
+
+
+@pytest.mark.parametrize("resample_interval", [1, 1000])
+def test_weights_stay_representable_however_many_scans_are_taken(resample_interval):
+    """The heaviest has the logarithm 0, so that none sinks out of sight with the rest."""
+    particles = Amcl(FIELD, replace(FIXED, resample_interval=resample_interval), 1)
+    particles.start(HERE, NEAR)
+    points = points_at(HERE)
+    for _ in range(20):
+        particles.update(Pose2(0.0, 0.0), points, force=True)
+        assert particles._logs.max() == 0.0
+        assert 1.0 <= particles.effective <= 500.0
+
+
+@given(st.lists(st.floats(-700.0, 0.0), min_size=1, max_size=20), st.floats(-1e6, 1e3))
+@settings(deadline=None)
+def test_weights_are_the_same_wherever_their_logarithms_are(logs, shift):
+    expected = [math.exp(log - max(logs)) for log in logs]
+
+    weights, effective = normalise(np.array(logs) + shift)
+
+    total = math.fsum(expected)
+    assert weights == pytest.approx([w / total for w in expected], rel=1e-8, abs=1e-12)
+    assert effective == pytest.approx(total**2 / math.fsum(w * w for w in expected), rel=1e-8)

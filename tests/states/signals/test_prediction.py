@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw.geometry import Pose2, Twist2, wrap
-from states.signals.prediction import PREDICTORS, time_to_contact
+from states.signals.prediction import PREDICTORS, chord, time_to_contact
 
 HERE = Pose2(1.0, 2.0, 0.0)
 ROBOT = Pose2(4.0, 6.0, 0.0)
@@ -92,10 +92,24 @@ def test_the_time_to_contact_is_the_first_instant_within_reach(
     times = [i * 0.01 for i in range(1000)]
     inside = [t for t in times if math.hypot(x + t * vx, y + t * vy) < reach - 1e-6]
     if found == math.inf:
-        closing = x * vx + y * vy < 0.0
+        closing = x * vx + y * vy < 0.0 and math.hypot(vx, vy) > 1e-6  # slower, none arrives
         assert not (inside and closing)
     elif found == 0.0:
         assert math.hypot(x, y) <= reach
     else:
         assert math.hypot(x + found * vx, y + found * vy) == pytest.approx(reach, abs=1e-6)
         assert not [t for t in inside if t < found - 1e-6]
+
+
+@given(turned=st.floats(-9.0, -1.5).map(lambda e: 10.0**e), left=st.booleans())
+@settings(deadline=None)
+def test_the_chord_of_a_slight_bend_is_that_of_a_circle(turned: float, left: bool) -> None:
+    """sin(a / 2) / (a / 2) by its series, which divides nothing: 1 - a^2 / 24 + a^4 / 1920."""
+    fades, ahead = 1.0, 2.0
+    rate = (turned if left else -turned) / (fades * -math.expm1(-ahead / fades))
+
+    length, _, found = chord(1.5, rate, fades, ahead)
+
+    assert abs(found) == pytest.approx(turned, rel=1e-9)
+    share = 1.0 - turned**2 / 24.0 + turned**4 / 1920.0
+    assert length == pytest.approx(1.5 * ahead * share, rel=1e-13)
