@@ -82,7 +82,7 @@ def test_one_estimate_counts_once_and_silence_is_time_without():
     rig.tick(PoseEstimate(rig.truth.base, SIGMA), rig.now)
     for _ in range(5):
         rig.tick()
-    assert len(rig.watch._errors) == 1
+    assert len(rig.watch._errors[0]) == 1
     assert rig.report["unknown_s"] == pytest.approx(11 * TICK * 1e-9)
 
 

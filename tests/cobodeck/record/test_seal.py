@@ -144,7 +144,8 @@ def test_a_damaged_record_has_no_person_and_nothing_to_judge(
 @pytest.mark.requirement(53)
 def test_a_damaged_record_lets_no_robot_move(whole: Path, tmp_path: Path) -> None:
     path, data, header = tmp_path / "run.mcap", whole.read_bytes(), Record(whole).header
-    path.write_bytes(flipped(data, 8 * (len(data) - TAIL)))
+    path.write_bytes(flipped(data, 4 * len(data)))  # its figures can still be read
+    assert Record(path).figures() == Record(whole).figures()
     wanted = Wanted(
         files={}, code=header["code"], limits=header["limits"], tick_hz=header["tick_hz"],
         connection=("rover", "c"), person=False, profile=header["profile"]["sha256"],
