@@ -64,6 +64,7 @@ class RosLidar:
             if "topic" not in entry or set(entry) - KEYS:
                 raise ValueError(f"{name}: write its topic, and upside_down: true where it is")
         self.wake: Callable[[], None] = _nobody
+        self._tell = opening.tell
         self._arrived: deque[Sample] = deque(maxlen=KEPT * len(scanners))
         self._feed = DatagramFeed("lidar", now, self._take)
         self._child = Child(
@@ -101,6 +102,8 @@ class RosLidar:
         if datagram.name == "base.scan" and isinstance(datagram.value, Scan):
             self._arrived.append(Sample("base.scan", stamp_ns, datagram.value))
             self.wake()
+        elif datagram.name == "remark":
+            self._tell(str(datagram.value))
 
 
 def _nobody() -> None:

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from hw.drivers.clocks import Envelope
+from hw.drivers.clocks import StampedClock, set_by
 from hw.drivers.ros.rosbridge import FIRST_S, RosbridgeClient, kind_of, reachable, stamp_of
 from hw.links.datagrams import Outlet
 from hw.links.processes import Parent, Ready, serve
@@ -32,8 +32,7 @@ class Scanners:
         self.bridge: RosbridgeClient | None = None
         self._settings = settings
         self._outlet = Outlet([settings["tells"]])
-        self._stamps: dict[str, int] = {}
-        self._clock = Envelope()
+        self._clock, self._set = StampedClock(), False
         self._delay_ns = round(settings["delay"] * 1e9)
 
     def open(self) -> RosbridgeClient:
@@ -44,7 +43,7 @@ class Scanners:
         """
         settings = self._settings
         reachable(settings["host"], settings["port"])
-        self.bridge = RosbridgeClient(settings["host"], settings["port"])
+        self.bridge = RosbridgeClient(settings["host"], settings["port"], self._tell)
         kind = kind_of(KIND, settings["ros"])
         for name, entry in settings["scanners"].items():
             side = -1.0 if entry.get("upside_down", False) else 1.0
@@ -63,13 +62,21 @@ class Scanners:
             stamp, scan = stamp_of(message), scan_of(name, message, side)
         except (KeyError, TypeError, ValueError):
             return  # invalid: it shows as silence
-        if stamp <= self._stamps.get(name, -1):
-            return  # a hung node may repeat itself
-        self._stamps[name] = stamp
-        fits, offset_ns = self._clock.take(stamp, received_ns), self._clock.offset_ns
-        if fits and offset_ns is not None:
+        at_ns = self._clock.instant(stamp, received_ns, name)
+        self._look_at_clock()
+        if at_ns is not None:
             sweep_ns = round((len(scan.ranges) - 1) * scan.beam_time * 1e9)
-            self._outlet.send("base.scan", stamp + offset_ns - sweep_ns - self._delay_ns, scan)
+            self._outlet.send("base.scan", at_ns - sweep_ns - self._delay_ns, scan)
+
+    def _look_at_clock(self) -> None:
+        """Tell once that the robot's clock was set."""
+        step_ns = self._clock.set_by_ns
+        if step_ns is not None and not self._set:
+            self._tell(f"the clock of {self._settings['host']} {set_by(step_ns)}")
+        self._set = step_ns is not None
+
+    def _tell(self, remark: str) -> None:
+        self._outlet.send("remark", time.monotonic_ns(), f"scanners: {remark}")
 
 
 def scan_of(name: str, message: Mapping[str, Any], side: float = 1.0) -> Scan:
@@ -116,7 +123,8 @@ def _await_first(bridge: RosbridgeClient, parent: Parent) -> None:
         raise OSError("rosbridge does not answer")
     if bridge.unheard:
         silent = ", ".join(sorted(bridge.unheard))
-        raise OSError(f"nothing on {silent} within {FIRST_S:g} s: is its name right, and its type?")
+        told = f"rosbridge says: {bridge.said}" if bridge.said else "is its name right, its type?"
+        raise OSError(f"nothing on {silent} within {FIRST_S:g} s: {told}")
 
 
 def _again(scanners: Scanners, parent: Parent) -> None:
