@@ -44,6 +44,13 @@ KEEPALIVE_NS = 500 * MS
 """Period at which an idle TCP link is written to."""
 CLIENT_SILENT_NS = 3_000 * MS
 """Silence after which a client of the VR link is lost; it writes once a second."""
+CLIENT_QUIET_NS = 1_200 * MS
+"""A client of the VR link that writes nothing for longer is not alive: one that has connected from
+its address since takes over its topics, and its place may be given to another."""
+UNREGISTERED_NS = 10_000 * MS
+"""Time after which a client of the VR link that has registered nothing is let go."""
+PARTING_NS = 200 * MS
+"""Time for a client of the VR link to read why its link is closed."""
 SHOWN_OLD_NS = 200 * MS
 """A pose of the robot older than this is shown as it is, without extrapolation."""
 

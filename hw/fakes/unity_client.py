@@ -1,8 +1,8 @@
 """The client side of the ROS-TCP-Connector, written from its description, for ROS 1 messages.
 
 Like Unity's it writes each field of a message separately, on a socket with Nagle's algorithm on,
-registers everything after each connection, and sends a keep-alive after a second of silence. It
-never waits: `poll` has to be called often enough.
+registers everything after each connection, sends a keep-alive after a second of silence, and tries
+again a second after a link was lost. It never waits: `poll` has to be called often enough.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-RETRY_S, IDLE_S = 0.1, 1.0
+RETRY_S, IDLE_S = 1.0, 1.0
 POSE, FLAG, TIME = "geometry_msgs/PoseStamped", "std_msgs/Bool", "sensor_msgs/TimeReference"
 ODOMETRY, JOINTS = "nav_msgs/Odometry", "sensor_msgs/JointState"
 _U4, _F8 = struct.Struct("<I"), struct.Struct("<d")
@@ -46,6 +46,7 @@ class Client:
     connections: int = 0
     told: list[tuple[str, Any]] = field(default_factory=list)
     _socket: socket.socket | None = None
+    _lost: list[socket.socket] = field(default_factory=list)
     _data: bytearray = field(default_factory=bytearray)
     _tried: float = 0.0
     _wrote: float = 0.0
@@ -88,9 +89,18 @@ class Client:
         return [_U4.pack(self._sequence), *moment(stamp_ns), *text(frame)]
 
     def close(self) -> None:
-        """Close the link; the next `poll` reconnects."""
+        """Close the link, and those that were lost; `poll` reconnects after RETRY_S."""
+        for link in (*self._lost, *([] if self._socket is None else [self._socket])):
+            link.close()
+        self._lost.clear()
+        self._socket = None
+        self._data.clear()
+        self._tried = time.monotonic()
+
+    def lose(self) -> None:
+        """Lose the link as by radio: the other side hears nothing of it, and `poll` reconnects."""
         if self._socket is not None:
-            self._socket.close()
+            self._lost.append(self._socket)
         self._socket = None
         self._data.clear()
 

@@ -5,6 +5,7 @@ Its faults are those of real applications:
 | fault | effect |
 |---|---|
 | `gone` / `drop` | closes the link for good / once |
+| `lost` | the link is lost without a word, as by radio; a new one is opened when the fault ends |
 | `silent` / `mute` | sends no poses / nothing at all |
 | `frozen` | repeats the same poses |
 | `late` | sends poses 200 ms after they were measured |
@@ -42,11 +43,14 @@ from hw.geometry import Pose2, Pose3
 from hw.samples import TrackerPose, UserPose
 
 FAULTS = (
-    "none", "gone", "drop", "silent", "mute", "frozen", "late", "future", "back", "jump", "nan",
+    "none", "gone", "drop", "lost", "silent", "mute", "frozen", "late", "future", "back", "jump",
+    "nan",
 )  # fmt: skip
 HERE = Pose3(0.0, 0.0, 0.0)
 FRAME_NS = 10**9 // 90
 LATE_NS, STEP_NS = 200_000_000, 1_000_000_000
+AGAIN_NS = 250_000_000
+"""Period at which a request is repeated while it lasts, so that it outlasts a lost link."""
 WAIST, EYES, HAND = 1.0, 1.65, 0.25
 """Heights of waist and eyes, and distance of the hands to the side, m."""
 TREMOR = 1e-5
@@ -102,6 +106,7 @@ class Application:
     _sent: dict[str, Pose3] = field(default_factory=dict)
     _vive_from_map: Pose3 = HERE
     _frames: int = 0
+    _asked_ns: int = 0
     _client: Client | None = None
 
     def __post_init__(self) -> None:
@@ -132,13 +137,17 @@ class Application:
         if self.fault == "gone":
             self.client.close()
             return
+        if self.fault == "lost":
+            self.client.lose()
         if self.fault == "drop":
             self.client.close()
             self.fault = "none"
-        for topic, body in self.client.poll():
+        for topic, body in () if self.fault == "lost" else self.client.poll():
             self._take(topic, body, now_ns)
         for told in self.play.step(now_ns, self._robot_in_map(), self.informed):
             self._happen(told, now_ns)
+        if self.asks is not None and now_ns - self._asked_ns >= AGAIN_NS:
+            self._ask(self.asks, now_ns)
         if self.fault not in ("silent", "mute"):
             self._send_poses(now_ns)
 
@@ -185,6 +194,7 @@ class Application:
             at = self._vive_from_map @ deep
             if self.fault == "nan":
                 at = Pose3(math.nan, at.y, at.z, at.qx, at.qy, at.qz, at.qw)
+            self._asked_ns = now_ns
             self._send("vr/haptic_request", at, now_ns)
         self.asks = deep
 

@@ -28,6 +28,8 @@ PERSON = ("head", "tailbone", "left_hand", "right_hand")
 REACH = 3.0
 """Greatest distance of a DEEP from the person, m (R15: metres, not millimetres)."""
 HIGHEST, LOWEST = 3.0, -0.2
+FARTHEST = 1e6
+"""Greatest coordinate of a pose, m: beyond any room, even in mm, and small enough for all sums."""
 SEAT, TURN = 0.15, 0.2
 """Greatest disagreement of two trackers about the rover's pose, m and rad."""
 NEAR_NS = 50 * gates.MS
@@ -102,6 +104,8 @@ class Inbox:
             pose, frame = pose_of(message), frame_of(message)
         except ValueError as error:
             return self._unreadable(role, received_ns, str(error))
+        if max(map(abs, (pose.x, pose.y, pose.z))) > FARTHEST:
+            return self._unreadable(role, received_ns, f"a pose more than {FARTHEST:g} m away")
         if frame not in (None, VIVE, MAP):
             return self._unreadable(
                 role, received_ns, f"frame {frame!r}; write {VIVE!r} or {MAP!r}"

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from engine.files.values import number
@@ -24,6 +24,7 @@ from hw.drivers import gates
 from hw.drivers.feed import DatagramFeed
 from hw.drivers.unity.bridge import Bridged
 from hw.drivers.unity.inbox import Checks
+from hw.drivers.unity.places import peers_of
 from hw.drivers.unity.server import ServerSetup
 from hw.drivers.unity.topics import Topics
 from hw.geometry import Pose2, Twist2
@@ -51,6 +52,8 @@ class Unity:
         now: the time of the run, ns.
         opening: of the run; gives the tracking frame and the arm.
         host: the address to serve at; by default all addresses of this machine.
+        peer: address or network of the headset's computer, or several; by default clients of this
+            machine alone if `host` is a loopback address, else anybody.
         build: `ros1` or `ros2`, as the Unity project was built.
         topics: names and messages by role, where they differ (`topics.py`).
         trackers: topics by the names of the trackers on the rover; by default `vr/NAME` each.
@@ -71,6 +74,7 @@ class Unity:
         now: Now,
         opening: RunInfo,
         host: str = "0.0.0.0",
+        peer: str | Sequence[str] | None = None,
         build: str = "ros1",
         topics: Mapping[str, Any] | None = None,
         trackers: Mapping[str, str] | None = None,
@@ -83,6 +87,7 @@ class Unity:
     ) -> None:
         if stamps not in ("header", "receipt"):
             raise ValueError(f"stamps: {stamps!r} is neither 'header' nor 'receipt'")
+        peers = peers_of(peer, host)
         tracking = opening.tracking
         named = {name: f"vr/{name}" for name in tracking.mounts} if trackers is None else trackers
         checks = Checks(
@@ -101,7 +106,7 @@ class Unity:
         chain = () if tells is None else (tells.door(SOURCE),)
         self._outlet = Outlet()
         self._address: Address | None = None
-        settings = ServerSetup(host, port, (self._feed.door, *chain), bridged)
+        settings = ServerSetup(host, port, peers, (self._feed.door, *chain), bridged)
         self._child = Child("hw.drivers.unity.server", settings)
 
     def wait(self) -> None:

@@ -70,6 +70,15 @@ class Messages:
         except Exception as error:  # noqa: BLE001  any bytes may come
             raise ValueError(f"no {kind}: {type(error).__name__}: {error}") from None
 
+    def is_of_other_build(self, body: bytes, terminated: bool) -> bool:
+        """True if bytes that cannot be read here look like a message of the other build.
+
+        `terminated`: the name of its topic ended with NUL. Messages of ROS 2 begin with the kind of
+        their CDR; those of ROS 1 do with their first field, and their names have no NUL.
+        """
+        is_cdr = body[:4] == b"\0\1\0\0"
+        return is_cdr if self.build == "ros1" else not (is_cdr or terminated or not body)
+
     def write(self, kind: str, message: Any) -> bytes:
         """A message as bytes."""
         name = long_name(kind)

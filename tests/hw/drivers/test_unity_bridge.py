@@ -10,11 +10,12 @@ import pytest
 
 from hw.drivers import gates
 from hw.drivers.clocks import PeerClock
-from hw.drivers.unity.bridge import DESCRIBE, NOBODY, Bridged, UnityBridge
+from hw.drivers.unity.bridge import NOBODY, Bridged, UnityBridge
 from hw.drivers.unity.inbox import Checks
-from hw.drivers.unity.session import Session
+from hw.drivers.unity.services import DESCRIBE
+from hw.drivers.unity.session import MOST_TEXTS, TEXTS_NS, Session
 from hw.drivers.unity.topics import FLAG, POSE, TIME, Topics
-from hw.drivers.unity.wire import KEEPALIVE, MalformedFrame
+from hw.drivers.unity.wire import KEEPALIVE
 from hw.geometry import Pose2, Twist2
 from hw.samples import ClockState, RobotView
 from hw.tracking import Tracking
@@ -177,11 +178,40 @@ def test_a_client_s_developer_is_told_what_is_wrong(rig, command, level, told) -
 
 
 @pytest.mark.parametrize(
-    "command", [pack("__publish", b"{"), order("publish", message_name=POSE), order("request")]
+    "command",
+    [
+        pack("__publish", b"{"),
+        pack("__publish", b"[]"),
+        order("publish", message_name=POSE),
+        order("publish", topic="x" * 600, message_name=POSE),
+        order("publish", topic=7, message_name=POSE),
+        order("request"),
+        order("request", srv_id="7"),
+    ],
 )
-def test_a_command_that_is_none_ends_the_link_of_its_client(rig, command) -> None:
-    with pytest.raises(MalformedFrame):
-        rig.say(rig.client(), command)
+def test_a_command_that_is_none_is_told_and_left_out(rig, command) -> None:
+    client = rig.client()
+    rig.say(client, command, order("topic_list"))
+    names = [name for name, _ in rig.heard(client)]
+    assert names == ["__handshake", "__error", "__topic_list"]
+    assert rig.clients[client].broken is None
+
+
+def test_texts_for_a_client_are_bounded_and_come_again_after_a_while(rig) -> None:
+    client = rig.client()
+    session = rig.clients[client]
+    rig.say(client, *[order("fly", topic="x")] * 200)
+    assert len(rig.commands(client, "warn")) == MOST_TEXTS
+    session.heard_ns += TEXTS_NS
+    rig.say(client, order("fly", topic="x"))
+    assert len(rig.commands(client, "warn")) == 1
+
+
+def test_registering_a_service_under_many_names_keeps_one(rig) -> None:
+    client = rig.client()
+    names = ["/" * n + DESCRIBE for n in range(300)]
+    rig.say(client, *[order("ros_service", topic=name, message_name="x/Y") for name in names])
+    assert rig.clients[client].services == {DESCRIBE}
 
 
 @pytest.mark.requirement(15)

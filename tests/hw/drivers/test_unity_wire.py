@@ -12,6 +12,7 @@ from hw.drivers.unity.wire import (
     KEEPALIVE,
     LONGEST_BODY,
     LONGEST_NAME,
+    LONGEST_SKIPPED,
     MalformedFrame,
     Parser,
     UnityFrame,
@@ -67,7 +68,7 @@ def test_frames_come_out_as_they_went_in_however_the_bytes_are_cut(frames, cuts)
     "data",
     [
         struct.pack("<I", LONGEST_NAME + 1),
-        frame("x")[:5] + struct.pack("<I", LONGEST_BODY + 1),
+        frame("x")[:5] + struct.pack("<I", LONGEST_SKIPPED + 1),
         struct.pack("<II", 0, 3) + b"abc",
         struct.pack("<I", 2) + b"\xff\xfe" + struct.pack("<I", 0),
     ],
@@ -81,6 +82,41 @@ def test_what_is_no_frame_is_refused_as_soon_as_it_can_be_known(data) -> None:
 def test_a_command_without_an_object_is_refused(body) -> None:
     with pytest.raises(MalformedFrame):
         UnityFrame("__publish", body).fields()
+
+
+@given(
+    sizes=st.lists(st.sampled_from([0, 3, LONGEST_BODY, LONGEST_BODY + 1, 150_000]), max_size=4),
+    piece=st.integers(1, 90_000),
+)
+def test_bodies_that_are_too_long_are_passed_over_and_told_at_once(sizes, piece) -> None:
+    data = b"".join(frame(f"topic{n}", bytes(size)) for n, size in enumerate(sizes))
+    parser, found = Parser(), []
+    for at in range(0, len(data), piece):
+        found += parser.feed(data[at : at + piece])
+        assert parser.held <= LONGEST_BODY + LONGEST_NAME + 8
+    kept = [(one.destination, len(one.body), one.skipped) for one in found]
+    assert kept == [
+        (f"topic{n}", *((size, 0) if size <= LONGEST_BODY else (0, size)))
+        for n, size in enumerate(sizes)
+    ]
+
+
+def test_a_frame_that_is_skipped_is_known_before_its_body_has_come() -> None:
+    size = LONGEST_SKIPPED
+    head = frame("x")[:5] + struct.pack("<I", size)
+    parser = Parser()
+    assert parser.feed(head) == [UnityFrame("x", b"", skipped=size)]
+    with pytest.raises(MalformedFrame, match=f"{size} bytes"):
+        UnityFrame("__x", b"", skipped=size).fields()
+
+
+@pytest.mark.parametrize(
+    ("name", "ros2"), [(b"vr/head", False), (b"vr/head\0", True), (b"", False)]
+)
+def test_names_that_end_with_nul_are_of_ros_2(name, ros2) -> None:
+    [found] = Parser().feed(struct.pack("<I", len(name)) + name + bytes(4))
+    assert found.ros2 is ros2
+    assert found.destination == name.decode().rstrip("\0")
 
 
 @given(st.binary(max_size=400))
