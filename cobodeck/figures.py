@@ -81,7 +81,7 @@ def visits(run: ChartRun, chart: str) -> list[Visit]:
         if record.kind == "enter":
             newest[record.subject] = len(found)
             found.append(Visit(record.time))
-        elif record.kind == "outcome":
+        elif record.kind == "outcome" and record.subject in newest:
             n = newest[record.subject]
             found[n] = Visit(found[n].entered_ns, record.time, record.detail[0])
     return found

@@ -273,8 +273,8 @@ class Loop:
                 tap.failed(name, failure)
             if "stop_line" in self.plant.parts:
                 self.plant.parts["stop_line"].pull(f"part {name}: {errors[-1].kind}")
-        if len(errors) > self._told:
-            new, self._told = errors[self._told :], len(errors)
+        if errors.total > self._told:
+            new, self._told = errors.since(self._told), errors.total
             if self.tell is not None:
                 for error in new:
                     self.tell(error)

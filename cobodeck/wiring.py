@@ -13,6 +13,7 @@ from typing import Any
 from behaviors.signals import ESTIMATE
 from cobodeck.console import FAILED, Problem
 from cobodeck.inlet import Inlet
+from cobodeck.old_lines import OldLines
 from cobodeck.plants import Inert
 from cobodeck.setup import Setup, Uses, reachable
 from engine.board import Board
@@ -43,7 +44,7 @@ class WithoutMotion:
 
 @dataclass(frozen=True, slots=True)
 class Wired:
-    """A run with its board, its inlet, and the base that its states drive.
+    """A run with its board, its inlet, and the base that its states drive; its trace is kept whole.
 
     `show`, if any, updates the robot shown in VR; it is called in every tick (see `Vr`).
     """
@@ -53,6 +54,9 @@ class Wired:
     inlet: Inlet
     base: GuardedBase | None = None
     show: Callable[[int], None] | None = None
+
+    def __post_init__(self) -> None:
+        self.run.trace.archive = OldLines()
 
     def pass_on(self, stamp_ns: int) -> None:
         """Pass the tick's results on: base command from `stamp_ns` on, and what the VR shows."""
@@ -226,6 +230,8 @@ def freezers() -> dict[type, Callable[[Any], Any]]:
     import numpy as np
 
     def freeze(array: Any) -> Any:
+        if not array.flags.writeable and array.base is None:
+            return array
         fixed = array.copy()
         fixed.setflags(write=False)
         return fixed

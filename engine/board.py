@@ -167,7 +167,7 @@ class Board:
         """The part of `begin` that is needed if samples wait or `fresh` has bits to clear."""
         self.fresh, self._taken = self._taken | (_EAGER if self.eager else 0), 0
         if self.inbox:
-            self._take(self.ticks)
+            self._receive(self.ticks)
         if self.eager:
             for slot in self.slots.values():
                 compute(slot)
@@ -180,13 +180,13 @@ class Board:
         self.now = now
         self.fresh = self._taken
         if self.inbox:
-            self._take(self.ticks + 1)
+            self._receive(self.ticks + 1)
         self._taken = self.fresh
         self.fresh |= _EAGER if self.eager else 0
         self._ahead += not self._taken
         return not self._taken
 
-    def _take(self, tick: int) -> None:
+    def _receive(self, tick: int) -> None:
         """Move the inbox into the slots, and set `fresh` to what of it is news."""
         self.version += 1
         changed = repeated = 0
@@ -202,7 +202,7 @@ class Board:
         repeated &= ~changed
         watched = self._watched(repeated, changed) if repeated else []
         for slot, value, stamp, interval in arrived:
-            slot.take(value, stamp, interval, tick)
+            slot.receive(value, stamp, interval, tick)
         if watched:
             changed |= self._changed_by(watched, repeated)
             for slot, _, _, _ in arrived:

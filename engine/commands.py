@@ -11,9 +11,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from engine.decide import GRANTED, REFUSED
+from engine.errors import text_of
 from engine.files.finding import did_you_mean
 from engine.machine import Box, Leaf, Machine, Vertex
-from engine.node import CHOSEN, ENDED, IDLE, WAITING, Writes
+from engine.node import CHOSEN, ENDED, IDLE, PUT_OFF, WAITING, Writes
 from engine.outputs import checked
 from engine.replace import obstacles, take_over
 from engine.types import ANY, Type
@@ -95,7 +96,7 @@ class ForceOutcome(Command):
         vertex = node.vertex
         if vertex.parent is None:
             return "the whole chart is not forced; stop or preempt it"
-        if node.status in (IDLE, ENDED, CHOSEN):
+        if node.status in (IDLE, ENDED, CHOSEN, PUT_OFF):
             return f"{self.path!r} is not active"
         possible = outcomes_of(vertex)
         if self.outcome not in possible:
@@ -107,8 +108,8 @@ class ForceOutcome(Command):
             return f"{self.outcome!r} comes with {sorted(types)}, given: {given}"
         try:
             checked(self.outputs, types, run.judge.freezers)
-        except TypeError as error:
-            return str(error)
+        except Exception as error:  # noqa: BLE001  freezers may raise anything
+            return text_of(error)
         return None
 
 

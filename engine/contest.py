@@ -34,7 +34,7 @@ class Contest:
     _left: list[Route] = field(default_factory=list)  # for step (d) of rule 4
     _rivals: defaultdict[BoxNode, _Rivals] = field(default_factory=lambda: defaultdict(_Rivals))
 
-    def hold(self, routes: Iterable[Route]) -> None:
+    def settle(self, routes: Iterable[Route]) -> None:
         """Let the routes compete, innermost containers first."""
         for route in routes:
             container = route.cause.parent
@@ -44,13 +44,13 @@ class Contest:
                 self._pass_on(route)
         while self._rivals:
             box = max(self._rivals, key=attrgetter("depth"))
-            self._settle(box, self._rivals.pop(box))
+            self._settle_in(box, self._rivals.pop(box))
         for route in sorted(self._left, key=Route.rank):
-            closed = any(winner.top.holds(route.cause) for winner in self.winners)
+            closed = any(winner.top.spans(route.cause) for winner in self.winners)
             lost = closed or self._is_inside_due(route)
             (self.losers if lost else self.winners).append(route)
 
-    def _settle(self, box: BoxNode, here: _Rivals) -> None:
+    def _settle_in(self, box: BoxNode, here: _Rivals) -> None:
         """Rule 4 (b) and (c) in one container."""
         keeping = list(here.keeping.values())
         matched = self.judge.match(box, keeping) if keeping else None
@@ -77,4 +77,4 @@ class Contest:
             self.losers.append(max(other, route, key=Route.rank))
 
     def _is_inside_due(self, route: Route) -> bool:
-        return route.box is not None and any(node.holds(route.box) for node in self.due)
+        return route.box is not None and any(node.spans(route.box) for node in self.due)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from engine.node import BoxNode, LeafNode, RunNode, Writes
-from engine.outputs import checked
+from engine.outputs import checked, shown
 
 
 class Token:
@@ -25,23 +25,26 @@ GRANTED = Token("granted")
 REFUSED = Token("refused")
 AGAIN = Token("again")
 
-GO, KEEP, HOLD, RETRY, REOPEN, FINISH = range(6)
+GO, KEEP, ASK, RETRY, REOPEN, FINISH = range(6)
 
 
 class Route:
     """What follows when `cause` ends with the outcome `came`.
 
     Attributes:
-        kind: `GO` to `target`, `KEEP` the outcome in its box, `HOLD` until the operator consents,
+        kind: `GO` to `target`, `KEEP` the outcome in its box, `ASK` until the operator consents,
             `RETRY`, `REOPEN` a box for its further try, or `FINISH` the run.
         top: the outermost node that ends, or tries again, or waits.
         outcome: what `top` ends with.
         box: the container of the transition; None at the end of the run.
         ends: the nodes that end with it and their outcomes, inner ones first.
         writes: outputs that come with it.
+        joined: where a list of `top` matches: the routes whose outcomes it keeps in this round.
     """
 
-    __slots__ = ("box", "came", "cause", "ends", "kind", "outcome", "target", "top", "writes")
+    __slots__ = (
+        "box", "came", "cause", "ends", "joined", "kind", "outcome", "target", "top", "writes",
+    )  # fmt: skip
 
     def __init__(self, kind: int, cause: RunNode, came: str, top: RunNode, outcome: str) -> None:
         self.kind = kind
@@ -53,6 +56,7 @@ class Route:
         self.target: RunNode | None = None
         self.ends: list[tuple[RunNode, str]] = []
         self.writes: Writes = ()
+        self.joined: tuple[Route, ...] = ()
 
     def precedence(self) -> tuple[int, int, int]:
         """Sort key of rule 4 (c), among the guards of one container: the smallest is taken."""
@@ -108,7 +112,9 @@ class Judge:
             outcome, writes = "error", ()
         route = self.resolve(node, outcome)
         route.writes = writes
-        if outcome == value and not any(end.vertex.retry for end, _ in route.ends):
+        if type(value) is not str or outcome != value:
+            return route
+        if not any(end.vertex.retry for end, _ in route.ends):
             node.routes[outcome] = route  # with `retry`, it would depend on the tries made
         return route
 
@@ -134,8 +140,8 @@ class Judge:
         if isinstance(value, str):
             value = str.__str__(value)  # a member of a StrEnum counts as its text
         declared = node.interface.outcomes
-        if value not in declared:
-            text = f"{node.path} returned {value!r}; declared: {', '.join(declared)}"
+        if type(value) is not str or value not in declared:
+            text = f"{node.path} returned {shown(value)}; declared: {', '.join(declared)}"
             raise UndeclaredOutcome(text)
         produced = node.produces.get(value, {})
         if not isinstance(given, Mapping) or set(given) != set(produced):
@@ -165,7 +171,7 @@ class Judge:
                 if retry and outcome in retry[1] and node.tries < retry[0]:
                     kind = RETRY
                 elif (self.locks or self.level is not None) and self.must_ask(node, outcome, free):
-                    kind = HOLD
+                    kind = ASK
             ended = False
             parent = node.parent
             if kind == FINISH and parent is not None:
@@ -208,9 +214,7 @@ class Judge:
         ending = self.resolve(box, outcome, free=any(route.cause.guard for route in keeping))
         best = min(keeping, key=lambda route: _as_cause(route.cause, box))
         ending.cause, ending.came = best.cause, best.came
-        for route in keeping:
-            route.top.pending = route.writes
-        box.kept = kept
+        ending.joined = tuple(keeping)
         ending.ends = [end for route in keeping for end in route.ends] + ending.ends
         return ending
 

@@ -5,9 +5,30 @@ from __future__ import annotations
 import inspect
 import traceback
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 ENGINE = str(Path(__file__).parent)
+
+
+MOST = 10_000
+T = TypeVar("T")
+
+
+class Newest(list[T]):
+    """The newest `MOST` of what was appended; `total` is the number of all."""
+
+    total = 0
+
+    def append(self, item: T) -> None:
+        """Add one; the oldest goes if there are too many."""
+        super().append(item)
+        self.total += 1
+        if len(self) > MOST:
+            del self[0]
+
+    def since(self, number: int) -> list[T]:
+        """Those appended after the first `number`, as far as they are still there."""
+        return self[max(0, len(self) - (self.total - number)) :]
 
 
 class Raised(NamedTuple):
@@ -39,25 +60,43 @@ def raised(time: int, path: str, error: BaseException, cls: type | None = None) 
 def text_of(error: BaseException) -> str:
     """The text of an exception; empty if asking for it raises, too."""
     try:
-        return str(error)
-    except Exception:  # noqa: BLE001
+        return escaped(str.__str__(str(error)))
+    except BaseException:  # noqa: BLE001  whatever its class is, telling of it must not raise
         return ""
 
 
+def escaped(text: str) -> str:
+    """Text that can be written to any file: lone surrogates become escapes, as in JSON."""
+    return text if text.isascii() else text.encode(errors="backslashreplace").decode()
+
+
 def _place(error: BaseException, cls: type | None) -> tuple[str, int]:
-    frames = traceback.extract_tb(error.__traceback__)
-    outside = [frame for frame in frames if not frame.filename.startswith(ENGINE)]
     file = None if cls is None else _file_of(cls)
     home = None if file is None else str(Path(file).parent)
-    own = [frame for frame in outside if home is not None and frame.filename.startswith(home)]
-    if not own and error.__cause__ is not None:  # Python turns a StopIteration into another error
-        return _place(error.__cause__, cls)
-    for found in (own, outside):
-        if found:
-            return found[-1].filename, found[-1].lineno or 0
+    own, outside = _innermost(error, home)
+    cause = error.__cause__
+    if not own and cause is not None:  # Python turns a StopIteration into another error
+        own, beyond = _innermost(cause, home)
+        outside = beyond or outside
+    if found := own or outside:
+        return found
     if cls is None or file is None:
         return "", 0
     return file, _line_of(cls)
+
+
+def _innermost(
+    error: BaseException, home: str | None
+) -> tuple[tuple[str, int] | None, tuple[str, int] | None]:
+    """File and line of the innermost frame in the folder `home`, and of that outside the engine."""
+    own = outside = None
+    for frame, line in traceback.walk_tb(error.__traceback__):
+        file = frame.f_code.co_filename
+        if not file.startswith(ENGINE):
+            outside = file, line
+            if home is not None and file.startswith(home):
+                own = outside
+    return own, outside
 
 
 def _file_of(cls: type) -> str | None:
@@ -70,5 +109,5 @@ def _file_of(cls: type) -> str | None:
 def _line_of(cls: type) -> int:
     try:
         return inspect.getsourcelines(cls)[1]
-    except OSError:
+    except (OSError, SyntaxError, TypeError):  # the file has changed meanwhile, or there is none
         return 0

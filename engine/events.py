@@ -58,7 +58,7 @@ class EventLog:
     def _trim(self) -> None:
         self.readers = [reader for reader in self.readers if reader.running()]
         needed = min((reader.start for reader in self.readers), default=self._before)
-        needed = max(min(needed, self._before), self.end - MOST)
+        needed = max(needed, self.end - MOST)
         del self._samples[: needed - self._first]
         self._first = needed
         self._limit = max(LEAST, 2 * len(self._samples))

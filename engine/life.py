@@ -13,11 +13,11 @@ from typing import Any
 from engine.board import Board
 from engine.context import LeafContext, Part
 from engine.decide import Route, Token
-from engine.errors import Raised, raised
+from engine.errors import Newest, Raised, raised
 from engine.machine import Cell, Leaf
-from engine.node import IDLE, RUNNING, BoxNode, LeafNode, RunNode, Writes
+from engine.node import EVERY_TICK, IDLE, RUNNING, BoxNode, LeafNode, RunNode, Writes
 from engine.state import NEVER_NS
-from engine.trace import Trace
+from engine.trace import KEPT, Trace
 
 BEGUN = Token("begun")
 
@@ -33,7 +33,7 @@ class Life:
         early: the next tick has something to do before anything is stepped.
         interrupt: a Ctrl-C caught while a state was stepped; raised again by the next tick, so
             that no tick is left half done.
-        errors: all exceptions that states and parts have raised.
+        errors: the newest exceptions that states and parts have raised, and their `total`.
         notes: the last text that each state has yielded, or its last error, by path.
     """
 
@@ -41,13 +41,13 @@ class Life:
         self.board = board
         self.parts = dict(parts)
         self.trace = Trace()
-        self.add = self.trace.add
+        self.raw, self.add = self.trace.raw, self.trace.add
         self.entered: dict[RunNode, None] = {}
         self.data: dict[Cell, Any] = {}
         self.due = NEVER_NS
         self.early = True
         self.interrupt: KeyboardInterrupt | None = None
-        self.errors: list[Raised] = []
+        self.errors: Newest[Raised] = Newest()
         self.notes: dict[str, str] = {}
         self.root: RunNode
 
@@ -105,6 +105,8 @@ class Life:
         node.entered = board.ticks
         self.entered[node] = None
         self.add(("enter", now, node))
+        if len(self.raw) > KEPT:
+            self.trim()
         if node.since is None:
             node.since = now - board.paused_ns
             timeout = node.vertex.timeout_ns
@@ -181,11 +183,12 @@ class Life:
 
     def abort(self, top: RunNode, reason: str, outcome: str) -> str:
         """Close all of `top` for `reason`; returns `outcome`, or `error` if leaf `top` raised."""
-        before = len(self.errors)
+        before = self.errors.total
         for node in self.close(top, top.order):
             self.add(("exit", self.board.now, node, reason))
         top.status = IDLE
-        own = isinstance(top, LeafNode) and any(e.path == top.path for e in self.errors[before:])
+        raised_now = {error.path for error in self.errors.since(before)}
+        own = isinstance(top, LeafNode) and top.path in raised_now
         ended = "error" if own else outcome
         self.add(("outcome", self.board.now, top, ended))
         return ended
@@ -199,7 +202,7 @@ class Life:
                 self.close_leaf(node)
             del self.entered[node]
             node.status = IDLE
-            node.wake = 0
+            node.wake = EVERY_TICK
         return closed
 
     def close_leaf(self, node: LeafNode) -> None:
@@ -240,6 +243,14 @@ class Life:
     def note(self, node: Any, text: str) -> None:
         """Add a note to the trace; it affects neither the run nor the hash."""
         self.add(("note", self.board.now, node, text))
+        self.trim()
+
+    def trim(self) -> None:
+        """Let old records of the trace go, so that it does not grow without bound."""
+        try:
+            self.trace.trim()
+        except OSError as error:
+            self.errors.append(raised(self.board.now, "trace", error))
 
     def report(self, node: RunNode, error: BaseException) -> None:
         """Rule 8: record what a state or a part has raised, SystemExit included."""
@@ -247,6 +258,7 @@ class Life:
         cls = node.interface.make if isinstance(node, LeafNode) else None
         found = raised(self.board.now, node.path, error, cls if isinstance(cls, type) else None)
         self.errors.append(found)
+        self.trim()
         self.notes[node.path] = f"{found.kind}: {found.text}" if found.text else found.kind
         if isinstance(error, KeyboardInterrupt):
             self.interrupt, self.early = error, True

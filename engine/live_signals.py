@@ -62,7 +62,7 @@ class MeasuredSlot(Slot):
             return False
         return now - newest.stamp <= self.patience
 
-    def take(self, value: Any, stamp: int, interval: int, tick: int) -> None:
+    def receive(self, value: Any, stamp: int, interval: int, tick: int) -> None:
         """Accept a sample; a late one does not replace a newer one."""
         self.evaluated += 1
         at = ALWAYS_NS if self.constant else stamp
@@ -184,10 +184,10 @@ class EstimatedSlot(Slot):
             pending.sort(key=_arrival)
         before = self.board.clock()
         for interval, _, index, sample in pending:
-            self._take(interval, self.names[index], sample)
+            self._feed(interval, self.names[index], sample)
         self.time_ns += self.board.clock() - before
 
-    def _take(self, interval: int, name: str, sample: Stamped) -> None:
+    def _feed(self, interval: int, name: str, sample: Stamped) -> None:
         self.evaluated += 1
         self.version += 1
         self.estimator.update(name, sample)

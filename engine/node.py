@@ -22,6 +22,9 @@ IDLE, CHOSEN, RUNNING, ENDED, WAITING, RETRYING, PUT_OFF = range(7)
 """Status of a node: idle; chosen to be entered; running; ended, in a box that keeps its outcome;
 waiting for consent; waiting for its next try; put off to the next tick (rule 6)."""
 
+EVERY_TICK, AT_ONCE = 0, 1
+"""In `RunNode.wake`: it waits for nothing; it waits, but the time it waits for has come."""
+
 Writes = tuple[tuple[Cell, Any], ...]
 NEVER_ENTERED = -1
 
@@ -38,7 +41,7 @@ class RunNode:
 
     Attributes:
         step: the `__next__` of the generator; None while the engine handles the next step itself.
-        wake: skipped until this chart time, ns, or until news of `mask`; 0: stepped every tick.
+        wake: skipped until this chart time, ns, or until news of `mask`; or `EVERY_TICK`.
         mask: bits of the measured signals whose news wake it.
         asked: the tick in which it began to wait for `mask`.
         silence: the `On` that waits for silence, and the run time at which it was yielded, ns.
@@ -61,7 +64,7 @@ class RunNode:
     def __init__(self) -> None:
         self.status = IDLE
         self.step: Callable[[], Any] | None = None
-        self.wake = 0
+        self.wake = EVERY_TICK
         self.mask = 0
         self.asked = NEVER_ENTERED
         self.silence: tuple[On, int] | None = None
@@ -86,7 +89,7 @@ class RunNode:
         self.routes: dict[str, Route] = {}
         self.opening: Opening | None = None
 
-    def holds(self, other: RunNode) -> bool:
+    def spans(self, other: RunNode) -> bool:
         """Whether `other` is this node or below it."""
         return self.order <= other.order <= self.last
 

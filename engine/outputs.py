@@ -8,6 +8,8 @@ from typing import Any
 
 from engine.types import Type, freeze
 
+_PLAIN = (bool, float, str, type(None))
+_LONG_BITS = 64  # integers longer than this are not written out in messages
 Freezers = Mapping[type, Callable[[Any], Any]]
 
 
@@ -23,7 +25,7 @@ def checked(
     for name, value in given.items():
         found[name] = frozen = freeze(value, freezers)
         if not admits(types[name])(frozen):
-            raise TypeError(f"output {name!r} is {_shown(value)}; declared: {types[name]}")
+            raise TypeError(f"output {name!r} is {shown(value)}; declared: {types[name]}")
     return found
 
 
@@ -64,8 +66,9 @@ def _instance_of(cls: type) -> Callable[[Any], bool]:
     return lambda value: isinstance(value, cls)
 
 
-def _shown(value: Any) -> str:
-    kind = type(value).__name__
-    if value is None or isinstance(value, bool | int | float | str):
-        return f"{value!r}"
-    return f"a {kind}"
+def shown(value: Any) -> str:
+    """A value of whatever class as messages show it; runs none of its methods."""
+    kind = type(value)
+    if kind in _PLAIN or (kind is int and value.bit_length() <= _LONG_BITS):
+        return repr(value)
+    return f"a {kind.__name__}"

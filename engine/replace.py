@@ -7,14 +7,24 @@ the outcomes it keeps, its tries and what it waits for stay as they are.
 from __future__ import annotations
 
 from engine.machine import Box, Cell, Machine
-from engine.node import CHOSEN, PUT_OFF, RETRYING, WAITING, BoxNode, LeafNode, RunNode, nodes_of
+from engine.node import (
+    CHOSEN,
+    IDLE,
+    PUT_OFF,
+    RETRYING,
+    WAITING,
+    BoxNode,
+    LeafNode,
+    RunNode,
+    nodes_of,
+)
 from engine.run import ChartRun
 from engine.state import NEVER_NS
 
 
 def obstacles(run: ChartRun, new: Machine) -> list[str]:
     """Why `run` cannot go on with `new`; empty if it can."""
-    if run.outcome is not None:
+    if run.over:
         return ["the run has ended"]
     found = [
         f"{node.path!r} waits; replace when it has gone on"
@@ -75,23 +85,26 @@ def take_over(run: ChartRun, new: Machine) -> None:
             cells |= {cell: now[key] for key, cell in old.cells.items() if key in now}
     run.life.data |= {cell: values[old] for old, cell in cells.items()}
     run.queue.renew(run.entered)
-    for node, old in before.items():
+    for node in before:
         node.pending = tuple((cells[cell], value) for cell, value in node.pending if cell in cells)
         if node in run.entered:
             _set_deadline(run, node)
-            if isinstance(node, BoxNode) and isinstance(old, Box):
-                _open_up(run, node, old)
+            if isinstance(node, BoxNode):
+                _open_up(run, node)
     if not before:
         run.queue.put_off.append(nodes[""])
     run.life.early = True
 
 
-def _open_up(run: ChartRun, node: BoxNode, old: Box) -> None:
-    """Let the next tick evaluate the rules of a box again, and start its new children."""
+def _open_up(run: ChartRun, node: BoxNode) -> None:
+    """Let the next tick evaluate the rules of a box again, and start those that do not run yet.
+
+    These are its new children, and those of a replacement before this one, if no tick followed it.
+    """
     node.news = node.box.keeps
     if node.box.form != "states":
-        known = {child.name for child in old.children}
-        run.queue.put_off += [child for name, child in node.children.items() if name not in known]
+        new = [child for child in node.children.values() if child.status == IDLE]
+        run.queue.put_off += new
 
 
 def _set_deadline(run: ChartRun, node: RunNode) -> None:

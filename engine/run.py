@@ -17,13 +17,14 @@ from engine.board import Board
 from engine.contest import Contest
 from engine.context import Part
 from engine.decide import (
-    HOLD,
+    ASK,
     KEEP,
     REOPEN,
     RETRY,
     Judge,
     Route,
 )
+from engine.errors import Newest
 from engine.life import Life
 from engine.machine import Machine
 from engine.node import (
@@ -41,6 +42,7 @@ from engine.run_queue import RunQueue, is_monitor
 from engine.schedule import Schedule
 from engine.state import NEVER_NS
 from engine.stepping import StepEnd, Stepper
+from engine.trace import BATCH
 
 if TYPE_CHECKING:
     from engine.commands import Command
@@ -62,7 +64,8 @@ class ChartRun:
         outcome: of the chart, once there is one; `results` are its outputs.
         ended_by: the path of the node that caused it, and that node's own outcome.
         schedule: when the next tick is needed.
-        carried_out: the operator's commands, with the instants at which they took effect, ns.
+        carried_out: the operator's newest commands, with the instants of their effect, ns.
+        over: it has ended or was closed, and ticks do nothing.
     """
 
     def __init__(
@@ -84,11 +87,12 @@ class ChartRun:
         stepper = Stepper(self.life)
         self._step, self._step_all = stepper.step, stepper.step_all
         self.outcome: str | None = None
+        self.over = False
         self.ended_by: tuple[str, str] | None = None
         self.results: dict[str, Any] = {}
         self.paused = False
         self._paused_until = 0
-        self.carried_out: list[tuple[int, Command]] = []
+        self.carried_out: Newest[tuple[int, Command]] = Newest()
         self.commands: deque[Command] = deque()
         self.schedule = Schedule(self)
         self.stand_ins = dict(stand_ins or {})
@@ -132,13 +136,16 @@ class ChartRun:
 
     def recorded_tick(self, now: int) -> str | None:
         """Like `tick`, but adds the tick itself to the trace, too."""
-        self.trace.add(("tick", now, self.life.root))
+        life = self.life
+        life.add(("tick", now, life.root))
+        if not self.board.ticks % BATCH:
+            life.trim()
         return self.tick(now)
 
     def _tick_between(self, now: int) -> str | None:
         board, queue = self.board, self.queue
         board.begin(now, between=True)
-        if self.outcome is not None or self.paused:
+        if self.over or self.paused:
             return self.outcome
         fresh = board.fresh
         chosen = {node for node in queue.nodes if node.status == CHOSEN}
@@ -173,7 +180,7 @@ class ChartRun:
         if life.interrupt is not None:
             interrupt, life.interrupt = life.interrupt, None
             raise interrupt
-        if self.outcome is not None:
+        if self.over:
             return True
         if self.paused:  # rule 11: chart time stands still
             self.board.paused_ns += self.board.now - self._paused_until
@@ -183,9 +190,9 @@ class ChartRun:
             command = self.commands.popleft()
             self.carried_out.append((self.board.now, command))
             command.carry_out(self)
-            if self.outcome is not None:
+            if self.over:
                 break
-        if self.outcome is not None or self.paused:
+        if self.over or self.paused:
             life.early = True
             return True
         queue = self.queue
@@ -210,7 +217,7 @@ class ChartRun:
             ended = self._step(going)
         while ended is not None:
             node, value = ended
-            self._take(self.judge.conclude(node, value))
+            self._carry_out(self.judge.conclude(node, value))
             ended = self._step(going)
         queue.acting = False
 
@@ -246,27 +253,28 @@ class ChartRun:
         due = [] if self.queue.acting else self.life.due_nodes()
         routes = list(starmap(self.judge.conclude, ended))
         if len(routes) == 1 and not due and routes[0].kind != KEEP:
-            self._take(routes[0])
+            self._carry_out(routes[0])
             return
         contest = Contest(self.judge, due)
-        contest.hold(routes)
+        contest.settle(routes)
         ends = {node: outcome for route in contest.losers for node, outcome in route.ends}
         for node in self.life.lose(ends):
             self.queue.drop(node)
         for winner in contest.winners:
-            self._take(winner)
+            _keep(winner.joined)
+            self._carry_out(winner)
 
     def _time_out(self) -> None:
         """Rule 5: end the nodes whose timeout is due, outer ones first."""
         for node in self.life.due_nodes():
-            if node.deadline == NEVER_NS or self.outcome is not None:
+            if node.deadline == NEVER_NS or self.over:
                 continue
             self.follow(node, self.life.abort(node, "timeout", "timeout"))
         self._rounds()
 
     # -- carrying out --------------------------------------------------------------------------
 
-    def _take(self, route: Route) -> None:
+    def _carry_out(self, route: Route) -> None:
         """Carry out a route: end what ends, and choose, keep, ask, try again or finish."""
         life, queue = self.life, self.queue
         top, kind, writes = route.top, route.kind, route.writes
@@ -274,13 +282,13 @@ class ChartRun:
             writes = life.end(node, outcome, writes, route)
         queue.drop(top)
         if top.timed:
-            again = kind in (HOLD, RETRY, REOPEN)
+            again = kind in (ASK, RETRY, REOPEN)
             for timed in top.timed:
                 if not again or timed is not top:
                     timed.deadline = NEVER_NS
         box, target = route.box, route.target
         if target is None or box is None:
-            self._take_other(route, writes)
+            self._carry_out_here(route, writes)
             return
         if not route.ends:  # else the record of the last end has the move
             life.add(("move", self.board.now, box, route))
@@ -288,7 +296,7 @@ class ChartRun:
             life.write(writes, box)
         queue.choose(target)
 
-    def _take_other(self, route: Route, writes: Writes) -> None:
+    def _carry_out_here(self, route: Route, writes: Writes) -> None:
         """Carry out a route without a target: keep, ask, try again or finish."""
         queue, top, kind, box = self.queue, route.top, route.kind, route.box
         if kind == KEEP and box is not None:
@@ -296,7 +304,7 @@ class ChartRun:
             top.pending = writes
             box.kept[top.vertex.name] = route.outcome
             box.news = True
-        elif kind == HOLD:
+        elif kind == ASK:
             queue.ask(top, route.outcome, writes)
         elif kind == RETRY:
             queue.try_again(top, counted=bool(route.ends))
@@ -313,7 +321,7 @@ class ChartRun:
         """Carry out what `outcome` leads to; the end of `node` itself is recorded already."""
         route = self.judge.resolve(node, outcome, ended=True)
         route.writes = writes
-        self._take(route)
+        self._carry_out(route)
 
     def pause(self) -> None:
         """Hold the parts and step nothing until `resume`."""
@@ -330,7 +338,7 @@ class ChartRun:
 
     def finish(self, outcome: str) -> None:
         """End the run, and stop all parts."""
-        self.outcome = outcome
+        self.outcome, self.over = outcome, True
         life = self.life
         life.early = True
         for key in self.machine.chart.outputs.get(outcome, ()):
@@ -362,7 +370,11 @@ class ChartRun:
     # -- the whole -----------------------------------------------------------------------------
 
     def close(self) -> None:
-        """After the last tick: let running states clean up, and stop all parts."""
+        """After the last tick: let running states clean up, and stop all parts.
+
+        A run without an outcome keeps none; further ticks do nothing.
+        """
+        self.over = self.life.early = True
         self.life.close_all()
         self.life.hold()
 
@@ -390,3 +402,12 @@ class ChartRun:
     def active(self) -> list[str]:
         """The paths of the running leaves, in document order."""
         return [node.path for node in self.running]
+
+
+def _keep(joined: Iterable[Route]) -> None:
+    """Let the boxes keep the outcomes by which their lists match; they end in this round."""
+    for route in joined:
+        _keep(route.joined)
+        assert route.box is not None
+        route.top.pending = route.writes
+        route.box.kept[route.top.vertex.name] = route.outcome

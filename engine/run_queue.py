@@ -11,8 +11,10 @@ from operator import attrgetter
 
 from engine.life import Life
 from engine.node import (
+    AT_ONCE,
     CHOSEN,
     ENDED,
+    EVERY_TICK,
     IDLE,
     PUT_OFF,
     RETRYING,
@@ -75,7 +77,7 @@ class RunQueue:
             if other is not node or not again:
                 other.tries, other.since = 0, None
         for other in added:
-            other.status, other.step, other.wake = CHOSEN, None, 0
+            other.status, other.step, other.wake = CHOSEN, None, EVERY_TICK
         for box in keeping:
             box.kept = {}
             box.news = False
@@ -134,7 +136,7 @@ class RunQueue:
         """Let `node` wait for consent; the other actions of its `any` are not stepped meanwhile."""
         node.status = WAITING
         node.waiting, node.answer = (outcome, writes), None
-        node.wake = 0
+        node.wake = EVERY_TICK
         node.step = None
         self._insert(node)
         parent = node.parent
@@ -160,12 +162,12 @@ class RunQueue:
         else:
             self.nodes = _without(self.nodes, top)
         if self.fresh:
-            self.fresh = [node for node in self.fresh if not top.holds(node)]
+            self.fresh = [node for node in self.fresh if not top.spans(node)]
         if self.put_off:
             self.put_off = _without(self.put_off, top)
         if self.waiting:
             self.frozen = _without(self.frozen, top)
-            self.waiting = [node for node in self.waiting if not top.holds(node)]
+            self.waiting = [node for node in self.waiting if not top.spans(node)]
             self._thaw()
 
     def renew(self, entered: Iterable[RunNode]) -> None:
@@ -214,7 +216,7 @@ class RunQueue:
         if isinstance(node, BoxNode) and node.status != RETRYING:
             return False  # stepping it runs no state
         return any(
-            waiting.parent is not None and waiting.parent.holds(node) and not waiting.holds(node)
+            waiting.parent is not None and waiting.parent.spans(node) and not waiting.spans(node)
             for waiting in self.waiting
         )
 
@@ -222,9 +224,9 @@ class RunQueue:
         """Wake the nodes that got news while they were not stepped; check silence again."""
         for node in nodes:
             if node.mask and self.board.news(node.mask, node.asked):
-                node.wake = 0
+                node.wake = EVERY_TICK
             elif node.wake and node.silence is not None:
-                node.wake = 1
+                node.wake = AT_ONCE
 
     def still_has(self, node: RunNode) -> bool:
         """Whether a node of a pass begun earlier in this tick is still to be stepped."""

@@ -24,7 +24,7 @@ class Schedule:
     def wants_news(self) -> bool:
         """Whether news has arrived that a state waits for, so that a tick should be added."""
         run = self._run
-        if run.paused or run.outcome is not None:
+        if run.paused or run.over:
             return False
         arrived = run.board.arrived()
         return any(node.wake and node.mask & arrived for node in run.queue.nodes)
@@ -32,7 +32,7 @@ class Schedule:
     def next_deadline(self) -> int:
         """The run time of the first timeout, ns; `NEVER_NS` if there is none."""
         run = self._run
-        if run.paused or run.outcome is not None:
+        if run.paused or run.over:
             return NEVER_NS
         return min(run.life.first_deadline() + run.board.paused_ns, NEVER_NS)
 
@@ -56,14 +56,14 @@ class Schedule:
         none is.
         """
         run = self._run
-        if run.outcome is None and (run.commands or run.board.inbox):
+        if not run.over and (run.commands or run.board.inbox):
             return run.board.now
         return self._due_inside()
 
     def _due_inside(self) -> int:
         run = self._run
         board = run.board
-        if run.outcome is not None or run.paused:
+        if run.over or run.paused:
             return NEVER_NS
         if run.queue.put_off:
             return board.now

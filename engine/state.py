@@ -42,13 +42,27 @@ NEVER_NS = 1 << 62  # later than any run lasts
 ALWAYS_NS = NEVER_NS  # stamp of a value that does not age: later than any other, never too old
 
 
+LONGEST_S = NEVER_NS // 10**9  # no run lasts longer, s
+
+
+def _never(ns: float) -> int:
+    """The instant of a wait without end.
+
+    Raises:
+        ValueError: `ns` is no number.
+    """
+    if ns != ns:
+        raise ValueError("nan is no instant; give chart time in ns, as from ctx.after(seconds)")
+    return NEVER_NS
+
+
 class Until:
     """Yielded by a state: step me at this chart time, ns, not before; rounded to whole ns."""
 
     __slots__ = ("ns",)
 
     def __init__(self, ns: float) -> None:
-        self.ns = round(ns)
+        self.ns = round(ns) if ns < NEVER_NS else _never(ns)
 
 
 class On:
@@ -58,14 +72,24 @@ class On:
     on; the same value object again is not news. Silence means that one of these has delivered
     nothing for longer than `older` s; one that is already silent when the wait begins does not
     count. `until` is chart time, ns. Name every signal that the decision to continue depends on.
+
+    Raises:
+        ValueError: no signal is named, or `older` is no time.
     """
 
     __slots__ = ("older", "signals", "until")
 
     def __init__(self, *signals: str, until: float = NEVER_NS, older: float | None = None) -> None:
+        if not signals:
+            raise ValueError("On() waits for no signal; name some, or yield Until(t) or None")
         self.signals = signals
-        self.until = round(until)
-        self.older = NEVER_NS if older is None else round(older * 1e9)
+        self.until = round(until) if until < NEVER_NS else _never(until)
+        if older is None:
+            self.older = NEVER_NS
+        elif 0.0 <= older < LONGEST_S:
+            self.older = round(older * 1e9)
+        else:
+            raise ValueError(f"On(…, older={older}): a silence, in s, is 0 or more, or left out")
 
 
 Yielded = Until | On | str | None  # text is a note shown to observers
@@ -216,6 +240,7 @@ def interface(cls: type[State]) -> Interface:
     if not cls.__doc__:
         raise StateError(f"{name}: give it a docstring; it is shown in editors and lists")
     _check_outcomes(cls)
+    _check_reads(cls)
     monitor = issubclass(cls, Monitor)
     if monitor and cls.commands:
         raise StateError(f"{name}: a Monitor commands no part, but lists {cls.commands!r}")
@@ -251,8 +276,16 @@ def _check_outcomes(cls: type[State]) -> None:
         raise StateError(f"{name}.outputs: {sorted(unknown)} are not among its outcomes")
 
 
+def _check_reads(cls: type[State]) -> None:
+    for signal, age in cls.reads.items():
+        if age is not None and not 0.0 <= age < LONGEST_S:
+            wanted = "the greatest age accepted, s, or None for any"
+            raise StateError(f"{cls.__name__}.reads[{signal!r}]: {wanted}; not {age!r}")
+
+
 def _inputs(cls: type[State]) -> dict[str, Argument]:
-    if not cls.inputs:
+    arguments = inspect.signature(cls.run).parameters.values()
+    if not cls.inputs and all(a.kind is not a.VAR_KEYWORD for a in arguments):
         return _arguments(cls, cls.run, skip=2)
     return {name: Argument(from_annotation(kind)) for name, kind in cls.inputs.items()}
 

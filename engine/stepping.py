@@ -7,7 +7,7 @@ from typing import Any
 
 from engine.decide import AGAIN, MATCHED, RAISED, Token
 from engine.life import BEGUN, Life
-from engine.node import RETRYING, WAITING, BoxNode, LeafNode, RunNode
+from engine.node import EVERY_TICK, RETRYING, WAITING, BoxNode, LeafNode, RunNode
 from engine.waiting import still_heard, wait
 
 NOTHING = Token("nothing")
@@ -34,11 +34,11 @@ class Stepper:
             if node.wake:
                 if not node.mask & fresh and (node.wake > now or still_heard(node, board)):
                     continue
-                node.wake = 0
+                node.wake = EVERY_TICK
             try:
                 step = node.step
                 if step is None:
-                    value = self._take_turn(node)
+                    value = self._turn(node)
                     if value is NOTHING:
                         continue
                     if value is not BEGUN:
@@ -62,7 +62,7 @@ class Stepper:
             found.append(ended)
         return found
 
-    def _take_turn(self, node: RunNode) -> Any:
+    def _turn(self, node: RunNode) -> Any:
         """Step a node without a generator: `BEGUN`, `NOTHING`, or what it ends with."""
         status = node.status
         if status == WAITING:

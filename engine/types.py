@@ -5,12 +5,14 @@ Numbers are SI and radians; text with a unit (`5 s`, `30 deg`, `20 cm`) is conve
 
 from __future__ import annotations
 
+import inspect
 import operator
 import types as python_types
 import typing
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
+from functools import cache
 from typing import Annotated, Any, Literal
 
 from engine.files.units import DIMENSIONS, Dimension
@@ -166,25 +168,90 @@ def known_types(more: Mapping[str, Type]) -> dict[str, Type]:
     return named | {f"{name} | none": replace(kind, optional=True) for name, kind in named.items()}
 
 
-_IMMUTABLE = (int, float, str, bytes, frozenset, Enum, type(None))
+_IMMUTABLE = (int, float, str, bytes, Enum, type(None))
+DEPTH = 64
+"""Deepest nesting of tuples and dataclasses in an output."""
 
 
 def freeze(value: Any, freezers: Mapping[type, Callable[[Any], Any]]) -> Any:
     """`value`, made immutable where a freezer is registered for its class.
 
+    Fields of frozen dataclasses and items of tuples and frozen sets are looked into, but not those
+    of dataclasses whose annotations admit nothing mutable.
+
     Raises:
-        TypeError: for mutable values of a class without a freezer.
+        TypeError: for mutable values of a class without a freezer, for a dataclass with a field
+            that would have to be replaced, and for values nested deeper than `DEPTH`.
     """
-    kind = type(value)
+    return _frozen(value, freezers, DEPTH, "")
+
+
+def _frozen(
+    value: Any, freezers: Mapping[type, Callable[[Any], Any]], depth: int, place: str
+) -> Any:
+    """As `freeze`; `depth`: how much deeper it may be nested; `place`: the field it is in."""
+    kind: Any = type(value)
     if kind in freezers:
         return freezers[kind](value)
     if isinstance(value, _IMMUTABLE):
         return value
-    if isinstance(value, tuple):
-        frozen = [freeze(item, freezers) for item in value]
+    if isinstance(value, type):
+        raise TypeError(f"{place}the class {value.__name__} is no value; make an instance")
+    if not depth:
+        raise TypeError(f"a {kind.__name__} holds itself, or is nested deeper than {DEPTH} levels")
+    if isinstance(value, tuple | frozenset):
+        frozen = [_frozen(item, freezers, depth - 1, place) for item in value]
         if all(map(operator.is_, frozen, value)):
             return value
-        return kind(*frozen) if hasattr(kind, "_fields") else tuple(frozen)
-    if is_dataclass(kind) and kind.__dataclass_params__.frozen:  # type: ignore[attr-defined]
+        if hasattr(kind, "_fields"):
+            return kind(*frozen)
+        return tuple(frozen) if isinstance(value, tuple) else frozenset(frozen)
+    if _is_frozen(kind):
+        if not _admits_nothing_mutable(kind):
+            _require_frozen_fields(value, freezers, depth)
         return value
-    raise TypeError(f"a {kind.__name__} can be changed by others; use tuples or frozen dataclasses")
+    raise TypeError(
+        f"{place}a {kind.__name__} can be changed by others; use tuples or frozen dataclasses"
+    )
+
+
+def _require_frozen_fields(
+    value: Any, freezers: Mapping[type, Callable[[Any], Any]], depth: int
+) -> None:
+    for field in fields(value):
+        place = f"{type(value).__name__}.{field.name}"
+        if not hasattr(value, field.name):
+            raise TypeError(f"{place} was never set")
+        held = getattr(value, field.name)
+        if _frozen(held, freezers, depth - 1, f"{place}: ") is not held:
+            raise TypeError(f"{place} can be changed by others; freeze it before it is put there")
+
+
+def _is_frozen(kind: type) -> bool:
+    return is_dataclass(kind) and kind.__dataclass_params__.frozen  # type: ignore[attr-defined]
+
+
+@cache
+def _admits_nothing_mutable(kind: type, seen: tuple[type, ...] = ()) -> bool:
+    """Whether the annotations of a frozen dataclass say that all in it is immutable, too."""
+    try:
+        hints = typing.get_type_hints(kind)
+    except Exception:  # noqa: BLE001  names that only type checkers know
+        return False
+    within = (*seen, kind)
+    return all(_is_immutable(hints[field.name], within) for field in fields(kind))
+
+
+def _is_immutable(hint: Any, seen: tuple[type, ...]) -> bool:
+    """Whether values annotated so are immutable; `seen` are the classes that it stands inside."""
+    origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (tuple, frozenset, typing.Union, python_types.UnionType):
+        return all(a is Ellipsis or _is_immutable(a, seen) for a in arguments)
+    if origin is Literal:
+        return True
+    if not inspect.isclass(hint) or hint in seen:  # one that can hold its own kind is looked into
+        return False
+    kind: Any = hint
+    return issubclass(kind, _IMMUTABLE) or (
+        _is_frozen(kind) and _admits_nothing_mutable(kind, seen)
+    )

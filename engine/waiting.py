@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from engine.board import Board
+from engine.errors import escaped
 from engine.life import Life
-from engine.node import LeafNode, RunNode
+from engine.node import AT_ONCE, EVERY_TICK, LeafNode, RunNode
 from engine.state import NEVER_NS, On, Until
 
 
@@ -19,18 +20,18 @@ def wait(node: RunNode, yielded: Any, life: Life) -> None:
     """
     kind, board = type(yielded), life.board
     if kind is str:
-        life.notes[node.path] = yielded
+        life.notes[node.path] = escaped(yielded)
         return
     node.silence = None
     if kind is Until:
         later = yielded.ns > board.chart_now
-        node.wake, node.mask = (yielded.ns, 0) if later else (0, 0)
+        node.wake, node.mask = (yielded.ns, 0) if later else (EVERY_TICK, 0)
         return
     if kind is not On:
         message = f"yielded a {kind.__name__}; only None, Until, On and text mean something"
         raise TypeError(message)
     assert isinstance(node, LeafNode)
-    node.wake, node.mask = max(yielded.until, 1), node.context.bits(yielded.signals)
+    node.wake, node.mask = max(yielded.until, AT_ONCE), node.context.bits(yielded.signals)
     node.asked = board.ticks
     if yielded.older != NEVER_NS:
         for name in yielded.signals:
@@ -49,5 +50,5 @@ def still_heard(node: RunNode, board: Board) -> bool:
         return False
     on, since = node.silence
     silent_at = board.silent_at(node.mask, on.older, since) - board.paused_ns
-    node.wake = max(1, min(on.until, silent_at))
+    node.wake = max(AT_ONCE, min(on.until, silent_at))
     return node.wake > board.chart_now

@@ -158,16 +158,16 @@ class Recorder:
 
     def _write_run(self, loop: Loop) -> None:
         run = loop.wired.run
-        for _, command in run.carried_out[self._commands_read :]:
+        for _, command in run.carried_out.since(self._commands_read):
             self._log("operator", schemas.COMMAND, command_text(command))
-        self._commands_read = len(run.carried_out)
-        if self._trace_read != len(run.trace.raw):
+        self._commands_read = run.carried_out.total
+        if self._trace_read != run.trace.end:
             for line in run.trace.lines(self._trace_read):
                 self._log("trace", schemas.TRACE, f'{{"line":{line}}}')
-            self._trace_read = len(run.trace.raw)
-        for error in run.errors[self._errors_read :]:
+            self._trace_read = run.trace.end
+        for error in run.errors.since(self._errors_read):
             self._log("log", schemas.LOG, log_text(error))
-        self._errors_read = len(run.errors)
+        self._errors_read = run.errors.total
 
     def finish(self, figures: Mapping[str, Any] | None = None) -> Path | None:
         """Write the figures, if any, and rename the file; returns its path, None on failure."""

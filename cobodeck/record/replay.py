@@ -104,7 +104,7 @@ class ReplayChecker:
         trace = self.run.trace
         recorded = [line for line in self.feed.fed.trace if counts(line)]
         replayed = [line for line in trace.lines(self._read) if counts(line)]
-        self._read = len(trace.raw)
+        self._read = trace.end
         self.records += len(recorded)
         for then, now in zip_longest(recorded, replayed, fillvalue="nothing"):
             if then != now:

@@ -53,7 +53,7 @@ class Item:
         for key in dotted.split("."):
             if isinstance(found.value, Map) and key in found.value:
                 found = found._child(key)
-            elif isinstance(found.value, Seq) and key.isdigit() and int(key) < len(found.value):
+            elif isinstance(found.value, Seq) and _is_index(key) and int(key) < len(found.value):
                 found = found.items()[int(key)]
         return found
 
@@ -213,3 +213,7 @@ def noted(findings: list[Finding]) -> Iterator[None]:
         yield
     except FileError as error:
         findings += error.findings
+
+
+def _is_index(key: str) -> bool:
+    return key.isascii() and key.isdigit()

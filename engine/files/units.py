@@ -44,8 +44,10 @@ _SPELLINGS = {
     "percent": "%", "pct": "%", "per cent": "%",
 }  # fmt: skip
 """Other spellings of units, in lower case, with the accepted one."""
-_QUANTITY = re.compile(r"([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d].*)\Z")
-_COMMA = re.compile(r"(\d),(\d)")
+_QUANTITY = re.compile(
+    r"([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([^\s\d].*)\Z"
+)
+_COMMA = re.compile(r"([0-9]),([0-9])")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +92,8 @@ def quantity(text: str) -> tuple[float, str] | None:
 
 def respelt(text: str) -> str:
     """`"15 sec"` as `"15 s"`, `"1,5 s"` as `"1.5 s"`; empty if unclear or spelt correctly."""
-    pointed = _COMMA.sub(r"\1.\2", text.strip().rstrip(",;").replace("\u00a0", " "))
+    plain = "".join(str(int(c)) if c.isdecimal() else c for c in text)  # digits of other scripts
+    pointed = _COMMA.sub(r"\1.\2", plain.strip().rstrip(",;").replace("\u00a0", " "))
     match = _QUANTITY.match(pointed)
     if match is None:
         return ""

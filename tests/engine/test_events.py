@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from typing import Any
 
 import pytest
@@ -205,3 +206,28 @@ def test_who_asks_twice_in_a_tick_gets_the_same():
     fill(log, 2)
     assert reader.read(2) == reader.read(2) == (Stamped(0, 0), Stamped(1, 1))
     assert reader.read(3) == ()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_readers_get_what_a_log_that_keeps_everything_has(seed: int):
+    chance = random.Random(seed)
+    log, everything = EventLog(), []
+    listeners = [Listener(log) for _ in range(3)]
+    ends = [0, 0, 0]
+    for listener in listeners:
+        listener.runs = False
+    for tick in range(400):
+        begun = len(everything)  # before what arrives in this tick
+        for _ in range(chance.choice((0, 0, 1, 9))):
+            log.add(Stamped(len(everything), tick), tick)
+            everything.append(Stamped(len(everything), tick))
+        for number, listener in enumerate(listeners):
+            if not listener.runs and chance.random() < 0.05:
+                listener.runs = True
+                listener.reader.begin(tick)
+                ends[number] = begun
+            elif listener.runs and chance.random() < (0.3, 0.02, 0.9)[number]:
+                assert listener.reader.read(tick) == tuple(everything[ends[number] :])
+                ends[number] = len(everything)
+                listener.runs = chance.random() < 0.9
+    assert len(log) < len(everything)

@@ -210,6 +210,22 @@ def test_rule_12_who_tries_again_after_a_silence_does_so_when_its_time_has_come(
     assert entries == [0, 8 * 10**8]
 
 
+@pytest.mark.parametrize("paused", [False, True])
+def test_rule_12_news_of_what_the_last_try_waited_for_does_not_shorten_the_wait(paused: bool):
+    node = "{watch: Wait, with: {older: 0}, retry: {times: 1, on: woken, wait: 1 s}"
+    text = f"chart: c\noutcomes: [x]\nstates:\n  a: {node}, next: {{woken: .x}}}}\n"
+    bench = Bench(text, states=(Wait,), scripted=False, board=board())
+    bench.tick()
+    for number in range(13):
+        bench.run.board.put("place", (float(number), 0.0), bench.now)
+        if paused and number == 3:
+            bench.operator.pause()
+            bench.operator.resume()
+        bench.tick()
+    entries = [r.time for r in bench.run.trace if r.kind == "enter" and r.subject == "a"]
+    assert entries == [0, 11 * 10**8]
+
+
 def test_rule_11_a_pause_does_not_delay_what_falls_silent_in_it():
     bench = waiting(older=0.45)
     bench.operator.pause()

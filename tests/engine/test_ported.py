@@ -103,3 +103,20 @@ class Never:
     def run(self, ctx):
         while True:
             yield
+
+
+class Plain(EventState):
+    """Has neither inputs nor outputs."""
+
+    outcomes = ("done",)
+
+    def execute(self, userdata: UserData) -> str | None:
+        return "done"
+
+
+def test_a_state_without_inputs_needs_none():
+    assert interface(Plain).inputs == {}
+    text = "chart: c\noutcomes: [x]\nstates:\n  a: {do: Plain, next: {done: .x}}\n"
+    bench = Bench(text, states=(Plain,), scripted=False)
+    bench.tick()
+    assert bench.run.outcome == "x"

@@ -220,3 +220,72 @@ all:
     assert b.run.outcome == "done"
     ends = [record[1] for record in b.last("outcome")]
     assert ends == ["deep/one", "deep/two", "deep", "last", "box/three", "box", ""]
+
+
+def test_rule_4_a_list_that_matches_records_its_children_in_document_order(bench):
+    text = """
+chart: c
+outcomes: [x]
+any:
+  third: {watch: See}
+  first: {watch: See, priority: 9}
+  inner:
+    any:
+      deep: {watch: See}
+    when: [{outcome: on, if: {deep: seen}}]
+  second: {watch: See, priority: 1}
+when:
+  - {outcome: x, if: {first: seen, second: lost, third: seen, inner: on}}
+"""
+    b = bench(text)
+    b.tick()
+    for path, outcome in (
+        ("second", "lost"),
+        ("first", "seen"),
+        ("inner/deep", "seen"),
+        ("third", "seen"),
+    ):
+        b.end(path, outcome)
+    b.tick()
+    ended = [record[1] for record in b.last("outcome")]
+    assert ended == ["third", "first", "inner/deep", "inner", "second", ""]
+
+
+LOSING = """
+chart: c
+outcomes: [both, direct]
+outputs: {both: {d: number}, direct: {d: number}}
+data: {d: {type: number, initial: 0}, e: {type: number, initial: 0}}
+states:
+  box:
+    any:
+      told: {watch: Tell, out: {value: d}}
+      stop: {watch: See, priority: 1, next: {seen: .direct, lost: .direct}}
+    when:
+      - {outcome: both, if: {told: seen}}
+      - {outcome: both, if: {told: lost}}
+    next: {both: .both, direct: .direct}
+"""
+
+
+@pytest.mark.parametrize(
+    ("priority", "outcome", "written"), [(1, "direct", 0.0), (-1, "both", 2.5)]
+)
+def test_rule_9_outputs_of_a_list_that_loses_are_not_written(bench, priority, outcome, written):
+    b = bench(LOSING.replace("priority: 1", f"priority: {priority}"))
+    b.tick()
+    b.end("box/told", "seen", value=2.5)
+    b.end("box/stop", "seen")
+    b.tick()
+    assert (b.run.outcome, b.run.results["d"]) == (outcome, written)
+    assert len(b.records("data")) == (written > 0)
+
+
+def test_rule_4_to_ask_how_a_list_ends_changes_nothing(bench):
+    """Nothing is carried out where it is decided (`engine.decide`)."""
+    b = bench(LOSING)
+    b.tick()
+    box, told = b.run.nodes["box"], b.run.nodes["box/told"]
+    route = b.run.judge.conclude(told, ("seen", {"value": 1.5}))
+    assert b.run.judge.match(box, [route]).outcome == "both"
+    assert (box.kept, told.pending) == ({}, ())

@@ -12,7 +12,7 @@ import pytest
 from engine.files.finding import FileError
 from engine.files.item import Fault, Item, parse_yaml
 from engine.files.record import Name, reader_of, record
-from engine.files.units import UNITS, Angle, Length, Mass, quantity, si_unit
+from engine.files.units import UNITS, Angle, Length, Mass, quantity, respelt, si_unit
 from engine.files.values import Count, Range, above_0
 
 
@@ -177,6 +177,15 @@ def test_an_annotation_that_no_file_can_meet_is_a_bug(annotation):
 )  # fmt: skip
 def test_units_are_those_of_the_world(written, value):
     assert quantity(written)[0] == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize("written", ["٣ m", "1٣ m", "1.٣ m", "1e٣ m", "３ m", "-٣ m", "३ m"])
+def test_only_the_digits_0_to_9_make_a_number(written: str):
+    assert quantity(written) is None
+    meant = respelt(written)
+    assert meant
+    assert meant.isascii()
+    assert quantity(meant) is not None
 
 
 @pytest.mark.parametrize("unit", sorted(UNITS))
