@@ -37,14 +37,16 @@ class Stops:
 
     `line` is the connection's own stop line, or a software latch. A reset first calls `acknowledge`
     of each part that has one, then resets the guard of the wheels. `pull` may be called from any
-    thread.
+    thread; the operator is told why, whatever the chart does about it.
     """
 
-    def __init__(self, line: StopLine, parts: Mapping[str, Any], now: Now) -> None:
+    def __init__(
+        self, line: StopLine, parts: Mapping[str, Any], now: Now, tell: Callable[[str], None]
+    ) -> None:
         self.signals = line.signals
         self.guard: GuardedBase | None = None
         self.reason: str | None = None
-        self._line, self._parts, self._now = line, parts, now
+        self._line, self._parts, self._now, self._tell = line, parts, now, tell
 
     def pull(self, reason: str) -> None:
         """Stop all parts until the reset; if the `stop` of one raises, the others still stop."""
@@ -57,6 +59,7 @@ class Stops:
         for part in self._parts.values():
             if part is not self and hasattr(part, "stop"):
                 try_to(part.stop)
+        self._tell(f"stopped until the reset: {reason}")
 
     def stop(self) -> None:
         """Do nothing; a stop line moves nothing."""
@@ -236,7 +239,7 @@ def _watching(opening: RunInfo, givers: Iterable[Any]) -> RunInfo:
 def _guarded(parts: dict[str, Any], opening: RunInfo, beside: Sequence[Any]) -> Connected:
     guard, now = None, opening.now
     line: StopLine = parts.get("stop_line") or StopLatch(lambda: True)
-    stops = parts["stop_line"] = Stops(line, parts, now)
+    stops = parts["stop_line"] = Stops(line, parts, now, opening.tell)
     if "base" in parts:
         parked = opening.body.parked if "arm" in parts else None
         guard = GuardedBase(parts["base"], opening.safety, parked, stops.pull)

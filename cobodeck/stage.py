@@ -75,6 +75,8 @@ def stage(
     if options.console is not None:
         operator = ConsoleOperator(world.parts["stop_line"], complain)
         world.add({"operator": operator})
+    elif options.mock and "operator" in world.parts:
+        world.parts["operator"].show = complain
     reading = time.perf_counter_ns
     wired = wire(
         setup, world.parts, eager=options.eager, clock=reading, parameters=parameters, tap=tap
@@ -177,6 +179,7 @@ def _operator(plant: Connected, options: Options) -> ConsoleOperator | ScriptedO
     if plant.world is None or options.console is not None:
         return ConsoleOperator(plant.parts["stop_line"], complain)
     plant.attendant = ScriptedOperator(plant.parts["stop_line"], by_hand=plant.world.push_off)
+    plant.attendant.show = complain
     return plant.attendant
 
 

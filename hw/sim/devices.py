@@ -184,6 +184,10 @@ class SimBumper:
         return pending
 
 
+def _nobody(_: str) -> None:
+    """Nobody looks at what is shown."""
+
+
 class Latched(Protocol):
     """A stop line with a reason."""
 
@@ -201,8 +205,8 @@ class ScriptedOperator:
     """Acknowledges each fault after a delay, and resets the stop line as soon as it can be.
 
     A reported fault and a pulled stop line are handled alike; while the cause persists the operator
-    tries again after the same delay. After PATIENCE_NS they intervene: `by_hand` is called in each
-    step until the line can be reset.
+    tries again after the same delay. `show`, if set, gets what is reported. After PATIENCE_NS they
+    intervene: `by_hand` is called in each step until the line can be reset.
     """
 
     signals: tuple[str, ...] = ("operator.acknowledge",)
@@ -214,6 +218,7 @@ class ScriptedOperator:
         by_hand: Callable[[], None] | None = None,
     ) -> None:
         self.faults: list[str] = []
+        self.show: Callable[[str], None] = _nobody
         self._stop_line = stop_line
         self._delay_ns = delay_ns
         self._by_hand = by_hand
@@ -226,6 +231,7 @@ class ScriptedOperator:
         """Report a fault that has to be acknowledged; see `RemoteOperator`."""
         self.faults.append(fault)
         self._reported = True
+        self.show(f"fault: {fault}")
 
     def step(self, now_ns: int) -> None:
         """Look after the robot at now_ns."""

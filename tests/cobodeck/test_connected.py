@@ -363,12 +363,15 @@ def test_a_cause_that_holds_keeps_the_line_pulled() -> None:
         def halt(self, reason: str) -> None:
             """Its wheels are here."""
 
-    stops = Stops(StopLatch(lambda: True), {}, lambda: 0)
+    told: list[str] = []
+    stops = Stops(StopLatch(lambda: True), {}, lambda: 0, told.append)
     stops.guard = Held()  # type: ignore[assignment]
     stops.pull("bumper")
 
     assert not stops.reset()
     assert [s.value for s in stops.samples(0)] == ["bumper"]
+    stops.pull("drive 2: has no heartbeat")
+    assert told == ["stopped until the reset: bumper"]
 
 
 # -- closing -------------------------------------------------------------------------------------

@@ -238,6 +238,31 @@ def test_the_mock_runs_the_same_chart_as_fast_as_it_goes(
     assert figures["distance_m"] > 0.0
 
 
+ASKS = """
+chart: asks
+outcomes: [helped]
+states:
+  operator:
+    do: CallOperator
+    with: {patience: 0.5 s}
+    next: {helped: .helped}
+"""
+
+
+@pytest.mark.requirement(48)
+def test_what_a_run_reports_is_shown_when_it_happens_though_results_are_for_programs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "asks.yaml").write_text(ASKS)
+
+    main(["run", "asks.yaml", "--robot", "mock", "--fast", "--duration", "1", "--json"])
+
+    shown = capsys.readouterr()
+    [fault] = json.loads(shown.out)["fault_names"]
+    assert f"cobodeck: fault: {fault}\n" in shown.err
+
+
 @pytest.mark.requirement(11, 74)
 def test_at_a_virtual_wall_requests_arise_from_walking(simulated: Any, tmp_path: Path) -> None:
     figures = simulated("--scene", "virtual_wall", "--requests", "3")
