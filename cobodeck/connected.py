@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
+from cobodeck.health import Health, fault_of
 from cobodeck.opening import (
     drivers_of,
     given_by,
@@ -36,8 +37,9 @@ class Stops:
     """The stop line in front of all parts: pulling it stops every part at once.
 
     `line` is the connection's own stop line, or a software latch. A reset first calls `acknowledge`
-    of each part that has one, then resets the guard of the wheels. `pull` may be called from any
-    thread; the operator is told why, whatever the chart does about it.
+    of each part that has one, then resets the guard of the wheels; `why` says why it was refused.
+    `pull` may be called from any thread; the operator is told why it stops, whatever the chart does
+    about it, and why it stays.
     """
 
     def __init__(
@@ -45,7 +47,9 @@ class Stops:
     ) -> None:
         self.signals = line.signals
         self.guard: GuardedBase | None = None
+        self.health: Health | None = None
         self.reason: str | None = None
+        self.why: str | None = None
         self._line, self._parts, self._now, self._tell = line, parts, now, tell
 
     def pull(self, reason: str) -> None:
@@ -54,29 +58,51 @@ class Stops:
             self.guard.halt(reason)  # even if already pulled: a reset may be in progress
         if self.reason is not None:
             return
-        self.reason = reason
+        self.reason, self.why = reason, None
         self._line.pull(reason)
         for part in self._parts.values():
             if part is not self and hasattr(part, "stop"):
                 try_to(part.stop)
         self._tell(f"stopped until the reset: {reason}")
 
+    def blame(self, fault: str) -> None:
+        """Stop for a fault that was found; it is told even if something else stopped before."""
+        if self.reason is not None:
+            self._tell(fault)
+        self.pull(fault)
+
     def stop(self) -> None:
         """Do nothing; a stop line moves nothing."""
 
     def reset(self) -> bool:
         """Let the robot move again; returns False while the cause persists."""
-        asked = [part for part in self._parts.values() if hasattr(part, "acknowledge")]
-        answers = [part.acknowledge() for part in asked]
-        if not all(answers):
-            return False
+        before, self.why = self.why, self._refusal()
+        if self.why not in (None, before):  # a script asks again and again
+            self._tell(f"not reset: {self.why}")
+        return self.why is None
+
+    def _refusal(self) -> str | None:
+        """Why it cannot be reset; None: it is reset."""
+        asked = [(n, part) for n, part in self._parts.items() if hasattr(part, "acknowledge")]
+        answers = [(name, part) for name, part in asked if not part.acknowledge()]
+        if answers:
+            name, part = answers[0]
+            return fault_of(part) or f"part {name} is not ready"
+        fault = None if self.health is None else self.health.fault
+        if fault is not None:
+            return fault
         if self.guard is not None and not self.guard.reset(self._now()):
-            return False
+            return self._cause()
         reason, self.reason = self.reason, None  # a pull from now on counts again
         if self._line.reset():
-            return self.reason is None
+            return self.reason
         self.reason = self.reason or reason
-        return False
+        return self._cause()
+
+    def _cause(self) -> str:
+        """Why the line or the guard holds."""
+        why: str | None = getattr(self._line, "why", None)
+        return why or self.reason or "the cause still holds"
 
     def samples(self, now_ns: int) -> Iterable[Sample]:
         """The samples of the line."""
@@ -108,7 +134,7 @@ class Connected:
     """Parts behind drivers; the guard of the wheels cycles in a thread or process of its own.
 
     `world` is the simulated world around fakes, None with real devices. It alone knows the ground
-    truth. `beside` are the open links and peers.
+    truth. `beside` are the open links and peers; `health` watches all that is open.
     """
 
     def __init__(
@@ -117,9 +143,10 @@ class Connected:
         guard: GuardedBase | None,
         now: Now,
         beside: Sequence[Any] = (),
+        health: Health | None = None,
     ) -> None:
         self.parts = parts
-        self._beside = beside
+        self._beside, self._health = beside, health
         self.latency_ns = 0
         self.paced = True
         self.world: WorldLink | None = next((p for p in beside if hasattr(p, "truth")), None)
@@ -159,11 +186,13 @@ class Connected:
         return [self._failures.popleft() for _ in range(len(self._failures))]
 
     def advance(self, to_ns: int) -> None:
-        """Take the newest messages of the fakes' world, which runs by itself; step the operator."""
+        """Take the newest messages of the fakes' world; look for faults; step the operator."""
         if self.world is not None:
             self.world.advance()
             self._failures += [("world", error) for error in self.world.failures[self._taken :]]
             self._taken = len(self.world.failures)
+        if self._health is not None:
+            self._health.look()
         if self.attendant is not None:
             self.attendant.step(to_ns)
 
@@ -208,7 +237,8 @@ class Connected:
 def connect(connection: Connection, opening: RunInfo, uses: Uses) -> Connected:
     """Open the parts of a connection that a chart uses, and those needed for stopping.
 
-    `opening.safety.watched` is ignored: whether people are tracked follows from the parts.
+    `opening.tell` gets what stops the robot, and why a stop stays. `opening.safety.watched` is
+    ignored: whether people are tracked follows from the parts.
 
     Raises:
         Problem: a driver cannot be found or opened; what was opened before is closed again.
@@ -223,7 +253,7 @@ def connect(connection: Connection, opening: RunInfo, uses: Uses) -> Connected:
         open_all("peer", connection.peers, connection.peers, opening, beside, beside)
         open_all("link", links, connection.links, opening, beside, beside)
         open_all("part", needed, connection.parts, opening, beside, parts)
-        return _guarded(parts, _watching(opening, parts.values()), list(beside.values()))
+        return _guarded(parts, _watching(opening, parts.values()), beside)
     except BaseException:
         for opened in (*parts.values(), *reversed(beside.values())):
             try_to(getattr(opened, "close", nothing))
@@ -236,10 +266,12 @@ def _watching(opening: RunInfo, givers: Iterable[Any]) -> RunInfo:
     return replace(opening, safety=replace(opening.safety, watched=watched))
 
 
-def _guarded(parts: dict[str, Any], opening: RunInfo, beside: Sequence[Any]) -> Connected:
+def _guarded(parts: dict[str, Any], opening: RunInfo, beside: Mapping[str, Any]) -> Connected:
     guard, now = None, opening.now
+    watched = {**beside, **{f"part {name}": part for name, part in parts.items()}}
     line: StopLine = parts.get("stop_line") or StopLatch(lambda: True)
     stops = parts["stop_line"] = Stops(line, parts, now, opening.tell)
+    stops.health = Health(watched, stops.blame)
     if "base" in parts:
         parked = opening.body.parked if "arm" in parts else None
         guard = GuardedBase(parts["base"], opening.safety, parked, stops.pull)
@@ -249,4 +281,4 @@ def _guarded(parts: dict[str, Any], opening: RunInfo, beside: Sequence[Any]) -> 
     for part in parts.values():
         if hasattr(part, "line"):
             part.line = stops
-    return Connected(parts, guard, now, beside)
+    return Connected(parts, guard, now, list(beside.values()), stops.health)

@@ -178,5 +178,5 @@ def _problem(kind: Kind, name: str, served: ServedPart, error: Exception) -> Pro
     return Problem(f"{entry}: {type(error).__name__}: {error}", FAILED)
 
 
-def nothing() -> None:
-    """Do nothing: there is nothing to close or to wait for."""
+def nothing(*_: object) -> None:
+    """Do nothing: there is nothing to close, to wait for or to tell."""

@@ -50,11 +50,18 @@ class ConsoleOperator:
         elif word == "stop":
             self._stop_line.pull("operator")
         elif word == "reset":
-            self._show("reset" if self._stop_line.reset() else "not reset: the cause still holds")
+            self._reset()
         elif word == "end":
             self._end()
         elif word:
             self._show(f"{word!r} is not a command; {HELP}")
+
+    def _reset(self) -> None:
+        known = getattr(self._stop_line, "why", None)
+        if self._stop_line.reset():
+            self._show("reset")
+        elif getattr(self._stop_line, "why", None) == known:  # else the line has told the new one
+            self._show(f"not reset: {known or 'the cause still holds'}")
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Acknowledgements since the last call."""

@@ -22,6 +22,7 @@ from cobodeck.project import is_there
 from hw.connection import Connection
 from hw.drivers.chain.settings import observer_address
 from hw.links.datagrams import LOOPBACK as LOCAL
+from hw.links.priority import CHAIN, permitted
 
 NOTE = "note"
 """The state of a check that is only a note to the operator."""
@@ -222,22 +223,35 @@ def _multicast(what: str) -> tuple[str, str]:
     return FIT, what
 
 
-def _realtime() -> DoctorLine:
-    """Check for permission to use a real-time priority, which keeps cycles from being delayed."""
-    what = "real time"
+def hindered() -> str | None:
+    """Why other programs may delay this robot's cycles, and what ends that; None if they cannot."""
+    if permitted():
+        return None
     try:
+        import pwd
         import resource
 
-        priority, _ = resource.getrlimit(resource.RLIMIT_RTPRIO)
-        locked, _ = resource.getrlimit(resource.RLIMIT_MEMLOCK)
-    except (ImportError, AttributeError, OSError):
-        return what, MISSING, "not known on this system"
-    if os.geteuid() != 0 and priority == 0:
-        return what, MISSING, "no right to SCHED_FIFO (rtprio 0): other programs may delay cycles"
-    root = os.geteuid() == 0
-    told = "SCHED_FIFO as root" if root else f"SCHED_FIFO up to {priority}"
-    memory = "" if root or locked < 0 else f", {locked >> 20} MiB of memory can be locked"
-    return what, FIT, f"{told}{memory}"
+        limit, _ = resource.getrlimit(resource.RLIMIT_RTPRIO)
+        user = pwd.getpwuid(os.getuid()).pw_name
+    except (ImportError, AttributeError, KeyError):
+        return "this system gives no real-time priorities: other programs may delay cycles"
+    denied = "no right to real-time priorities, so that other programs may delay cycles: "
+    if os.geteuid() == 0 or limit >= CHAIN:
+        return (
+            f"{denied}this container or group of processes has none; it is to be started with "
+            f"CAP_SYS_NICE (`docker run --cap-add SYS_NICE`), its cgroup with cpu.rt_runtime_us"
+        )
+    return (
+        f"{denied}rtprio is {limit}, {CHAIN} is needed; write the lines '{user} - rtprio {CHAIN}' "
+        f"and '{user} - memlock unlimited' into /etc/security/limits.d/cobodeck.conf and log in "
+        f"again (a systemd unit: LimitRTPRIO={CHAIN} and LimitMEMLOCK=infinity)"
+    )
+
+
+def _realtime() -> DoctorLine:
+    """Check for the right to real-time priorities, which keep cycles from being delayed."""
+    slow = hindered()
+    return "real time", FIT if slow is None else MISSING, slow or "real-time priorities are allowed"
 
 
 def _clock() -> DoctorLine:

@@ -194,7 +194,9 @@ use it, and `wake`, set by a loop in real time: a driver calls it when a sample 
 that needs other parts' samples lists them in `hears` and receives them by `hear(sample, now_ns)`.
 `pull`, `reset`, `acknowledge`, and `drive` and `stop` of moving parts may be called from other
 threads than the rest. If a part has an attribute `line`, it is set to the run's stop line: the part
-pulls it when it can no longer move, and does not move while `line.reason` is not None. If a lost
+pulls it when it can no longer move, and does not move while `line.reason` is not None. A part, link
+or peer may have `fault`, why it does nothing now, or None, and `child`, the process that it needs:
+a fault of either stops the robot, and a reset is refused until it is over. If a lost
 device can be recovered, `acknowledge()` does so on the operator's order, before the line is reset;
 it returns whether the part can move now, so that the operator can retry if recovery takes a while.
 """

@@ -119,10 +119,14 @@ def _look_first(args: argparse.Namespace, options: Options, setup: Setup) -> Non
         complain(f"{connection.name}: {remark}")
     if options.connection is not None and options.plays_dummy:
         complain(f"the person of {options.user} is played: nobody may be in the room")
+    from cobodeck.preflight import NEVER, hindered, observers, preflight
+
+    slow = None if options.mock else hindered()
+    if slow is not None:
+        complain(slow)
     if not connection.real:
         return
     from cobodeck.doctor import BAD
-    from cobodeck.preflight import NEVER, observers, preflight
     from cobodeck.record.tried import refuse_untried
 
     for told in refuse_untried(setup, options.plays_dummy, args.passed, args.although):

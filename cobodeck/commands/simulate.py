@@ -242,7 +242,7 @@ def _run(
                 options,
                 progress.at,
                 clock,
-                partial(_looked_after, blocked_s),
+                partial(_looked_after, blocked_s, options.connection is not None),
                 _show_error,
                 recorder,
             )
@@ -264,11 +264,16 @@ def _robot_of(args: argparse.Namespace) -> str | Connection | None:
 
 
 @contextmanager
-def _looked_after(blocked_s: float, loop: Loop) -> Iterator[None]:
-    """A context in which signals end the run cleanly, and a node that blocks a tick is reported."""
-    from cobodeck.watchdog import ending_on_signals, naming_what_blocks
+def _looked_after(blocked_s: float, devices: bool, loop: Loop) -> Iterator[None]:
+    """A context in which signals end the run cleanly, and a node that blocks a tick is reported.
 
-    with ending_on_signals(loop), naming_what_blocks(loop, blocked_s, complain):
+    Beside `devices` the run has its real-time priority.
+    """
+    from cobodeck.watchdog import ending_on_signals, naming_what_blocks
+    from hw.links.priority import ENGINE, hurrying
+
+    first = hurrying(ENGINE) if devices else nullcontext()
+    with ending_on_signals(loop), naming_what_blocks(loop, blocked_s, complain), first:
         yield
 
 

@@ -37,11 +37,17 @@ class DatagramFeed:
         self._intake = Intake((source, OWN))
         self.door = self._intake.door(source)
         self._over = False
+        self._heard_ns: int | None = None
+        self._silent_ns = 0
         self._thread = threading.Thread(target=self._run, name="feed", daemon=True)
 
     def start(self) -> None:
         """Start taking datagrams."""
         self._thread.start()
+
+    def silence(self, within_ns: int, name: str) -> str | None:
+        """That `name`, who sends here, is silent; None if it was heard within this time."""
+        return f"{name} is silent" if self._silent_ns > within_ns else None
 
     def close(self) -> None:
         """Take what has arrived, and end."""
@@ -57,16 +63,22 @@ class DatagramFeed:
         while not self._over:
             select.select([self._intake], [], [], self._look_s)
             looked_ns = time.monotonic_ns()
-            self._take_all()
+            if self._take_all() or self._heard_ns is None:
+                self._heard_ns = looked_ns
+            self._silent_ns = looked_ns - self._heard_ns
             if self._watch is not None:
                 self._watch(looked_ns)
         self._take_all()
 
-    def _take_all(self) -> None:
+    def _take_all(self) -> bool:
+        """Take all that has arrived; False if nothing had."""
+        some = False
         while found := self._intake.poll():
+            some = True
             for datagram in found:
                 if datagram.source != OWN:
                     self._hand_on(datagram)
+        return some
 
     def _hand_on(self, datagram: Datagram) -> None:
         """Let it be taken; a mistake of the taker is printed, and the thread goes on."""

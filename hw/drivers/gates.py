@@ -54,6 +54,10 @@ PARTING_NS = 200 * MS
 SHOWN_OLD_NS = 200 * MS
 """A pose of the robot older than this is shown as it is, without extrapolation."""
 
+# scanners
+SCAN_SILENT_NS = 400 * MS
+"""Time without a valid scan after which a scanner is a fault: five turns of an S300."""
+
 # the safety chain
 CHAIN_SILENT_NS = 100 * MS
 """Silence after which the engine takes the chain for lost; it reports every 20 ms."""

@@ -15,6 +15,7 @@ from hw.fakes.drive import Traits
 from hw.fakes.nodes import Nodes
 from hw.fakes.subscription import Subscription
 from hw.links.datagrams import Door, Intake, Outlet
+from hw.links.priority import DEVICES
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import BumperHit
 
@@ -96,4 +97,4 @@ def _feel(nodes: Nodes, name: str, value: Any) -> None:
 
 
 if __name__ == "__main__":
-    serve(main)
+    serve(main, DEVICES)

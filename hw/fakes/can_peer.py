@@ -50,4 +50,4 @@ class CanNodes(Peer):
             "rtr": rtr,
             "lacks": tuple(lacks),
         }
-        super().__init__("hw.fakes.can_nodes", settings, tells)
+        super().__init__("hw.fakes.can_nodes", settings, tells, "the fake CAN nodes")

@@ -36,7 +36,8 @@ from hw.fakes.cb3_controller import EMERGENCY, PLAYING, PROTECTIVE, SAFEGUARD, F
 from hw.fakes.cb3_rtde import Rtde
 from hw.fakes.subscription import outlet_as
 from hw.links.datagrams import Intake
-from hw.links.processes import Parent, Ready, go_first, serve
+from hw.links.priority import DEVICES
+from hw.links.processes import Parent, Ready, serve
 
 DASHBOARD, SCRIPTS, RTDE = 29999, (30001, 30002, 30003), 30004
 CYCLE_NS = 8_000_000
@@ -230,7 +231,6 @@ def _listening(host: str, port: int) -> socket.socket:
 
 def main(settings: Any, ready: Ready, parent: Parent) -> None:
     """Run until the parent has gone; settings: host, joints (rad), unlock (s), tells (address)."""
-    go_first()
     arm = FakeController(tuple(settings["joints"]), settings["unlock"])
     server, control = Cb3Server(settings["host"], arm), Intake(("fault",), settings["host"])
     joints = outlet_as("cb3", settings["tells"])
@@ -256,4 +256,4 @@ def main(settings: Any, ready: Ready, parent: Parent) -> None:
 
 
 if __name__ == "__main__":
-    serve(main)
+    serve(main, DEVICES)

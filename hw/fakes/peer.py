@@ -13,15 +13,17 @@ class Peer:
     """Starts a child whose ready line has the door for faults: `control`.
 
     `module` has the child's `main`; `settings` are its arguments; `tells` is the world that it
-    sends to as each of its `sources`, or None.
+    sends to as each of its `sources`, or None; `name` is what an operator calls it.
     """
 
     sources: tuple[str, ...] = ()
 
-    def __init__(self, module: str, settings: dict[str, Any], tells: Hearer | None = None) -> None:
+    def __init__(
+        self, module: str, settings: dict[str, Any], tells: Hearer | None, name: str
+    ) -> None:
         self.ready: dict[str, Any] = {}
         world = None if tells is None else {name: tells.door(name) for name in self.sources}
-        self._child = Child(module, {**settings, "tells": world})
+        self.child = Child(module, {**settings, "tells": world}, name)
         self._faults = Outlet()
 
     def wait(self) -> None:
@@ -30,7 +32,7 @@ class Peer:
         Raises:
             OSError: it cannot start, with the cause.
         """
-        self.ready = self._child.wait()
+        self.ready = self.child.wait()
         self._faults.doors = [self.control]
 
     @property
@@ -41,12 +43,12 @@ class Peer:
     @property
     def pid(self) -> int:
         """Process id."""
-        return self._child.pid
+        return self.child.pid
 
     @property
     def alive(self) -> bool:
         """True while its process runs."""
-        return self._child.alive
+        return self.child.alive
 
     def fault(self, name: str, value: Any = None) -> int:
         """Inject a fault, as its module describes. Returns when it was sent, ns."""
@@ -57,4 +59,4 @@ class Peer:
     def close(self) -> None:
         """End its process."""
         self._faults.close()
-        self._child.close()
+        self.child.close()

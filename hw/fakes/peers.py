@@ -36,7 +36,7 @@ class Cb3(Peer):
             "joints": tuple(joints or folded or UR10),
             "unlock": unlock,
         }
-        super().__init__("hw.fakes.cb3", settings, tells)
+        super().__init__("hw.fakes.cb3", settings, tells, "the fake UR controller")
 
 
 class VrClient(Peer):
@@ -68,4 +68,4 @@ class VrClient(Peer):
             "answers": answers,
             "by_fields": by_fields,
         }
-        super().__init__("hw.fakes.vr_process", settings, tells)
+        super().__init__("hw.fakes.vr_process", settings, tells, "the fake VR application")

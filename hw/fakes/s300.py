@@ -28,6 +28,7 @@ from typing import Any
 
 from hw.fakes.subscription import Subscription, outlet_as
 from hw.links.datagrams import Intake
+from hw.links.priority import DEVICES
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import Scan
 
@@ -210,4 +211,4 @@ def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
 
 
 if __name__ == "__main__":
-    serve(main)
+    serve(main, DEVICES)

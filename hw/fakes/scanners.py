@@ -34,4 +34,4 @@ class S300Peer(Peer):
         addresses = {name: (entry["host"], entry["port"]) for name, entry in scanners.items()}
         host = next(iter(addresses.values()))[0]
         settings = {"scanners": addresses, "host": host, "beyond": beyond}
-        super().__init__("hw.fakes.s300", settings, tells)
+        super().__init__("hw.fakes.s300", settings, tells, "the fake scanners")

@@ -10,6 +10,7 @@ from typing import Any
 from hw.fakes.vr_application import FAULTS, FRAME_NS, Application
 from hw.fakes.vr_plays import HostedPerson
 from hw.links.datagrams import Intake
+from hw.links.priority import DEVICES
 from hw.links.processes import Parent, Ready, serve
 
 
@@ -35,4 +36,4 @@ def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
 
 
 if __name__ == "__main__":
-    serve(main)
+    serve(main, DEVICES)

@@ -23,11 +23,12 @@ from hw.samples import UserPose
 from hw.sim.hosted import EVALUATOR
 from hw.truth import Truth
 
+NAME = "the world of the fakes"
 FIRST_S = 5.0
 """Time limit for the first truth, s."""
 CATCH_UP_NS = 100_000_000
 """Time that the first tick waits for a truth of its own time, ns."""
-SILENT_NS = 2_000_000_000
+SILENT_NS = 800_000_000
 """Silence after which the world has failed, ns."""
 
 
@@ -62,7 +63,7 @@ class WorldPeer:
         settings = WorldSettings(
             self.address, self._secret, opening.play, _plain(opening.body), opening.motion
         )
-        self._child = Child("hw.fakes.world_process", settings)
+        self.child = Child("hw.fakes.world_process", settings, NAME)
 
     def door(self, source: str) -> Door:
         """See `Hearer`."""
@@ -71,7 +72,13 @@ class WorldPeer:
     @property
     def pid(self) -> int:
         """Process id."""
-        return self._child.pid
+        return self.child.pid
+
+    @property
+    def fault(self) -> str | None:
+        """Why nothing moves in it any more; None if it runs."""
+        silent = time.monotonic_ns() - self._heard > SILENT_NS
+        return self.child.fault or (f"{NAME} is silent" if silent else None)
 
     def wait(self) -> None:
         """Wait until it is ready, and its first truth is known.
@@ -79,13 +86,13 @@ class WorldPeer:
         Raises:
             OSError: it cannot start, with the cause.
         """
-        self._child.wait()
+        self.child.wait()
         self._subscription.tell(time.monotonic_ns())
         until = time.monotonic() + FIRST_S
         while self.truth is None:
             left = until - time.monotonic()
             if left <= 0.0:
-                raise OSError("the world of the fakes is silent")
+                raise OSError(f"{NAME} is silent")
             select.select([self._intake], [], [], left)
             self._poll()
 
@@ -99,8 +106,8 @@ class WorldPeer:
             self._outlet.send("begin", real)
         self._subscription.renew(real)
         self._poll()
-        if real - self._heard > SILENT_NS and not self.failures:
-            self.failures.append(OSError("the world of the fakes has been silent for 2 s"))
+        if self.fault is not None and not self.failures:
+            self.failures.append(OSError(self.fault))
 
     def _catch_up(self, real_ns: int) -> None:
         """Skip what was sent since the start: a truth of that time does not count."""
@@ -125,7 +132,7 @@ class WorldPeer:
 
     def close(self) -> None:
         """End its process."""
-        self._child.close()
+        self.child.close()
         self._intake.close()
         self._outlet.close()
 

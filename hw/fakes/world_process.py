@@ -34,6 +34,7 @@ from typing import Any
 from hw.connection import HostedScene
 from hw.links.datagrams import Address, Door, Intake, Outlet
 from hw.links.datagrams import Datagram as Heard
+from hw.links.priority import DEVICES
 from hw.links.processes import Parent, Ready, serve
 from hw.robot import MotionLimits, RobotModel
 from hw.sim.hosted import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, HostedWorld, PeerMessage
@@ -173,4 +174,4 @@ def main(settings: WorldSettings, ready: Ready, parent: Parent) -> None:
 
 
 if __name__ == "__main__":
-    serve(main)
+    serve(main, DEVICES)

@@ -11,7 +11,7 @@ open as long as the parent lives, and reports once that it is ready:
         device.stand_still()
 
     if __name__ == "__main__":
-        serve(main)
+        serve(main)          # with a priority of `hw.links.priority`, if it must not wait
 
 What a child prints goes to the parent's stderr.
 """
@@ -30,14 +30,14 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import IO, Any
 
+from hw.links.priority import hurry, lock_memory
+
 READY_S = 30.0
 """Time limit for a child to be ready, s."""
 CLOSING_S = 2.0
 """Time for a child to end by itself before it is killed, s."""
 TOLD = 1 << 16
 """Most that is read at once of what a parent tells, bytes."""
-FIRST = -15
-"""Niceness of prioritised processes."""
 _SIZE = struct.Struct("<Q")
 
 Ready = Callable[[Mapping[str, Any]], None]
@@ -46,11 +46,12 @@ Ready = Callable[[Mapping[str, Any]], None]
 class Child:
     """A process that runs `python -m module`; it starts at once, `wait` until it is ready.
 
-    To start several children in parallel, make all of them, then wait for each.
+    To start several children in parallel, make all of them, then wait for each. `name` is what an
+    operator calls it, such as "the VR server".
     """
 
-    def __init__(self, module: str, settings: Any) -> None:
-        self.module = module
+    def __init__(self, module: str, settings: Any, name: str | None = None) -> None:
+        self.name = name or module
         data = pickle.dumps(settings)
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", module],  # -P: do not import from the working directory
@@ -76,9 +77,12 @@ class Child:
         readable, _, _ = select.select([out], [], [], timeout_s)
         line = out.readline() if readable else b""
         if not line:
+            late = f"{self.name} is silent"
+            if readable:
+                self._process.wait(CLOSING_S)
+                late = self.fault or late
             self.kill()
-            late = "is silent" if not readable else "has ended"
-            raise OSError(f"{self.module} {late} before it was ready")
+            raise OSError(f"{late} before it was ready")
         found: dict[str, Any] = json.loads(line)
         if "error" in found:
             self.close()
@@ -103,6 +107,23 @@ class Child:
     def alive(self) -> bool:
         """True while it runs."""
         return self._process.poll() is None
+
+    @property
+    def fault(self) -> str | None:
+        """Why it does nothing any more: how it has ended, or that it is halted; None if it runs."""
+        code = self._process.poll()
+        if code is None:
+            return f"{self.name} is halted by a signal" if self._halted() else None
+        how = f"exit code {code}" if code >= 0 else f"killed by {_signal(-code)}"
+        return f"{self.name} has ended ({how})"
+
+    def _halted(self) -> bool:
+        if not hasattr(os, "waitid"):
+            return False
+        with suppress(ChildProcessError):  # it has ended meanwhile
+            asked = os.WSTOPPED | os.WNOHANG | os.WNOWAIT
+            return os.waitid(os.P_PID, self.pid, asked) is not None
+        return False
 
     def kill(self) -> None:
         """Kill it at once."""
@@ -150,14 +171,13 @@ class Parent:
         return [json.loads(line) for line in lines] if data else None
 
 
-def go_first() -> None:
-    """Ask for a higher priority, if permitted; for processes that must keep a cycle time."""
-    with suppress(OSError, AttributeError):
-        os.setpriority(os.PRIO_PROCESS, 0, FIRST)
+def serve(
+    main: Callable[[Any, Ready, Parent], None], priority: int | None = None, locked: bool = False
+) -> None:
+    """Run a child's `main` with the settings from its parent.
 
-
-def serve(main: Callable[[Any, Ready, Parent], None]) -> None:
-    """Run a child's `main` with the settings from its parent."""
+    Once it is ready it has this real-time priority, and its memory `locked`, where permitted.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     pipe, out = os.fdopen(os.dup(0), "rb", buffering=0), os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)  # anything printed from now on goes to stderr
@@ -165,6 +185,10 @@ def serve(main: Callable[[Any, Ready, Parent], None]) -> None:
     settings = pickle.loads(_read(pipe, *_SIZE.unpack(size)))  # from our own parent
 
     def ready(told: Mapping[str, Any]) -> None:
+        if locked:
+            lock_memory()
+        if priority is not None:
+            hurry(priority)
         out.write(json.dumps(dict(told)).encode() + b"\n")
         out.close()
 
@@ -173,7 +197,15 @@ def serve(main: Callable[[Any, Ready, Parent], None]) -> None:
     except (OSError, ValueError) as error:
         if out.closed:
             raise
-        ready({"error": str(error) or type(error).__name__})
+        out.write(json.dumps({"error": str(error) or type(error).__name__}).encode() + b"\n")
+
+
+def _signal(number: int) -> str:
+    """A signal by number and name."""
+    try:
+        return f"signal {number}, {signal.Signals(number).name}"
+    except ValueError:  # a real-time signal
+        return f"signal {number}"
 
 
 def _read(pipe: IO[bytes], size: int) -> bytes:

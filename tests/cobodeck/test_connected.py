@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import threading
 import time
 from collections import deque
@@ -14,9 +16,11 @@ import pytest
 from cobodeck.clocks import RealTime
 from cobodeck.connected import Connected, Stops, connect
 from cobodeck.console import Problem
+from cobodeck.health import fault_of
 from cobodeck.inlet import Inlet
 from cobodeck.loop import Loop
-from cobodeck.opening import finds_itself, is_needed
+from cobodeck.opening import finds_itself, is_needed, nothing
+from cobodeck.operators import ConsoleOperator
 from cobodeck.setup import Uses
 from cobodeck.wiring import Wired
 from engine.board import Board
@@ -29,6 +33,7 @@ from engine.state import Action, Context, interface
 from engine.state import Run as Steps
 from hw.connection import Connection, RunInfo, ServedPart
 from hw.geometry import STILL, Pose2, Twist2
+from hw.links.processes import Child
 from hw.reckoner import Reckoner
 from hw.robot import MotionLimits, load_robot
 from hw.safety.guarded import HEARD, GuardedBase
@@ -163,10 +168,15 @@ def _this_module() -> Any:
     return SimpleNamespace(**globals())
 
 
-def connected(uses: Uses = EVERYTHING, **drivers: tuple[type[Driver], str]) -> Connected:
+def connected(
+    uses: Uses = EVERYTHING,
+    tell: Callable[[str], None] = nothing,
+    **drivers: tuple[type[Driver], str],
+) -> Connected:
     begin = time.monotonic_ns()
     now = lambda: time.monotonic_ns() - begin  # noqa: E731
-    opening = RunInfo(now, BODY, MotionLimits(), LIMITS, Tracking.of(BODY.sensing))
+    tracking = Tracking.of(BODY.sensing)
+    opening = RunInfo(now, BODY, MotionLimits(), LIMITS, tracking, tell=tell)
     return connect(connection(**drivers), opening, uses)
 
 
@@ -371,7 +381,83 @@ def test_a_cause_that_holds_keeps_the_line_pulled() -> None:
     assert not stops.reset()
     assert [s.value for s in stops.samples(0)] == ["bumper"]
     stops.pull("drive 2: has no heartbeat")
-    assert told == ["stopped until the reset: bumper"]
+    assert told == ["stopped until the reset: bumper", "not reset: bumper"]
+
+
+class Scanner(Driver):
+    """A scanner that may be out of order."""
+
+    signals = ("base.scan",)
+    fault: Any = None
+
+
+def with_scanner() -> tuple[Connected, list[str]]:
+    uses = Uses(frozenset(("base",)), frozenset(("base.scan",)))
+    told: list[str] = []
+    return connected(uses, told.append, base=(Base, ""), scanner=(Scanner, "")), told
+
+
+@pytest.mark.requirement(48, 51)
+def test_what_is_out_of_order_stops_the_robot_is_named_and_stands_behind_a_refused_reset() -> None:
+    plant, told = with_scanner()
+    scanner, line = OPENED["Scanner"], plant.parts["stop_line"]
+    plant.advance(0)
+    assert line.reason is None
+    scanner.fault = "front_laser: in standby"
+    plant.advance(1)
+    plant.advance(2)
+    assert line.reason == "front_laser: in standby"
+    assert scanner.calls.count("stop") == 1
+    assert [line.reset() for _ in range(3)] == [False] * 3  # as a script asks; it is told once
+    console = ConsoleOperator(line, told.append)
+    console.say("reset")
+    scanner.fault = None
+    plant.advance(3)
+    assert line.reset()
+    assert line.why is None
+    scanner.fault = "front_laser: silent"
+    line.pull("bumper")
+    plant.advance(4)
+    plant.close()
+
+    assert told == [
+        "stopped until the reset: front_laser: in standby", "not reset: front_laser: in standby",
+        "not reset: front_laser: in standby",
+        "stopped until the reset: bumper", "front_laser: silent",
+    ]  # fmt: skip
+
+
+@pytest.mark.requirement(48)
+@pytest.mark.parametrize(
+    ("number", "said"),
+    [(signal.SIGKILL, "has ended (killed by signal 9, SIGKILL)"), (signal.SIGSTOP, "is halted")],
+)
+def test_a_process_that_dies_or_hangs_stops_the_robot_and_is_named(number: int, said: str) -> None:
+    plant, told = with_scanner()
+    child = OPENED["Scanner"].child = Child("tests.hw.links.child", None, "the scanners' process")
+    child.wait()
+    plant.advance(0)
+    os.kill(child.pid, number)
+    os.waitid(os.P_PID, child.pid, os.WEXITED | os.WSTOPPED | os.WNOWAIT)
+    plant.advance(1)
+    refused = plant.parts["stop_line"].reset()
+    plant.close()
+    child.kill()
+
+    assert not refused
+    assert [line.partition(said)[0] for line in told] == [
+        "stopped until the reset: the scanners' process ", "not reset: the scanners' process ",
+    ]  # fmt: skip
+
+
+def test_what_cannot_tell_how_it_is_is_told_of_itself() -> None:
+    class Broken:
+        @property
+        def fault(self) -> str:
+            raise OSError("cable out")
+
+    assert fault_of(Broken()) == "Broken: OSError: cable out"
+    assert fault_of(object()) is None
 
 
 # -- closing -------------------------------------------------------------------------------------

@@ -41,7 +41,8 @@ from hw.samples import BumperHit, Odometry, Sample
 
 MODULE = "hw.drivers.chain.process"
 LOOK_S = 0.02
-SILENT, ENDED = "the safety chain is silent", "the safety chain has ended"
+NAME = "the safety chain"
+SILENT = f"{NAME} is silent"
 RESET_S = 0.5
 CLOSING_S = 4.0
 """Time for the wheels to stop and to be switched off, s."""
@@ -103,7 +104,7 @@ class ChainLink:
         self._asked = 0
         self._answered: tuple[int, str | None] = (-1, None)
         try:
-            self._child = Child(MODULE, self._settings(opening, rate, arm))
+            self._child = Child(MODULE, self._settings(opening, rate, arm), NAME)
         except BaseException:
             self._feed.close()
             self._outlet.close()
@@ -144,6 +145,11 @@ class ChainLink:
     def pid(self) -> int:
         """Process id."""
         return self._child.pid
+
+    @property
+    def fault(self) -> str | None:
+        """Why the chain is not trusted any more: the run has to be restarted; None if it is."""
+        return self._dead
 
     def pull(self, reason: str) -> None:
         """Stop the wheels until a reset; may be called from any thread."""
@@ -215,7 +221,7 @@ class ChainLink:
         if self._closing or self._dead is not None or self._heard_ns is None:
             return
         if looked_ns - self._heard_ns > CHAIN_SILENT_NS:
-            self._dead = SILENT if self._child.alive else ENDED
+            self._dead = self._child.fault or SILENT
             self._stop(self._dead)
 
     def _stop(self, reason: str) -> None:
@@ -302,6 +308,11 @@ class ChainStopLine:
     def pull(self, reason: str) -> None:
         """Stop until the reset; see `StopLine`."""
         self._link.pull(reason)
+
+    @property
+    def why(self) -> str | None:
+        """Why the last reset was refused; None if it was not."""
+        return self._link.why
 
     def reset(self) -> bool:
         """Let the robot move again; see `StopLine`."""

@@ -1,21 +1,19 @@
 """The process of the safety chain: it owns wheels and bumper, and cycles at 100 Hz or more.
 
 A single thread waits for datagrams until the next cycle is due. Garbage is collected only while the
-wheels stand. The process asks for real-time priority and goes on without it. It ends with its
-engine: the wheels are stopped and, at standstill, switched off. Its address can be bound only once,
-so that a second engine for the same base is refused.
+wheels stand. It ends with its engine: the wheels are stopped and, at standstill, switched off. Its
+address can be bound only once, so that a second engine for the same base is refused.
 """
 
 from __future__ import annotations
 
 import gc
 import importlib
-import os
 import select
 import signal
 import time
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from functools import partial
 from typing import Any, NoReturn, Protocol
 
@@ -25,6 +23,7 @@ from hw.drivers.gates import MS
 from hw.drivers.hardware import Hardware
 from hw.drivers.observer import ObserverPort
 from hw.links.datagrams import Address, Datagram, Intake, Outlet
+from hw.links.priority import CHAIN
 from hw.links.processes import Parent, Ready, serve
 from hw.safety.record import ChainStatus
 
@@ -33,7 +32,6 @@ STATUS_NS, LEVEL_NS = 20 * MS, 100 * MS
 ENDING_NS = 2000 * MS
 """Time after which wheels are switched off even if they have not stopped."""
 COLLECT_NS = 1000 * MS
-PRIORITY = 40
 
 
 class Hears(Protocol):
@@ -169,7 +167,6 @@ def main(settings: ChainSettings, ready: Ready, parent: Parent) -> None:
         gc.collect()
         gc.freeze()
         gc.disable()
-        _hurry()
         ready({})
         process.run(parent)
 
@@ -196,15 +193,9 @@ def _hardware(settings: ChainSettings) -> Hardware:
     return opened
 
 
-def _hurry() -> None:
-    """Ask for real-time priority; without the right to it the load of the machine decides."""
-    with suppress(AttributeError, OSError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
-
-
 def _end(*_: object) -> NoReturn:
     raise SystemExit(0)
 
 
 if __name__ == "__main__":
-    serve(main)
+    serve(main, CHAIN, locked=True)

@@ -17,7 +17,8 @@ its last beam, less the time from the first beam to the last according to the me
 Null and NaN, as rosbridge writes values that JSON lacks, and ranges out of limits count as no
 return. Angles of a scanner mounted upside down, as on an RB-KAIROS, are reversed.
 
-A silent scanner shows as silence; a lost connection is retried every 0.5 s.
+A scanner without a valid scan for 0.4 s is a fault, which stops the robot until it scans again and
+the operator resets the stop. A lost connection is retried every 0.5 s.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from typing import Any
 
 from hw.connection import RunInfo
 from hw.drivers.feed import DatagramFeed, by_stamps
+from hw.drivers.gates import LINK_SILENT_NS
 from hw.links.datagrams import Datagram
 from hw.links.processes import Child
 from hw.samples import Sample, Scan
@@ -64,30 +66,36 @@ class RosLidar:
             if "topic" not in entry or set(entry) - KEYS:
                 raise ValueError(f"{name}: write its topic, and upside_down: true where it is")
         self.wake: Callable[[], None] = _nobody
-        self._tell = opening.tell
         self._arrived: deque[Sample] = deque(maxlen=KEPT * len(scanners))
         self._feed = DatagramFeed("lidar", now, self._take)
-        self._child = Child(
+        self._fault: str | None = None
+        self.child = Child(
             "hw.drivers.ros.lidar_process",
             {
                 "host": host, "port": port, "ros": ros, "delay": delay, "tells": self._feed.door,
                 "scanners": {name: dict(entry) for name, entry in scanners.items()},
             },
+            "the scanners' process",
         )  # fmt: skip
         self._feed.start()
 
     def wait(self) -> None:
-        """Wait until each scanner has sent a scan.
+        """Wait until each scanner has sent a valid scan.
 
         Raises:
-            OSError: the server is not there, or the named topic is silent.
+            OSError: the server is not there, or the named topic gives none.
         """
-        self._child.wait()
+        self.child.wait()
 
     @property
     def pid(self) -> int:
         """Process id."""
-        return self._child.pid
+        return self.child.pid
+
+    @property
+    def fault(self) -> str | None:
+        """Which scanner gives nothing, and why, or that its process is silent; None if all give."""
+        return self._fault or self._feed.silence(LINK_SILENT_NS, self.child.name)
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Scans since the last call, by stamp."""
@@ -95,15 +103,15 @@ class RosLidar:
 
     def close(self) -> None:
         """Close the connection."""
-        self._child.close()
+        self.child.close()
         self._feed.close()
 
     def _take(self, datagram: Datagram, stamp_ns: int) -> None:
         if datagram.name == "base.scan" and isinstance(datagram.value, Scan):
             self._arrived.append(Sample("base.scan", stamp_ns, datagram.value))
             self.wake()
-        elif datagram.name == "remark":
-            self._tell(str(datagram.value))
+        elif datagram.name == "lidar.fault":
+            self._fault = None if datagram.value is None else str(datagram.value)
 
 
 def _nobody() -> None:

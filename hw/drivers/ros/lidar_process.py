@@ -1,7 +1,8 @@
 """The process with the websocket of the scanners (`hw.drivers.ros.lidar`).
 
-It starts only if each topic sends something within 2 s, because a server does not report a failed
-subscription. Later silence does not end it; a lost connection is reopened.
+It starts only if each topic sends a valid scan within 2 s, because a server does not report a
+failed subscription. Later silence does not end it; a lost connection is reopened. Every 50 ms it
+reports by `lidar.fault` that it runs, and which scanner gives nothing, or None.
 """
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from hw.drivers.clocks import StampedClock, set_by
+from hw.drivers.clocks import Envelope
+from hw.drivers.gates import SCAN_SILENT_NS
 from hw.drivers.ros.rosbridge import FIRST_S, RosbridgeClient, kind_of, reachable, stamp_of
 from hw.links.datagrams import Outlet
+from hw.links.priority import SENSES
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import Scan
 
@@ -32,7 +35,10 @@ class Scanners:
         self.bridge: RosbridgeClient | None = None
         self._settings = settings
         self._outlet = Outlet([settings["tells"]])
-        self._clock, self._set = StampedClock(), False
+        self._stamps: dict[str, int] = {}
+        self._scanned_ns: dict[str, int] = {}
+        self._causes: dict[str, str] = {}
+        self._clock = Envelope()
         self._delay_ns = round(settings["delay"] * 1e9)
 
     def open(self) -> RosbridgeClient:
@@ -43,12 +49,30 @@ class Scanners:
         """
         settings = self._settings
         reachable(settings["host"], settings["port"])
-        self.bridge = RosbridgeClient(settings["host"], settings["port"], self._tell)
+        self.bridge = RosbridgeClient(settings["host"], settings["port"])
         kind = kind_of(KIND, settings["ros"])
         for name, entry in settings["scanners"].items():
             side = -1.0 if entry.get("upside_down", False) else 1.0
             self.bridge.subscribe(entry["topic"], kind, partial(self._take, name, side))
         return self.bridge
+
+    @property
+    def awaited(self) -> list[str]:
+        """The scanners that have not sent a valid scan."""
+        return [name for name in self._settings["scanners"] if name not in self._scanned_ns]
+
+    def fault(self, name: str, now_ns: int) -> str | None:
+        """Why a scanner has given nothing for SCAN_SILENT_NS; None if it has."""
+        if now_ns - self._scanned_ns.get(name, 0) <= SCAN_SILENT_NS:
+            return None
+        gone = self.bridge is None or not self.bridge.up
+        why = "no connection to rosbridge" if gone else self._causes.get(name, "silent")
+        return f"{name}: {why}"
+
+    def report(self, now_ns: int) -> None:
+        """Report the first fault, or that there is none."""
+        faults = [self.fault(name, now_ns) for name in self._settings["scanners"]]
+        self._outlet.send("lidar.fault", now_ns, next(filter(None, faults), None))
 
     def close(self) -> None:
         """Close it."""
@@ -60,23 +84,18 @@ class Scanners:
         received_ns = time.monotonic_ns()
         try:
             stamp, scan = stamp_of(message), scan_of(name, message, side)
-        except (KeyError, TypeError, ValueError):
-            return  # invalid: it shows as silence
-        at_ns = self._clock.instant(stamp, received_ns, name)
-        self._look_at_clock()
-        if at_ns is not None:
+        except (KeyError, TypeError, ValueError) as error:
+            self._causes[name] = f"what it sends is no scan: {type(error).__name__}: {error}"
+            return
+        if stamp <= self._stamps.get(name, -1):
+            self._causes[name] = "it repeats itself"  # as a hung node may
+            return
+        self._stamps[name], self._scanned_ns[name] = stamp, received_ns
+        self._causes.pop(name, None)
+        fits, offset_ns = self._clock.take(stamp, received_ns), self._clock.offset_ns
+        if fits and offset_ns is not None:
             sweep_ns = round((len(scan.ranges) - 1) * scan.beam_time * 1e9)
-            self._outlet.send("base.scan", at_ns - sweep_ns - self._delay_ns, scan)
-
-    def _look_at_clock(self) -> None:
-        """Tell once that the robot's clock was set."""
-        step_ns = self._clock.set_by_ns
-        if step_ns is not None and not self._set:
-            self._tell(f"the clock of {self._settings['host']} {set_by(step_ns)}")
-        self._set = step_ns is not None
-
-    def _tell(self, remark: str) -> None:
-        self._outlet.send("remark", time.monotonic_ns(), f"scanners: {remark}")
+            self._outlet.send("base.scan", stamp + offset_ns - sweep_ns - self._delay_ns, scan)
 
 
 def scan_of(name: str, message: Mapping[str, Any], side: float = 1.0) -> Scan:
@@ -105,30 +124,37 @@ def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:
     """Pass scans on until the parent is gone."""
     scanners = Scanners(settings)
     try:
-        _await_first(scanners.open(), parent)
+        _await_first(scanners, scanners.open(), parent)
         ready({})
         while parent.lives(LOOK_S):
+            scanners.report(time.monotonic_ns())
             if scanners.bridge is None or scanners.bridge.lost:
                 _again(scanners, parent)
     finally:
         scanners.close()
 
 
-def _await_first(bridge: RosbridgeClient, parent: Parent) -> None:
+def _await_first(scanners: Scanners, bridge: RosbridgeClient, parent: Parent) -> None:
     bridge.wait()
     until = time.monotonic() + FIRST_S
-    while bridge.unheard and time.monotonic() < until and parent.lives(LOOK_S):
+    while scanners.awaited and time.monotonic() < until and parent.lives(LOOK_S):
         pass
     if not bridge.up:
         raise OSError("rosbridge does not answer")
     if bridge.unheard:
         silent = ", ".join(sorted(bridge.unheard))
-        told = f"rosbridge says: {bridge.said}" if bridge.said else "is its name right, its type?"
-        raise OSError(f"nothing on {silent} within {FIRST_S:g} s: {told}")
+        raise OSError(f"nothing on {silent} within {FIRST_S:g} s: is its name right, and its type?")
+    if scanners.awaited:
+        fault = scanners.fault(scanners.awaited[0], time.monotonic_ns())
+        raise OSError(f"{fault}; no valid scan of it within {FIRST_S:g} s")
 
 
 def _again(scanners: Scanners, parent: Parent) -> None:
-    parent.lives(AGAIN_S)
+    until = time.monotonic() + AGAIN_S
+    while time.monotonic() < until:
+        if not parent.lives(LOOK_S):
+            return
+        scanners.report(time.monotonic_ns())  # opening takes a while
     try:
         scanners.open().wait()
     except OSError:
@@ -136,4 +162,4 @@ def _again(scanners: Scanners, parent: Parent) -> None:
 
 
 if __name__ == "__main__":
-    serve(main)
+    serve(main, SENSES)

@@ -14,7 +14,8 @@ of its telegram, less the transmission time (10 bits per byte), less the time fr
 the last, less `delay`. Other delays on the way cannot be seen, and make the stamp late. A scanner
 mounted upside down sweeps clockwise: its step is negative.
 
-A silent scanner shows as silence: no scan is repeated, and a scanner in standby gives none.
+No scan is repeated, and a scanner in standby gives none: a scanner without a valid scan for 0.4 s
+is a fault, which stops the robot until it scans again and the operator resets the stop.
 """
 
 from __future__ import annotations
@@ -22,12 +23,14 @@ from __future__ import annotations
 import importlib
 import socket
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from hw.connection import RunInfo
 from hw.drivers.feed import by_stamps
+from hw.drivers.gates import SCAN_SILENT_NS
 from hw.drivers.sick.telegram import Telegram, Telegrams
 from hw.samples import Sample, Scan
 from hw.sensing import LidarModel
@@ -38,7 +41,8 @@ LOOK_S = 0.2
 CONNECTING_S = 1.0
 SILENT_S = 2.0
 """Silence after which a line is reopened, s: its server may have restarted."""
-OPENING_S = 3.0
+OPENING_S = 5.0
+"""Time limit for the first scan of each scanner, s."""
 KEPT = 16
 FARTHEST = 29.9
 """Ranges above this are no returns: an S300 reports 29.96 m for them."""
@@ -64,7 +68,7 @@ class ScannerLine(Protocol):
 class S300:
     """The scanners of a robot, by their names in its file. Gives `base.scan`.
 
-    `health` says by name why a scanner gives nothing, or None.
+    `health` says by name why a scanner gives nothing, or None; `fault` is the first of these.
 
     Raises:
         ValueError: a scanner that the robot file does not name, or without an address.
@@ -90,23 +94,33 @@ class S300:
                 raise ValueError(f"{name!r} is no scanner of {opening.body.name}: {there}")
             stamping = _Stamping(name, models[name], address, baud, delay)
             self._readers.append(_Reader(name, _line_of(name, address, baud), stamping, now))
+        self._right = f"it has to be on, to measure, and to send continuously at {baud} baud"
         for reader in self._readers:
             reader.start(self._take)
 
     @property
     def health(self) -> dict[str, str | None]:
         """Why a scanner gives nothing, by name; None if it gives scans."""
-        return {reader.name: reader.fault for reader in self._readers}
+        return {reader.name: reader.why for reader in self._readers}
+
+    @property
+    def fault(self) -> str | None:
+        """Which scanner gives nothing, and why; None if all give scans."""
+        return next((f"{name}: {why}" for name, why in self.health.items() if why), None)
 
     def wait(self) -> None:
-        """Wait until all scanners are connected.
+        """Wait until each scanner has given a valid scan.
 
         Raises:
-            OSError: one cannot be reached.
+            OSError: one has not within OPENING_S, with the cause.
         """
+        until = time.monotonic() + OPENING_S
         for reader in self._readers:
-            if not reader.connected.wait(OPENING_S):
-                raise OSError(f"{reader.name}: {reader.fault}")
+            if not reader.scans.wait(max(0.0, until - time.monotonic())):
+                cause = reader.cause or reader.why or "silent"
+                raise OSError(
+                    f"{reader.name}: {cause}; no scan within {OPENING_S:g} s: {self._right}"
+                )
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Scans since the last call, by stamp."""
@@ -140,7 +154,8 @@ class _Stamping:
         """Why this telegram is no new scan, or None."""
         count = len(telegram.words)
         if not telegram.measuring:
-            return "in standby" if count else "it sends no distances"
+            state = f"its status is 0x{telegram.status:04X}"
+            return f"in standby, {state}" if count else f"it sends no distances, {state}"
         if count != self._model.beams:
             return f"it sends {count} distances; the robot file says {self._model.beams}"
         counted, self._last = self._last, (telegram.scan, telegram.number)
@@ -157,7 +172,10 @@ class _Stamping:
 
 
 class _Reader:
-    """One scanner: a thread that reads, and reopens the line."""
+    """One scanner: a thread that reads, and reopens the line. `scans` is set by the first scan.
+
+    `cause` is why the newest data was no scan, None if it was one.
+    """
 
     def __init__(
         self,
@@ -167,8 +185,9 @@ class _Reader:
         now: Callable[[], int],
     ) -> None:
         self.name = name
-        self.fault: str | None = "not connected yet"
-        self.connected, self.over = threading.Event(), threading.Event()
+        self.cause: str | None = "not connected yet"
+        self.scans, self.over = threading.Event(), threading.Event()
+        self._scanned_ns = self._looked_ns = self._heard_ns = time.monotonic_ns()
         self._open, self._stamping, self._now = open_line, stamping, now
         self._take: Callable[[Sample], None] = lambda _: None
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
@@ -176,6 +195,19 @@ class _Reader:
     def start(self, take: Callable[[Sample], None]) -> None:
         self._take = take
         self._thread.start()
+
+    @property
+    def why(self) -> str | None:
+        """Why there has been no scan for SCAN_SILENT_NS; None if there was one.
+
+        Without a cause, time counts up to the last look at the line: a thread that was held up has
+        not heard silence.
+        """
+        now_ns = self._looked_ns if self.cause is None else time.monotonic_ns()
+        if now_ns - self._scanned_ns <= SCAN_SILENT_NS:
+            return None
+        garbled = now_ns - self._heard_ns <= SCAN_SILENT_NS
+        return self.cause or ("it sends no valid telegram" if garbled else "silent")
 
     def join(self) -> None:
         self._thread.join(CONNECTING_S + LOOK_S)
@@ -185,34 +217,36 @@ class _Reader:
             try:
                 line = self._open()
             except (OSError, ImportError) as error:
-                self.fault = f"not connected: {error}"
+                self.cause = f"not connected: {error}"
             else:
                 self._follow(line)
             self.over.wait(AGAIN_S)
 
     def _follow(self, line: ScannerLine) -> None:
-        self.connected.set()
-        self.fault = "silent"
+        self.cause = None
         try:
             self._read(line)
         except OSError as error:
-            self.fault = f"the line is gone: {error}"
+            self.cause = f"the line is gone: {error}"
         finally:
             line.close()
 
     def _read(self, line: ScannerLine) -> None:
-        telegrams, heard = Telegrams(), self._now()
+        telegrams, self._heard_ns = Telegrams(), time.monotonic_ns()
         while not self.over.is_set():
             data = line.read()
-            received = self._now()
+            received, looked_ns = self._now(), time.monotonic_ns()
             if data:
-                heard = received
-            elif received - heard > SILENT_S * 1e9:
+                self._heard_ns = looked_ns
+            elif looked_ns - self._heard_ns > SILENT_S * 1e9:
                 raise OSError("silent")
             for telegram in telegrams.feed(data):
-                self.fault = self._stamping.fault(telegram)
-                if self.fault is None:
+                self.cause = self._stamping.fault(telegram)
+                if self.cause is None:
+                    self._scanned_ns = looked_ns
+                    self.scans.set()
                     self._take(self._stamping.sample(telegram, received))
+            self._looked_ns = looked_ns
 
 
 class _TcpLine:

@@ -107,7 +107,7 @@ class Unity:
         self._outlet = Outlet()
         self._address: Address | None = None
         settings = ServerSetup(host, port, peers, (self._feed.door, *chain), bridged)
-        self._child = Child("hw.drivers.unity.server", settings)
+        self.child = Child("hw.drivers.unity.server", settings, "the VR server")
 
     def wait(self) -> None:
         """Wait until clients can connect.
@@ -115,7 +115,7 @@ class Unity:
         Raises:
             OSError: they cannot, for example because the port is in use.
         """
-        ready = self._child.wait()
+        ready = self.child.wait()
         self._address = (self._host, ready["port"])
         self._outlet.doors = [Door(*ready["intake"])]
         self._feed.start()
@@ -129,7 +129,12 @@ class Unity:
     @property
     def pid(self) -> int:
         """Process id."""
-        return self._child.pid
+        return self.child.pid
+
+    @property
+    def fault(self) -> str | None:
+        """That its process is silent; None while it is heard."""
+        return self._feed.silence(gates.LINK_SILENT_NS, self.child.name)
 
     def queue(self, name: str) -> deque[Sample]:
         """The queue of samples of a name, oldest first."""
@@ -145,7 +150,7 @@ class Unity:
 
     def close(self) -> None:
         """End the process and all its connections."""
-        self._child.close()
+        self.child.close()
         self._feed.close()
         self._outlet.close()
 

@@ -17,6 +17,7 @@ from hw.drivers.unity.bridge import Bridged, UnityBridge
 from hw.drivers.unity.clients import Clients
 from hw.drivers.unity.session import Session
 from hw.links.datagrams import Door, Intake, Outlet
+from hw.links.priority import SENSES
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import RobotView
 
@@ -118,4 +119,4 @@ def main(settings: ServerSetup, ready: Ready, parent: Parent) -> None:
 
 
 if __name__ == "__main__":
-    serve(main)
+    serve(main, SENSES)

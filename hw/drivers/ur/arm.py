@@ -21,6 +21,7 @@ from hw.samples import ArmState, Sample, TimedJoints
 
 SOURCE = "arm"
 """The source under which engine and chain know the worker."""
+WORKER, NAME = "hw.drivers.ur.worker", "the arm's process"
 HERE_S = 0.01
 LOOKS = 3
 """Checks in a row that must find it silent: after a stall of our own, queued data is read first."""
@@ -97,7 +98,7 @@ class UrArm:
         self._renewing: threading.Thread | None = None
         self._over = threading.Event()
         self._watching = threading.Thread(target=self._watch, name="arm", daemon=True)
-        self._child = Child("hw.drivers.ur.worker", self._settings)
+        self._child = Child(WORKER, self._settings, NAME)
 
     def wait(self) -> None:
         """Wait until the arm can be moved.
@@ -180,7 +181,7 @@ class UrArm:
         """Start a worker in place of a lost one; if that fails, the fault says why."""
         self._child.close()
         settings = replace(self._settings, course=self._number, acknowledged=True)
-        self._child = Child("hw.drivers.ur.worker", settings)
+        self._child = Child(WORKER, settings, NAME)
         try:
             self._begin()
         except OSError as error:
@@ -193,10 +194,9 @@ class UrArm:
             self._tell_here()
             looks = looks + 1 if time.monotonic_ns() - self._heard > WORKER_SILENT_NS else 0
             silent = looks >= LOOKS
-            if self._fault is None and not self._child.alive:
-                self._lose("its process has ended")
-            elif self._fault is None and silent:
-                self._lose("it is silent")
+            fault = self._child.fault or (f"{NAME} is silent" if silent else None)
+            if self._fault is None and fault is not None:
+                self._lose(fault)
             if self._fault is not None and silent:
                 self._end_worker()
 

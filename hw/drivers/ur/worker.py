@@ -22,7 +22,8 @@ from hw.drivers.gates import CONTROLLER_STALE_NS, ENGINE_GONE_NS, TICK_FRESH_NS
 from hw.drivers.ur.course import CourseRun, mode_of
 from hw.drivers.ur.probe import OTHER_DRIVER, DashboardClient, probe, require_running
 from hw.links.datagrams import Datagram, Door, Intake, Outlet
-from hw.links.processes import Parent, Ready, go_first, serve
+from hw.links.priority import ARM
+from hw.links.processes import Parent, Ready, serve
 from hw.robot import ArmModel
 from hw.samples import ARM_MOVES, ArmState, Joints, TimedJoints
 
@@ -309,7 +310,6 @@ def _told(error: str) -> str:
 
 def main(settings: WorkerSettings, ready: Ready, parent: Parent) -> None:
     """Move the arm until the parent has gone; then stop it, and end its program."""
-    go_first()
     controller = UrController(settings)
     outlet, orders = Outlet(settings.tells), Intake(("engine",))
     worker = Worker(controller, settings, outlet)
@@ -331,4 +331,4 @@ def main(settings: WorkerSettings, ready: Ready, parent: Parent) -> None:
 
 
 if __name__ == "__main__":
-    serve(main)
+    serve(main, ARM, locked=True)

@@ -177,7 +177,7 @@ def test_again_and_again_in_real_time(running, act):
 
 def test_the_process_of_the_nodes_is_killed_and_all_is_a_fault(running):
     running.turning()
-    running.nodes._child.kill()
+    running.nodes.child.kill()
     running.until(lambda: running.base.fault is not None, AHEAD, most=17)
     assert not running.base.acknowledge()
 

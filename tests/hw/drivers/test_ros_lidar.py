@@ -10,6 +10,7 @@ import time
 
 import pytest
 
+from cobodeck.health import fault_of
 from hw.drivers.ros.lidar import RosLidar
 from hw.drivers.ros.lidar_process import scan_of
 from hw.fakes.kairos import Kairos
@@ -139,11 +140,15 @@ def test_mistakes_in_the_file_are_told(scanners, said):
         RosLidar("127.0.0.1", scanners, now=time.monotonic_ns, opening=opening())
 
 
-def test_a_killed_process_shows_by_silence():
+def test_a_killed_process_shows_by_silence_and_is_named():
     with Rig() as rig:
         rig.part.wait()
+        assert fault_of(rig.part) is None
         os.kill(rig.part.pid, signal.SIGKILL)
-        rig.part._child._process.wait()
+        os.waitid(os.P_PID, rig.part.pid, os.WEXITED | os.WNOWAIT)
+        assert fault_of(rig.part) == (
+            "the scanners' process has ended (killed by signal 9, SIGKILL)"
+        )
         rig.part.samples(time.monotonic_ns())
         assert rig.part.samples(time.monotonic_ns()) == []
 

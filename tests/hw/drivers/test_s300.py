@@ -5,6 +5,8 @@ import math
 import os
 import threading
 import time
+import tty
+from concurrent.futures import ThreadPoolExecutor, wait
 
 import pytest
 
@@ -41,7 +43,7 @@ class Rig:
         self.part = S300(self.scanners, time.monotonic_ns, opening(), **given)
         self.listener = Listener(self.part)
         self.got = self.listener.got
-        self.part.wait()
+        meanwhile(self.part.wait, self.tell)
 
     def tell(self):
         """The world has measured: a scan of each, whose last beam is over."""
@@ -108,6 +110,7 @@ def test_a_frozen_scanner_is_silent_and_says_why(rig):
     rig.more(2)
     rig.fake.fault("freeze")
     rig.listener.until(lambda: rig.part.health["front_laser"] == "it repeats itself", rig.tell)
+    assert rig.part.fault == "front_laser: it repeats itself"
     rig.fake.fault("")
     assert rig.more(2)
     assert rig.part.health["front_laser"] is None
@@ -118,9 +121,26 @@ def test_a_frozen_scanner_is_silent_and_says_why(rig):
 def test_standby_is_silence_too(rig):
     rig.more(1)
     rig.fake.fault("standby")
-    rig.listener.until(lambda: rig.part.health["rear_laser"] == "in standby", rig.tell)
+    standby = "in standby, its status is 0x0000"
+    rig.listener.until(lambda: rig.part.health["rear_laser"] == standby, rig.tell)
     rig.fake.fault("")
     assert rig.more(1)
+
+
+@pytest.mark.requirement(8, 51)
+@pytest.mark.parametrize(
+    ("fault", "cause"),
+    [("mute", "silent"), ("corrupt", "it sends no valid telegram"), ("cut", "it sends no valid")],
+)
+@pytest.mark.few(1)
+def test_a_scanner_without_scans_is_a_fault_until_it_scans_again(rig, fault, cause):
+    rig.more(2)
+    assert rig.part.fault is None
+    rig.fake.fault(fault)
+    rig.listener.until(lambda: rig.part.fault is not None, rig.tell)
+    assert rig.part.fault.startswith(f"front_laser: {cause}")
+    rig.fake.fault("")
+    rig.listener.until(lambda: rig.part.fault is None, rig.tell)
 
 
 @pytest.mark.parametrize("fault", ["corrupt", "garbage", "cut"])
@@ -176,6 +196,29 @@ def test_a_scanner_that_is_not_there_is_told_at_opening(monkeypatch):
     part.close()
 
 
+@pytest.mark.parametrize(
+    ("fault", "beams", "cause"),
+    [
+        ("", 541, "silent"),
+        ("standby", 541, "in standby, its status is 0x0000"),
+        ("", 270, "it sends 270 distances; the robot file says 541"),
+        ("garbled", 541, "it sends no valid telegram"),
+    ],
+)
+def test_nothing_starts_before_each_scanner_has_given_a_scan(monkeypatch, fault, beams, cause):
+    monkeypatch.setattr("hw.drivers.sick.s300.OPENING_S", 0.5)
+    ours, theirs = os.openpty()
+    tty.setraw(theirs)
+    part = S300({"front_laser": {"device": os.ttyname(theirs)}}, time.monotonic_ns, opening())
+    data = _telegram(1, beams, standby=fault == "standby")
+    data = data[:-1] if fault == "garbled" else data if (fault or beams != 541) else b""
+    with pytest.raises(OSError, match=f"front_laser: {cause}; no scan within 0.5 s: .* 500000"):
+        meanwhile(part.wait, lambda: os.write(ours, data))
+    part.close()
+    os.close(ours)
+    os.close(theirs)
+
+
 def test_threads_end_with_the_part(rig):
     rig.part.close()
     assert not {one.name for one in threading.enumerate()} & set(NAMES)
@@ -201,16 +244,25 @@ def test_a_serial_port_does_as_well():
     ours, theirs = os.openpty()
     scanner = {"front_laser": {"device": os.ttyname(theirs)}}
     part = S300(scanner, time.monotonic_ns, opening())
-    part.wait()
     listener, numbers = Listener(part), itertools.count(1)
     listener.until(lambda: len(listener.got) > 1, lambda: os.write(ours, _telegram(next(numbers))))
+    part.wait()
     part.close()
     os.close(ours)
     os.close(theirs)
     assert listener.got[0].value.ranges[:2] == (3.0, 3.0)
 
 
-def _telegram(number):
+def _telegram(number, beams=MODEL.beams, standby=False):
     from hw.fakes.s300 import telegram
 
-    return telegram((3.0,) * MODEL.beams, number)
+    return telegram((3.0,) * beams, number, standby=standby)
+
+
+def meanwhile(call, nudge):
+    """Call something that waits, and nudge in between."""
+    with ThreadPoolExecutor(1) as pool:
+        asked = pool.submit(call)
+        while not wait([asked], 0.03).done:
+            nudge()
+        return asked.result()

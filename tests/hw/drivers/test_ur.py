@@ -459,7 +459,7 @@ def test_a_connection_opens_it_and_the_operators_reset_has_it_started_again():
         listener.until(lambda: bool(listener.got))
         os.kill(arm.pid, signal.SIGKILL)
         listener.until(lambda: line.reason is not None)
-        assert line.reason == "arm: its process has ended"
+        assert line.reason == "arm: the arm's process has ended (killed by signal 9, SIGKILL)"
         assert not line.reset()
         listener.until(line.reset)
         assert (line.reason, arm.fault) == (None, None)

@@ -196,11 +196,11 @@ def test_the_person_begins_with_the_run_and_the_end_is_told(world, peer):
 def test_a_world_that_has_died_is_told_once(world):
     held = world.truth
     advance(world, lambda: world.truth is not held)
-    world._child.kill()
+    world.child.kill()
     advance(world, lambda: world.failures)
     world.advance()
     assert [str(error) for error in world.failures] == [
-        "the world of the fakes has been silent for 2 s"
+        "the world of the fakes has ended (killed by signal 9, SIGKILL)"
     ]
 
 

@@ -4,6 +4,7 @@ import os
 import select
 from pathlib import Path
 
+from hw.links.priority import SENSES
 from hw.links.processes import serve
 
 
@@ -14,10 +15,13 @@ def main(settings, ready, parent):
         os._exit(3)
     os.write(1, b"this goes to stderr")
     ready({"pid": os.getpid(), "settings": settings})
+    if settings == "run away":
+        while os.sched_getscheduler(0) != os.SCHED_OTHER | os.SCHED_RESET_ON_FORK:
+            pass
     select.select([parent], [], [])
     if isinstance(settings, dict) and "leave" in settings:
         Path(settings["leave"]).write_text("stood still")
 
 
 if __name__ == "__main__":
-    serve(main)
+    serve(main, SENSES, locked=True)

@@ -2,11 +2,14 @@
 
 import os
 import select
+import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+from hw.links.priority import SENSES, permitted
 from hw.links.processes import Child
 
 MODULE = "tests.hw.links.child"
@@ -37,16 +40,50 @@ def test_a_child_that_cannot_open_its_device_says_why():
 
 
 def test_a_child_that_dies_early_is_told():
-    with pytest.raises(OSError, match=r"links.child has ended before it was ready"):
-        Child(MODULE, "die").wait()
+    with pytest.raises(OSError, match=r"the twin has ended \(exit code 3\) before it was ready"):
+        Child(MODULE, "die", "the twin").wait()
 
 
-def test_a_killed_child_is_gone_at_once():
+@pytest.mark.requirement(48)
+def test_a_child_says_that_it_is_halted_and_how_it_has_ended():
+    child = Child(MODULE, None, "the twin")
+    child.wait()
+    assert child.fault is None
+    os.kill(child.pid, signal.SIGSTOP)
+    os.waitid(os.P_PID, child.pid, os.WSTOPPED | os.WNOWAIT)
+    assert child.fault == "the twin is halted by a signal"
+    os.kill(child.pid, signal.SIGCONT)
+    assert child.fault is None
+    os.kill(child.pid, signal.SIGKILL)
+    os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
+    assert child.fault == "the twin has ended (killed by signal 9, SIGKILL)"
+    child.close()
+    assert not child.alive
+
+
+@pytest.mark.requirement(149)
+def test_a_child_that_is_ready_goes_before_others_and_stays_in_memory_where_it_may():
     child = Child(MODULE, None)
     child.wait()
-    child.kill()
-    assert not child.alive
+    status = Path(f"/proc/{child.pid}/status").read_text()
+    policy, first = os.sched_getscheduler(child.pid), os.sched_getparam(child.pid).sched_priority
     child.close()
+    if not permitted():
+        pytest.skip("no right to real-time priorities")
+    assert (policy, first) == (os.SCHED_RR | os.SCHED_RESET_ON_FORK, SENSES)
+    assert int(status.partition("VmLck:")[2].split()[0]) > 0
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(149)
+def test_a_child_that_never_pauses_gives_its_priority_back():
+    child = Child(MODULE, "run away")
+    child.wait()
+    if not permitted():
+        child.kill()
+        pytest.skip("no right to real-time priorities")
+    child.close(timeout_s=20.0)  # it ends by itself, once it has lost its priority
+    assert child.fault.endswith("has ended (exit code 0)")
 
 
 def test_a_child_comes_to_its_end_when_its_parent_is_killed(tmp_path):
