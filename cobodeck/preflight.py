@@ -14,12 +14,12 @@ import socket
 from collections.abc import Container, Iterator, Mapping
 from contextlib import closing
 from inspect import signature
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from cobodeck.doctor import BAD, FIT, MISSING, DoctorLine
 from cobodeck.project import is_there
 from hw.connection import Connection
+from hw.drivers.access import can_hindrance, serial_hindrance
 from hw.drivers.chain.settings import observer_address
 from hw.links.datagrams import LOOPBACK as LOCAL
 from hw.links.priority import CHAIN, permitted
@@ -75,6 +75,7 @@ def preflight(connection: Connection, packages: Container[str]) -> Iterator[Doct
     for entry, served in connection.entries:
         if not fakes:
             yield from _reached(entry, f"{served.module}:{served.driver}", served.arguments)
+            yield from _serial(entry, served.arguments)
         for bus in _buses(served.arguments):
             yield _bus(entry, bus)
     yield _realtime()
@@ -203,13 +204,25 @@ def _bus(entry: str, bus: Mapping[str, Any]) -> DoctorLine:
     """Check that python-can's back-end for a bus can work on this machine."""
     kind, channel = bus["interface"], str(bus.get("channel", ""))
     what = f"CAN by {kind} {channel}".rstrip()
-    if kind == "socketcan" and not Path("/sys/class/net", channel).exists():
-        return entry, BAD, f"{what}: there is no such network interface; `ip link` lists them"
     if kind == "udp_multicast":
         return entry, *_multicast(what)
-    if kind == "slcan" and channel.startswith("/") and not Path(channel).exists():
-        return entry, BAD, f"{what}: there is no such device"
-    return entry, FIT, what
+    wrong = None
+    if kind == "socketcan":
+        wrong = can_hindrance(channel, bus.get("bitrate", "…"))
+    elif kind == "slcan" and channel.startswith("/"):
+        wrong = serial_hindrance(channel)
+    return (entry, FIT, what) if wrong is None else (entry, BAD, f"{what}: {wrong}")
+
+
+def _serial(entry: str, value: Any) -> Iterator[DoctorLine]:
+    """Check the serial devices in a value: the texts of its keys `device`, at any depth."""
+    if not isinstance(value, Mapping):
+        return
+    if isinstance(device := value.get("device"), str):
+        wrong = serial_hindrance(device)
+        yield entry, FIT if wrong is None else BAD, f"{device}: {wrong or 'can be opened'}"
+    for inner in value.values():
+        yield from _serial(entry, inner)
 
 
 def _multicast(what: str) -> tuple[str, str]:

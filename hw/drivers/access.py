@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import errno
+import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
 SERIAL_GROUP = "dialout"
 """The group that serial devices belong to, unless the device says otherwise."""
+INTERFACES, IS_UP = Path("/sys/class/net"), 0x1
+"""Where Linux lists network interfaces; the flag of one that is up."""
 _SERIAL: Mapping[int, str] = {
     errno.EACCES: "no right to it: sudo usermod -aG {group} $USER, then log in again",
     errno.EPERM: "no right to it: sudo usermod -aG {group} $USER, then log in again",
@@ -31,6 +34,26 @@ def serial_advice(error: BaseException, device: str) -> str | None:
     """What is wrong with a serial device, and what would be right; None if not known."""
     told = _SERIAL.get(_number(error) or 0)
     return None if told is None else told.format(group=_group(device))
+
+
+def serial_hindrance(device: str) -> str | None:
+    """What keeps a serial device from being opened, as seen without opening it; None: nothing."""
+    if not Path(device).exists():
+        return serial_advice(OSError(errno.ENOENT, ""), device)
+    if not os.access(device, os.R_OK | os.W_OK):
+        return serial_advice(OSError(errno.EACCES, ""), device)
+    return None
+
+
+def can_hindrance(channel: str, bitrate: object, folder: Path = INTERFACES) -> str | None:
+    """What keeps a CAN interface of Linux from being used, without opening it; None: nothing."""
+    interface = folder / channel
+    if not interface.exists():
+        return can_advice(OSError(errno.ENODEV, ""), channel, bitrate)
+    with suppress(OSError, ValueError):
+        if not int((interface / "flags").read_text(), 16) & IS_UP:
+            return can_advice(OSError(errno.ENETDOWN, ""), channel, bitrate)
+    return None
 
 
 def can_advice(error: BaseException, channel: str, bitrate: object) -> str | None:

@@ -18,6 +18,7 @@ from cobodeck.console import FAILED, OK
 from cobodeck.doctor import BAD, FIT, MISSING
 from cobodeck.preflight import NEVER, NOTE, Endpoint, addresses_in, preflight
 from hw.connection import connection_names, load_connection
+from hw.drivers.access import can_hindrance
 
 HEAD = "connection: own\nmodel: rbkairos_ur10\n"
 HERE = "hw.connection:Connection"
@@ -161,7 +162,7 @@ def test_fakes_are_not_called_before_they_are_started(tmp_path: Path) -> None:
 
 
 BUSES = {
-    "interface: socketcan, channel: can_nowhere": "there is no such network interface",
+    "interface: socketcan, channel: can_nowhere": "there is no such interface",
     "interface: slcan, channel: /dev/nothing_there": "there is no such device",
 }
 
@@ -174,6 +175,42 @@ def test_a_bus_that_cannot_be_opened_is_bad(tmp_path: Path, bus: str) -> None:
 
     assert state == BAD
     assert BUSES[bus] in about
+
+
+@pytest.mark.parametrize(
+    ("flags", "told"), [("0x40080", "sudo ip link set can0 up"), ("0x40081", None)]
+)
+def test_an_interface_that_is_down_is_bad(tmp_path: Path, flags: str, told: str | None) -> None:
+    (tmp_path / "can0").mkdir()
+    (tmp_path / "can0" / "flags").write_text(f"{flags}\n")
+
+    found = can_hindrance("can0", 250_000, tmp_path)
+
+    assert (found is None) == (told is None)
+    assert told is None or f"{told} type can bitrate 250000" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("entry", "what"),
+    [
+        ("scanners: {front: {device: DEVICE}}", "DEVICE"),
+        ("bus: {interface: slcan, channel: DEVICE}", "CAN by slcan DEVICE"),
+    ],
+)
+def test_a_serial_device_without_the_right_to_it_is_bad(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, entry: str, what: str
+) -> None:
+    device = tmp_path / "ttyUSB7"
+    device.touch()
+    told = f"parts: {{lidar: {{driver: '{HERE}', {entry.replace('DEVICE', str(device))}}}}}\n"
+
+    assert checks(tmp_path, told)["parts.lidar"][0] == FIT
+    monkeypatch.setattr("hw.drivers.access.os.access", lambda *_: False)
+    state, about = checks(tmp_path, told)["parts.lidar"]
+
+    assert state == BAD
+    assert about.startswith(f"{what.replace('DEVICE', str(device))}: no right to it: ")
+    assert "usermod -aG dialout $USER" in about
 
 
 def test_multicast_without_a_route_is_told_with_what_helps(
