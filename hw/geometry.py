@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 _TURN = 2.0 * math.pi
+_VERTICAL = 1.0 - 1e-14
+"""Sine of a pitch from which on roll and yaw are lost in rounding: 1e-7 rad from the vertical."""
 
 
 def wrap(angle: float) -> float:
@@ -143,6 +145,19 @@ class Pose3:
             2.0 * (self.qw * self.qz + self.qx * self.qy),
             1.0 - 2.0 * (self.qy * self.qy + self.qz * self.qz),
         )
+
+    @property
+    def roll_pitch_yaw(self) -> tuple[float, float, float]:
+        """Angles of turns about fixed axes, x, y, z in this order, rad; the pitch within pi / 2.
+
+        With a vertical x axis only the sum or the difference of roll and yaw counts: the roll is 0.
+        """
+        sine = 2.0 * (self.qw * self.qy - self.qz * self.qx)
+        if abs(sine) > _VERTICAL:
+            sign = math.copysign(1.0, sine)
+            return 0.0, sign * 0.5 * math.pi, wrap(-sign * 2.0 * math.atan2(self.qx, self.qw))
+        x, y = self.qw * self.qx + self.qy * self.qz, self.qx * self.qx + self.qy * self.qy
+        return math.atan2(2.0 * x, 1.0 - 2.0 * y), math.asin(sine), self.yaw
 
     def flat(self) -> Pose2:
         """The pose seen from above."""

@@ -89,10 +89,7 @@ def pose_of(placed: Placement) -> Pose3:
 
 def placement_of(pose: Pose3) -> Placement:
     """Roll, pitch and yaw of a pose; the pitch is within 90 degrees."""
-    qx, qy, qz, qw = pose.qx, pose.qy, pose.qz, pose.qw
-    roll = math.atan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy))
-    pitch = math.asin(min(max(2.0 * (qw * qy - qz * qx), -1.0), 1.0))
-    return Placement((pose.x, pose.y, pose.z), (roll, pitch, pose.yaw))
+    return Placement((pose.x, pose.y, pose.z), pose.roll_pitch_yaw)
 
 
 def _written(placed: Placement) -> str:

@@ -37,10 +37,7 @@ class SpatialFilter(KalmanFilter):
 
 def angles_of(qx: float, qy: float, qz: float, qw: float) -> tuple[float, float, float]:
     """Roll, pitch and yaw of a unit quaternion, rad; pitch within +-90 degrees."""
-    roll = math.atan2(2.0 * (qw * qx + qy * qz), 1.0 - 2.0 * (qx * qx + qy * qy))
-    pitch = math.asin(min(max(2.0 * (qw * qy - qz * qx), -1.0), 1.0))
-    yaw = math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-    return roll, pitch, yaw
+    return Pose3(0.0, 0.0, 0.0, qx, qy, qz, qw).roll_pitch_yaw
 
 
 def quaternion_of(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:

@@ -142,3 +142,44 @@ def test_between_two_poses_it_turns_by_the_shorter_way(a, b, share):
     if abs(turned) < math.pi - 1e-9:
         assert cmath.rect(1.0, a.between(b, share).yaw) == pytest.approx(expected, abs=1e-9)
     assert abs(a.between(b, share).yaw - a.yaw) <= math.pi * share + 1e-9
+
+
+def about(axis, angle):
+    """The rotation matrix about axis 0, 1 or 2."""
+    c, s = math.cos(angle), math.sin(angle)
+    i, j = ((1, 2), (2, 0), (0, 1))[axis]
+    turned = [[float(row == column) for column in range(3)] for row in range(3)]
+    turned[i][i], turned[i][j], turned[j][i], turned[j][j] = c, -s, s, c
+    return turned
+
+
+def turn_of(p):
+    return [row[:3] for row in matrix3(p)[:3]]
+
+
+@settings(deadline=None)
+@given(
+    st.floats(-3.1, 3.1),
+    st.floats(-3.1, 3.1),
+    st.one_of(
+        st.floats(-math.pi / 2, math.pi / 2),
+        st.tuples(st.sampled_from([-1.0, 1.0]), st.floats(-12.0, -1.0)).map(
+            lambda drawn: drawn[0] * (math.pi / 2 - 10.0 ** drawn[1])
+        ),
+        st.sampled_from([-math.pi / 2, math.pi / 2]),
+    ),
+)
+def test_roll_pitch_and_yaw_give_the_orientation_again_up_to_the_vertical(roll, yaw, pitch):
+    """Rounding may take the sine of the pitch beyond 1, and there all of the roll away."""
+    turns = product(product(about(2, yaw), about(1, pitch)), about(0, roll))
+    q = 0.5 * roll, 0.5 * pitch
+    nod = Pose3(0.0, 0.0, 0.0, 0.0, math.sin(q[1]), 0.0, math.cos(q[1]))
+    tip = Pose3(0.0, 0.0, 0.0, math.sin(q[0]), 0.0, 0.0, math.cos(q[0]))
+    pose = Pose3.from_yaw(0.0, 0.0, 0.0, yaw) @ nod @ tip
+    assert_close(turn_of(pose), turns)
+
+    found = pose.roll_pitch_yaw
+
+    assert abs(found[1]) <= math.pi / 2
+    again = product(product(about(2, found[2]), about(1, found[1])), about(0, found[0]))
+    assert_close(again, turns, 1e-6)
