@@ -16,6 +16,7 @@ from hw.drivers.gates import (
     AHEAD_NS,
     BACKLOG_NS,
     BACKLOGGED_NS,
+    MS,
     ONE_WAY_NS,
     SETTLING_NS,
     STEP_NS,
@@ -80,6 +81,57 @@ class Envelope:
 
     def _is_young(self, now_ns: int) -> bool:
         return self._first_ns is None or now_ns - self._first_ns < SETTLING_NS
+
+
+class StampedClock:
+    """The clock of a peer that sends stamps alone, by one or several sources; it may be set.
+
+    Stamps that step back, or ahead of all others, do not count: `set_by_ns` says how far their
+    clock seems to have been set, forward if positive. Once they have gone on for SETTLING_NS,
+    rising, their clock counts anew by its estimate of that time: no guess of a first moment makes
+    an old message young.
+    """
+
+    def __init__(self) -> None:
+        self.set_by_ns: int | None = None
+        self._clock, self._next = Envelope(), Envelope()
+        self._last: dict[str, int] = {}
+
+    def instant(self, stamp_ns: int, received_ns: int, source: str = "") -> int | None:
+        """A stamp by our clock, ns; None if it is repeated, or does not count."""
+        last, offset = self._last.get(source), self._clock.offset_ns
+        if last is not None and last - STEP_NS <= stamp_ns <= last:
+            return None
+        self._last[source], difference = stamp_ns, received_ns - stamp_ns
+        back = last is not None and stamp_ns < last
+        if offset is None:
+            return self._by_clock(stamp_ns, received_ns)
+        if self.set_by_ns is None:
+            ahead = self._clock.settled and difference < offset - STEP_NS
+            if not back and not ahead:
+                return self._by_clock(stamp_ns, received_ns)
+        elif abs(difference - offset) <= abs(self.set_by_ns - (offset - difference)):
+            return self._by_clock(stamp_ns, received_ns)
+        if back or self.set_by_ns is None:
+            self._next.reset()
+        self._next.take(stamp_ns, received_ns)
+        self.set_by_ns = offset - (self._next.offset_ns or 0)
+        if not self._next.settled:
+            return None
+        self._clock, self._next, self._last = self._next, Envelope(), {source: stamp_ns}
+        return self._by_clock(stamp_ns, received_ns)
+
+    def _by_clock(self, stamp_ns: int, received_ns: int) -> int | None:
+        self.set_by_ns = None
+        fits, offset = self._clock.take(stamp_ns, received_ns), self._clock.offset_ns
+        return stamp_ns + offset if fits and offset is not None else None
+
+
+def set_by(step_ns: int) -> str:
+    """How far a clock was set, such as `was set back by 3.2 s`."""
+    size = abs(step_ns)
+    told = f"{1e-9 * size:.1f} s" if size >= 1_000 * MS else f"{1e-6 * size:.0f} ms"
+    return f"was set {'forward' if step_ns > 0 else 'back'} by {told}"
 
 
 class RoundTrips:
@@ -181,6 +233,7 @@ class Stamps:
     def __init__(self, ahead_ns: int = AHEAD_NS) -> None:
         self._ahead_ns = ahead_ns
         self._newest: int | None = None
+        self._received_ns = 0
         self._back = 0
         self.refused: str | None = None
 
@@ -193,7 +246,7 @@ class Stamps:
         """Check a stamp of theirs, and its instant by our clock."""
         self.refused = self._why_not(stamp_ns, at_ns, received_ns)
         if self.refused is None:
-            self._newest, self._back = stamp_ns, 0
+            self._newest, self._received_ns, self._back = stamp_ns, received_ns, 0
         return self.refused is None
 
     def reset(self) -> None:
@@ -201,11 +254,16 @@ class Stamps:
         self._newest, self._back, self.refused = None, 0, None
 
     def _why_not(self, stamp_ns: int, at_ns: int | None, received_ns: int) -> str | None:
-        if self._newest is not None and stamp_ns <= self._newest:
+        newest = self._newest
+        step_ns = 0 if newest is None else stamp_ns - newest - (received_ns - self._received_ns)
+        if newest is not None and stamp_ns <= newest:
             self._back += 1
+            if stamp_ns < newest - STEP_NS:
+                return f"their clock {set_by(step_ns)}"
             return "its stamp is not after the one before"
         if at_ns is None:
-            return "it does not fit to their clock"
+            known = f"their clock {set_by(step_ns)}"
+            return known if step_ns > STEP_NS else "it does not fit to their clock"
         if at_ns > received_ns + self._ahead_ns:
             return f"its stamp is {(at_ns - received_ns) * 1e-6:.1f} ms in the future"
         return None

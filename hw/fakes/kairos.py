@@ -15,7 +15,8 @@ class Kairos(Peer):
     """A fake RB-KAIROS in a process of its own; `hw.fakes.kairos_process` describes its faults.
 
     `tells` is the world that its wheels move; without one it drives in a plane of its own. Its
-    scanners are mounted `upside_down`, like the real ones, or not.
+    scanners are mounted `upside_down`, like the real ones, or not; `stop` is the topic that tells
+    of its emergency stop.
     """
 
     sources = ("drives", "scanners")
@@ -27,11 +28,12 @@ class Kairos(Peer):
         port: int = 9090,
         ros: int = 1,
         upside_down: bool = False,
+        stop: str = "robotnik_base_hw/emergency_stop",
         tells: Hearer | None = None,
     ) -> None:
         base = opening.body.base
         settings = {
-            "host": host, "port": port, "ros": ros, "upside_down": upside_down,
+            "host": host, "port": port, "ros": ros, "upside_down": upside_down, "stop": stop,
             "radius": base.wheel_radius, "lever": base.half_wheelbase + base.half_track,
         }  # fmt: skip
         super().__init__("hw.fakes.kairos_process", settings, tells, "the fake RB-KAIROS")

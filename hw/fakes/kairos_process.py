@@ -1,7 +1,8 @@
 """A fake RB-KAIROS behind a rosbridge server: a child process (`hw.links.processes`).
 
-Settings: `host`, `port`, `ros` (1 or 2); `upside_down` for its scanners; `tells`, the address of a
-world, or None; `radius` and `lever` of its wheels, m. Ready: `control`, the address for datagrams:
+Settings: `host`, `port`, `ros` (1 or 2); `upside_down` for its scanners; `stop`, the topic of its
+emergency stop; `tells`, the address of a world, or None; `radius` and `lever` of its wheels, m.
+Ready: `control`, the address for datagrams:
 
 - `base.scan` (`Scan`) of a world goes out as a LaserScan of the scanner of that name. Without a
   world it makes scans of its own, 541 beams 12.5 times a second.
@@ -9,6 +10,8 @@ world, or None; `radius` and `lever` of its wheels, m. Ready: `control`, the add
   ones; `mute` sends nothing; `silent` (value: its name) nothing on one topic; `freeze` repeats the
   last odometry with its stamp; `late` sends everything 0.3 s late; `nan` puts NaN into odometry and
   scans; `stop` engages its emergency stop; an empty name clears it.
+- these hold beside: `clock` sets its clock (value: s ahead of what it should be); `unlatched` has
+  the emergency stop told on changes only; `status` makes the server say something.
 
 It sends its wheel rates to the world every 10 ms: source `drives`, name `wheels`.
 """
@@ -35,6 +38,7 @@ SCANNERS = ("front_laser", "rear_laser")
 SCAN_EVERY = 8
 BEAMS, STEP = 541, math.radians(0.5)
 FAULTS = ("", "drop", "mute", "freeze", "late", "nan", "silent", "stop")
+BESIDE = ("clock", "unlatched", "status")
 
 
 class FakeKairos:
@@ -44,11 +48,11 @@ class FakeKairos:
         self.intake = Intake(("fault", "world"), settings["host"])
         self.robot = KairosWheels()
         self._settings, self._version = settings, settings["ros"]
-        self._fault, self._number = "", 0
+        self._fault, self._number, self._ahead_ns = "", 0, 0
         self._name = {
             "cmd_vel": self._full("robotnik_base_control/cmd_vel"),
             "odom": self._full("robotnik_base_control/odom"),
-            "stop": self._full("robotnik_base_hw/emergency_stop"),
+            "stop": self._full(settings["stop"]),
         }
         self.server = RosbridgeServer(self._topics())
         self._wheels = outlet_as("drives", settings["tells"])
@@ -60,11 +64,11 @@ class FakeKairos:
         """Advance by dt, and send what is due."""
         self.robot.step(dt)
         self._number += 1
-        stamp, place, velocity = time.time_ns(), self.robot.place, self.robot.velocity
+        place, velocity = self.robot.place, self.robot.velocity
         if self._fault == "nan":
             place = (math.nan, math.nan, 0.0)
         if self._newest is None or self._fault != "freeze":
-            self._newest = odometry(self._head(stamp, "robot_odom"), place, velocity)
+            self._newest = odometry(self._head("robot_odom"), place, velocity)
         self.server.publish(self._name["odom"], self._newest)
         now = time.monotonic_ns()
         settings = self._settings
@@ -80,6 +84,8 @@ class FakeKairos:
         for datagram in self.intake.poll():
             if datagram.name in FAULTS:
                 self._have(datagram.name, datagram.value)
+            elif datagram.source == "fault" and datagram.name in BESIDE:
+                self._have_beside(datagram.name, datagram.value)
             elif datagram.name == "base.scan" and isinstance(datagram.value, Scan):
                 scan = datagram.value
                 self._send_scan(scan.sensor, scan.start, scan.step, scan.ranges, scan.beam_time)
@@ -101,9 +107,10 @@ class FakeKairos:
 
     def _have(self, fault: str, value: object) -> None:
         self._fault, server = fault, self.server
-        server.muted = set(server.topics) if fault == "mute" else set()
         if fault == "silent":
-            server.muted.add(self._full(str(value)))
+            server.mute({self._full(str(value))})
+        else:
+            server.mute(set(server.topics) if fault == "mute" else set())
         server.late = LATE_S if fault == "late" else 0.0
         server.refusing = fault == "drop"
         if fault == "drop":
@@ -112,6 +119,14 @@ class FakeKairos:
         if stopped != self.robot.stopped:
             server.publish(self._name["stop"], {"data": self.robot.stopped})
 
+    def _have_beside(self, fault: str, value: object) -> None:
+        if fault == "clock":
+            self._ahead_ns = round(1e9 * float(str(value)))
+        elif fault == "unlatched":
+            self.server.topics[self._name["stop"]] = FakeTopic(self._kind("std_msgs/Bool"))
+        else:
+            self.server.say(str(value))
+
     def _send_scan(
         self, name: str, start: float, step: float, ranges: tuple[float, ...], beam_time: float
     ) -> None:
@@ -119,13 +134,13 @@ class FakeKairos:
             ranges = (math.nan,) * len(ranges)
         topic = self._full(f"{name}/scan")
         if topic in self.server.topics:
-            head = self._head(time.time_ns(), f"robot_{name}_link")
+            head = self._head(f"robot_{name}_link")
             side = -1.0 if self._settings["upside_down"] else 1.0
             message = laser_scan(head, side * start, side * step, ranges, beam_time)
             self.server.publish(topic, message)
 
-    def _head(self, stamp_ns: int, frame: str) -> Message:
-        return header(stamp_ns, self._number, frame, self._version)
+    def _head(self, frame: str) -> Message:
+        return header(time.time_ns() + self._ahead_ns, self._number, frame, self._version)
 
     def _full(self, name: str) -> str:
         return f"/robot/{name}"

@@ -93,6 +93,14 @@ class RosbridgeServer:
         for client in self._clients:
             client.socket.transport.abort()
 
+    def mute(self, names: set[str]) -> None:
+        """Send nothing on these topics; what is latched on others that were mute is sent now."""
+        spoken, self.muted = self.muted - names, names
+        for name in spoken:
+            last = self.topics[name].last
+            if self.topics[name].latched and last is not None:
+                self.publish(name, last)
+
     def publish(self, name: str, message: Mapping[str, Any]) -> None:
         """Send a message to all subscribers of its topic."""
         topic = self.topics[name]
@@ -104,6 +112,11 @@ class RosbridgeServer:
         for client in self._clients:
             if name in client.subscribed:
                 self._put(client, name, text)
+
+    def say(self, text: str) -> None:
+        """Send a status to all clients, whatever they asked for."""
+        for client in self._clients:
+            client.put("status", json.dumps({"op": "status", "level": "error", "msg": text}))
 
     def _put(self, client: _Client, name: str, text: str) -> None:
         if self.late:

@@ -27,6 +27,7 @@ from __future__ import annotations
 import math
 import select
 import time
+from collections import deque
 from collections.abc import Mapping
 
 from hw.drivers.kairos.link import TYPES, KairosLink
@@ -90,8 +91,9 @@ class KairosBase:
         self._address, self._version = (host, port), ros
         self._from_first: Pose2 | None = None
         self._standing = False
+        self._remarks: deque[str] = deque()
         reachable(host, port)
-        self._link = KairosLink(self._address, self._topics, ros)
+        self._link = KairosLink(self._address, self._topics, ros, self._remarks.append)
         self._await_first()
 
     @property
@@ -105,15 +107,16 @@ class KairosBase:
         self.fault = self.fault or self._link.cause(now_ns)
         if self._link.is_over(now_ns):
             self._link.close()
-            self._link = KairosLink(self._address, self._topics, self._version)
+            tell = self._remarks.append
+            self._link = KairosLink(self._address, self._topics, self._version, tell)
 
     def hits(self) -> list[BumperHit]:
         """The robot reports no touches."""
         return []
 
     def remarks(self) -> list[str]:
-        """There are none."""
-        return []
+        """What the client library did not understand, since the last call."""
+        return [self._remarks.popleft() for _ in range(len(self._remarks))]
 
     def drive(self, velocity: Twist2, now_ns: int) -> None:  # noqa: ARG002
         """Send a velocity, limited to what its stop allows; see `Hardware`."""

@@ -6,10 +6,10 @@ It has a websocket of its own, which is opened once; a lost one is replaced by a
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
-from hw.drivers.clocks import Envelope
+from hw.drivers.clocks import StampedClock, set_by
 from hw.drivers.gates import ODOMETRY_OLD_NS
 from hw.drivers.ros.rosbridge import (
     CONNECTING_S,
@@ -24,6 +24,10 @@ from hw.geometry import Pose2, Twist2
 
 AGAIN_S = 0.5
 """Period of attempts to replace a lost connection, s."""
+UNLATCHED = (
+    "if it tells changes only, press and release the button, or name another (topics: "
+    "emergency_stop)"
+)
 TYPES: Mapping[str, str] = {
     "cmd_vel": "geometry_msgs/Twist",
     "odom": "nav_msgs/Odometry",
@@ -36,12 +40,16 @@ class KairosLink:
 
     The stamp is the robot's, converted to our clock as if the fastest message had taken no time: so
     messages that are held up count as old, be it one or all of them. Odometry with a stamp that
-    does not rise is ignored. `stopped` is the reported state of the emergency stop; None: not
-    reported yet, which counts as stopped.
+    does not rise is ignored; while the robot's clock seems to have been set, all is. `stopped` is
+    the reported state of the emergency stop; None: not reported yet, which counts as stopped.
     """
 
     def __init__(
-        self, address: tuple[str, int], topics: Mapping[str, str], version: Version
+        self,
+        address: tuple[str, int],
+        topics: Mapping[str, str],
+        version: Version,
+        tell: Callable[[str], None],
     ) -> None:
         """Begin to open it.
 
@@ -51,10 +59,10 @@ class KairosLink:
         self.newest: tuple[int, Pose2, Twist2] | None = None
         self.stopped: bool | None = None
         self._address, self._topics = address, topics
-        self._stamp = -1
-        self._clock = Envelope()
+        self._clock = StampedClock()
         self._odd = ""
-        self._bridge = RosbridgeClient(*address)
+        self._heard_ns = 0
+        self._bridge = RosbridgeClient(*address, tell)
         self._begun_ns = time.monotonic_ns()  # after the import of the library, which takes a while
         kinds = {name: kind_of(kind, version) for name, kind in TYPES.items()}
         self._bridge.subscribe(topics["odom"], kinds["odom"], self._take_odom)
@@ -73,9 +81,9 @@ class KairosLink:
             return self._nothing_on("odom")
         age_ns = now_ns - self.newest[0]
         if age_ns > ODOMETRY_OLD_NS:
-            return f"odometry is {1e-6 * age_ns:.0f} ms old{self._odd}"
+            return self._why_old(now_ns, age_ns)
         if self.stopped is None:
-            return f"{self._nothing_on('emergency_stop')}, which counts as stopped"
+            return f"{self._nothing_on('emergency_stop')}, which counts as stopped; {UNLATCHED}"
         return "the robot's emergency stop is engaged" if self.stopped else None
 
     def opening(self, now_ns: int) -> bool:
@@ -111,11 +119,25 @@ class KairosLink:
         """Close it; `in_order`: after what was sent last."""
         self._bridge.close(in_order)
 
+    def _why_old(self, now_ns: int, age_ns: int) -> str:
+        """Why there is no timely odometry."""
+        step_ns = self._clock.set_by_ns
+        if now_ns - self._heard_ns > ODOMETRY_OLD_NS:
+            why = ": nothing comes any more; is it the WLAN, or does the robot's PC hang?"
+        elif step_ns is not None:
+            host, _ = self._address
+            return f"the clock of {host} {set_by(step_ns)}; it counts again when looked at anew"
+        else:
+            why = self._odd or ": its messages come late; is it the WLAN, or the robot's PC?"
+        return f"odometry is {1e-6 * age_ns:.0f} ms old{why}"
+
     def _nothing_on(self, name: str) -> str:
-        kind = TYPES[name]
-        return f"no {name} on {self._topics[name]} within {FIRST_S:g} s ({kind}){self._odd}"
+        kind, said = TYPES[name], self._bridge.said
+        told = f"; rosbridge says: {said}" if said else ""
+        return f"no {name} on {self._topics[name]} within {FIRST_S:g} s ({kind}){self._odd}{told}"
 
     def _take_odom(self, message: Mapping[str, Any]) -> None:
+        self._heard_ns = time.monotonic_ns()
         try:
             stamp = stamp_of(message)
             place, turn = message["pose"]["pose"], message["twist"]["twist"]
@@ -126,11 +148,10 @@ class KairosLink:
         except (KeyError, TypeError, ValueError) as error:
             self._odd = f"; the last message was none: {type(error).__name__} {error}"
             return
-        fits = stamp > self._stamp and self._clock.take(stamp, time.monotonic_ns())
-        offset_ns = self._clock.offset_ns
-        if fits and offset_ns is not None:
-            self.newest = (stamp + offset_ns, pose, twist)
-            self._stamp, self._odd = stamp, ""
+        at_ns = self._clock.instant(stamp, self._heard_ns)
+        if at_ns is not None:
+            self.newest = (at_ns, pose, twist)
+        self._odd = "" if at_ns is not None else "; it repeats itself"
 
     def _take_stop(self, message: Mapping[str, Any]) -> None:
         self.stopped = message.get("data") is not False

@@ -66,6 +66,7 @@ class RosLidar:
             if "topic" not in entry or set(entry) - KEYS:
                 raise ValueError(f"{name}: write its topic, and upside_down: true where it is")
         self.wake: Callable[[], None] = _nobody
+        self._tell = opening.tell
         self._arrived: deque[Sample] = deque(maxlen=KEPT * len(scanners))
         self._feed = DatagramFeed("lidar", now, self._take)
         self._fault: str | None = None
@@ -112,6 +113,8 @@ class RosLidar:
             self.wake()
         elif datagram.name == "lidar.fault":
             self._fault = None if datagram.value is None else str(datagram.value)
+        elif datagram.name == "remark":
+            self._tell(str(datagram.value))
 
 
 def _nobody() -> None:

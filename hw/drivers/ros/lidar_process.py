@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from hw.drivers.clocks import Envelope
+from hw.drivers.clocks import StampedClock, set_by
 from hw.drivers.gates import SCAN_SILENT_NS
 from hw.drivers.ros.rosbridge import FIRST_S, RosbridgeClient, kind_of, reachable, stamp_of
 from hw.links.datagrams import Outlet
@@ -35,10 +35,9 @@ class Scanners:
         self.bridge: RosbridgeClient | None = None
         self._settings = settings
         self._outlet = Outlet([settings["tells"]])
-        self._stamps: dict[str, int] = {}
         self._scanned_ns: dict[str, int] = {}
         self._causes: dict[str, str] = {}
-        self._clock = Envelope()
+        self._clock = StampedClock()
         self._delay_ns = round(settings["delay"] * 1e9)
 
     def open(self) -> RosbridgeClient:
@@ -49,7 +48,7 @@ class Scanners:
         """
         settings = self._settings
         reachable(settings["host"], settings["port"])
-        self.bridge = RosbridgeClient(settings["host"], settings["port"])
+        self.bridge = RosbridgeClient(settings["host"], settings["port"], self._tell)
         kind = kind_of(KIND, settings["ros"])
         for name, entry in settings["scanners"].items():
             side = -1.0 if entry.get("upside_down", False) else 1.0
@@ -87,15 +86,19 @@ class Scanners:
         except (KeyError, TypeError, ValueError) as error:
             self._causes[name] = f"what it sends is no scan: {type(error).__name__}: {error}"
             return
-        if stamp <= self._stamps.get(name, -1):
+        at_ns, step_ns = self._clock.instant(stamp, received_ns, name), self._clock.set_by_ns
+        if step_ns is not None:
+            self._causes[name] = f"the clock of {self._settings['host']} {set_by(step_ns)}"
+        elif at_ns is None:
             self._causes[name] = "it repeats itself"  # as a hung node may
-            return
-        self._stamps[name], self._scanned_ns[name] = stamp, received_ns
-        self._causes.pop(name, None)
-        fits, offset_ns = self._clock.take(stamp, received_ns), self._clock.offset_ns
-        if fits and offset_ns is not None:
+        if at_ns is not None:
+            self._scanned_ns[name] = received_ns
+            self._causes.pop(name, None)
             sweep_ns = round((len(scan.ranges) - 1) * scan.beam_time * 1e9)
-            self._outlet.send("base.scan", stamp + offset_ns - sweep_ns - self._delay_ns, scan)
+            self._outlet.send("base.scan", at_ns - sweep_ns - self._delay_ns, scan)
+
+    def _tell(self, remark: str) -> None:
+        self._outlet.send("remark", time.monotonic_ns(), f"scanners: {remark}")
 
 
 def scan_of(name: str, message: Mapping[str, Any], side: float = 1.0) -> Scan:
@@ -143,7 +146,8 @@ def _await_first(scanners: Scanners, bridge: RosbridgeClient, parent: Parent) ->
         raise OSError("rosbridge does not answer")
     if bridge.unheard:
         silent = ", ".join(sorted(bridge.unheard))
-        raise OSError(f"nothing on {silent} within {FIRST_S:g} s: is its name right, and its type?")
+        told = f"rosbridge says: {bridge.said}" if bridge.said else "is its name right, its type?"
+        raise OSError(f"nothing on {silent} within {FIRST_S:g} s: {told}")
     if scanners.awaited:
         fault = scanners.fault(scanners.awaited[0], time.monotonic_ns())
         raise OSError(f"{fault}; no valid scan of it within {FIRST_S:g} s")

@@ -4,8 +4,11 @@ A connection is opened once and never reopens itself: the caller makes a new one
 was to be sent before a loss is sent after it. Messages sent while it is not open are dropped, as
 are those in its buffers when it is closed.
 
-A server does not report a failed subscription (unknown topic or type): `unheard` names the topics
-that have not sent anything.
+A server reports a failed subscription (unknown topic or type) only where asked for its warnings,
+and not each does: `unheard` names the topics that have not sent anything, `said` is its last word.
+
+`roslibpy` and what it stands on log tracebacks of each message that they do not understand, and of
+a server that dies; here each becomes a sentence, told once.
 
 `roslibpy` handles all its messages in one thread of this process, which cannot be restarted once
 ended; so it is left to end with the process.
@@ -33,19 +36,25 @@ is published."""
 
 
 CLOSING_S = 0.5
+MOST_TOLD = 20
+"""Sentences of the library that are told; more are left out."""
 
 
 class RosbridgeClient:
-    """A websocket to a rosbridge server; `up` while it is open, `lost` once it was closed."""
+    """A websocket to a rosbridge server; `up` while it is open, `lost` once it was closed.
 
-    def __init__(self, host: str, port: int) -> None:
-        """Begin to open it.
+    `said` is the newest warning or error of the server, empty if there was none.
+    """
+
+    def __init__(self, host: str, port: int, tell: Callable[[str], None]) -> None:
+        """Begin to open it; what the library does not understand is told, in its thread.
 
         Raises:
             OSError: roslibpy is missing.
         """
-        self._lib, factory = _library()
+        self._lib, factory = _library(tell)
         factory.set_max_retries(0)
+        self.said = ""
         self.unheard: set[str] = set()
         self.lost = False
         self.opened_ns: int | None = None
@@ -105,8 +114,13 @@ class RosbridgeClient:
 
     def _opened(self, protocol: Any) -> None:
         protocol.transport.setTcpNoDelay(True)
+        protocol._message_handlers["status"] = self._hear  # it has none, and takes no other
+        protocol.send_ros_message({"op": "set_level", "level": "warning"})
         self._protocol, self.opened_ns = protocol, time.monotonic_ns()
         self._open.set()
+
+    def _hear(self, message: Mapping[str, Any]) -> None:
+        self.said = " ".join(str(message.get("msg", "")).split())[:200]
 
     def _closed(self, _: Any) -> None:
         self.lost = True
@@ -160,15 +174,50 @@ def yaw_of(orientation: Mapping[str, Any]) -> float:
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 
-def _library() -> tuple[Any, Any]:
+def _nobody(_: str) -> None:
+    """Nobody listens yet."""
+
+
+class _Sentences(logging.Handler):
+    """Makes a sentence of each record with an error, and tells it, if it is a new one."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.ERROR)
+        self.tell: Callable[[str], None] = _nobody
+        self.begun = False
+        self._told: set[str] = set()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Tell a record."""
+        error = record.exc_info[1] if record.exc_info else None
+        *_, last = record.getMessage().strip().splitlines() or [""]  # of a traceback, too
+        told = f"{type(error).__name__}: {error}" if error else last
+        line = f"rosbridge: {' '.join(told.split())[:200]}"
+        if line not in self._told and len(self._told) < MOST_TOLD:
+            self._told.add(line)
+            self.tell(line)
+
+
+_SENTENCES = _Sentences()
+
+
+def _library(tell: Callable[[str], None]) -> tuple[Any, Any]:
     """`roslibpy`, and its connection factory.
 
     Raises:
         OSError: it is missing.
     """
-    logging.getLogger("twisted").setLevel(logging.ERROR)  # it warns of each closed connection
+    _SENTENCES.tell = tell
+    for name in ("twisted", "roslibpy"):
+        logger = logging.getLogger(name)
+        logger.setLevel(logging.ERROR)  # twisted warns of each closed connection
+        logger.handlers, logger.propagate = [_SENTENCES], False
     try:
         library = importlib.import_module("roslibpy")
+        if not _SENTENCES.begun:  # until then twisted itself writes errors to stderr
+            _SENTENCES.begun = True
+            beginner = importlib.import_module("twisted.logger").globalLogBeginner
+            beginner.beginLoggingTo([], discardBuffer=True, redirectStandardIO=False)
         return library, importlib.import_module("roslibpy.comm").RosBridgeClientFactory
     except ImportError as error:
         raise OSError(

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hw.drivers import gates
-from hw.drivers.clocks import Envelope, PeerClock, RoundTrips, Stamps
+from hw.drivers.clocks import Envelope, PeerClock, RoundTrips, StampedClock, Stamps, set_by
 
 MS = 1_000_000
 SECOND = 1_000 * MS
@@ -196,3 +196,93 @@ def test_by_one_direction_no_age_is_longer_than_the_way_and_the_margin(ways) -> 
         at = clock.instant(now - way + THEIRS, now)
         if at is not None:
             assert 0 <= now - at <= way + 2 * MS
+
+
+@pytest.mark.parametrize(
+    ("step", "told"),
+    [(-3_200 * MS, "was set back by 3.2 s"), (250 * MS, "was set forward by 250 ms")],
+)
+def test_how_far_a_clock_was_set_is_told(step, told) -> None:
+    assert set_by(step) == told
+    stamps = Stamps()
+    assert stamps.admit(THEIRS, 0, 0)
+    assert not stamps.admit(THEIRS + step + 10 * MS, None, 10 * MS)
+    assert stamps.refused == f"their clock {told}"
+
+
+class Sender:
+    """Sends a stamp every 20 ms in order; its clock may be set. Knows when each was sent."""
+
+    def __init__(self) -> None:
+        self.clock = StampedClock()
+        self.sent = self.received = self.count = 0
+        self.theirs = THEIRS
+
+    def send(self, way: int = MS) -> int | None:
+        self.sent += 20 * MS
+        self.received = max(self.received, self.sent + way)  # TCP keeps the order
+        return self.clock.instant(self.sent + self.theirs, self.received)
+
+
+STEPS = st.integers(200 * MS, 10_000 * MS) | st.integers(-10_000 * MS, -200 * MS)
+
+
+@pytest.mark.requirement(16, 149)
+@given(step=STEPS, ways=st.lists(st.integers(0, 60 * MS), min_size=65, max_size=65))
+def test_of_a_clock_that_was_set_nothing_counts_until_it_was_looked_at_for_a_while(
+    step, ways
+) -> None:
+    sender = Sender()
+    for way in ways[:30]:
+        at = sender.send(way)
+        assert at is not None
+        assert sender.sent <= at <= sender.received
+    sender.theirs += step
+    first, least = None, 10**18
+    for way in ways[30:]:
+        at = sender.send(way)
+        first = sender.received if first is None else first
+        least = min(least, sender.received - sender.sent)
+        if at is None:
+            assert sender.clock.set_by_ns == pytest.approx(step, abs=60 * MS)
+            assert sender.received - first < gates.SETTLING_NS
+        else:
+            assert sender.received - first >= gates.SETTLING_NS
+            assert at == sender.sent + least
+            assert sender.clock.set_by_ns is None
+
+
+@given(strange=st.integers(-(10**12), 10**12), ways=st.lists(st.integers(0, 40 * MS), max_size=20))
+def test_one_strange_stamp_changes_nothing(strange, ways) -> None:
+    sender = Sender()
+    for _ in range(30):
+        sender.send()
+    sender.clock.instant(sender.sent + sender.theirs + strange, sender.received)
+    for way in (MS, *ways):
+        at = sender.send(way)
+        assert at is not None
+        assert MS - gates.STEP_NS <= at - sender.sent <= MS
+
+
+def test_a_buffer_that_is_repeated_again_and_again_is_no_clock_that_was_set() -> None:
+    sender = Sender()
+    for _ in range(30):
+        sender.send()
+    newest = sender.sent
+    for n in range(1, 300):
+        stamp = newest - 200 * MS + n % 20 * 10 * MS + sender.theirs
+        at = sender.clock.instant(stamp, sender.received + n * 10 * MS)
+        assert at is None or at <= newest + MS
+
+
+def test_two_sources_share_a_clock_that_is_set() -> None:
+    clock, theirs = StampedClock(), THEIRS
+    believed = []
+    for n in range(200):
+        now = n * 10 * MS
+        theirs = THEIRS - (SECOND if n > 100 else 0)
+        at = clock.instant(now + theirs, now + MS, "front" if n % 2 else "rear")
+        if at is not None:
+            assert at == now + MS
+            believed.append(n)
+    assert set(believed) == {*range(101), *range(152, 200)}  # from the second's first stamp on

@@ -1,7 +1,10 @@
 """The wheels of an RB-KAIROS through roslibpy, against a fake in another process."""
 
+import logging
 import math
+import os
 import select
+import signal
 import subprocess
 import sys
 import time
@@ -11,7 +14,7 @@ import pytest
 
 from hw.drivers.gates import MS, ODOMETRY_OLD_NS
 from hw.drivers.kairos.base import KairosBase, fastest
-from hw.drivers.ros.rosbridge import RosbridgeClient, yaw_of
+from hw.drivers.ros.rosbridge import RosbridgeClient, _library, yaw_of
 from hw.fakes.kairos import Kairos
 from hw.geometry import STILL, Pose2, Twist2
 from hw.links.datagrams import Intake
@@ -35,7 +38,8 @@ class Rig:
         self.host, self.world = own_address(), Intake(("drives", "scanners"))
         tells = self.world if world else None
         ros = given.get("ros", 1)
-        self.fake = Kairos(self.host, opening(), ros=ros, tells=tells)
+        stop = given.pop("stop", STOP.removeprefix("/robot/"))
+        self.fake = Kairos(self.host, opening(), ros=ros, tells=tells, stop=stop)
         self.fake.wait()
         self.base = None
         if fault:
@@ -151,7 +155,8 @@ def test_closing_sends_zero_first():
 
 @pytest.mark.requirement(5)
 def test_its_emergency_stop_is_a_fault_until_it_is_released_and_acknowledged():
-    with Rig() as rig:
+    stop = "safety_module/emergency_stop"
+    with Rig(stop=stop, topics={"emergency_stop": stop}) as rig:
         rig.going()
         rig.fake.fault("stop")
         rig.until(lambda: rig.base.fault is not None, AHEAD)
@@ -238,20 +243,90 @@ def impatient(monkeypatch):
 )
 @pytest.mark.few(1)
 def test_a_silent_subscription_is_told_with_its_topic(given, impatient):
-    with pytest.raises(OSError, match=r"no odom on /r\S+ within 0.5 s \(nav_msgs/Odometry\)"):
+    told = (
+        r"no odom on (/r\S+) within 0.5 s \(nav_msgs/Odometry\).*; rosbridge says: cannot subscribe"
+    )
+    with pytest.raises(OSError, match=told):
         Rig(**given).__enter__()
 
 
-def test_a_robot_that_does_not_tell_of_its_stop_counts_as_stopped(impatient):
-    with Rig(fault=("silent", "robotnik_base_hw/emergency_stop")) as rig:
+@pytest.mark.parametrize("fault", [("unlatched",), ("silent", STOP.removeprefix("/robot/"))])
+@pytest.mark.few(1)
+def test_a_robot_that_does_not_tell_of_its_stop_counts_as_stopped(impatient, fault):
+    with Rig(fault=fault) as rig:
         assert rig.base.fault == (
-            f"no emergency_stop on {STOP} within 0.5 s (std_msgs/Bool), which counts as stopped"
+            f"no emergency_stop on {STOP} within 0.5 s (std_msgs/Bool), which counts as stopped; "
+            "if it tells changes only, press and release the button, or name another (topics: "
+            "emergency_stop)"
         )
         assert not rig.base.acknowledge()
         rig.fake.fault("stop")
         rig.fake.fault("")
         rig.until(lambda: rig.base.acknowledge())
         rig.going()
+
+
+@pytest.mark.parametrize("seconds", [-3600.0, 0.5])
+@pytest.mark.few(1)
+def test_a_clock_that_was_set_is_named_and_counts_again_after_the_operators_answer(seconds):
+    with Rig(world=True) as rig:
+        for _ in range(60):  # until its clock is known
+            rig.cycle()
+        rig.going()
+        rig.fake.fault("clock", seconds)
+        rig.until(lambda: rig.base.fault is not None, AHEAD)
+        told = "back by 3600.0 s" if seconds < 0.0 else "forward by 500 ms"
+        assert rig.base.fault.startswith(f"the clock of {rig.host} was set {told}")
+        before = rig.base.odometry
+        assert not rig.base.acknowledge()
+        rig.until(lambda: standing(rig.world), AHEAD)
+        assert rig.base.fault is not None
+        rig.until(lambda: rig.base.acknowledge() and rig.base.fault is None)
+        rig.cycle()
+        stamp, seen = rig.base.odometry
+        assert 0 <= time.monotonic_ns() - stamp <= ODOMETRY_OLD_NS
+        assert seen.pose.distance_to(before[1].pose) < 0.5
+        rig.going()
+
+
+@pytest.mark.parametrize("seconds", [0.2, 0.5, 2.0, 2.5])
+@pytest.mark.slow
+def test_a_gap_in_the_wlan_is_named_and_ends_with_the_operators_answer(seconds):
+    with Rig(world=True) as rig:
+        rig.going()
+        begun = rig.fake.fault("mute")
+        rig.until(lambda: time.monotonic_ns() - begun > seconds * 1e9, AHEAD)
+        assert rig.base.fault.startswith("odometry is 1")
+        assert rig.base.fault.endswith(
+            "ms old: nothing comes any more; is it the WLAN, or does the robot's PC hang?"
+        )
+        rig.fake.fault("")
+        rig.until(lambda: standing(rig.world), AHEAD)
+        rig.until(lambda: rig.base.acknowledge() and rig.base.fault is None)
+        rig.going()
+
+
+def test_what_the_server_says_and_its_end_are_no_tracebacks(capfd):
+    with Rig() as rig:
+        rig.fake.fault("status", "a word nobody asked for")
+        rig.until(lambda: rig.base._link._bridge.said == "a word nobody asked for")
+        os.kill(rig.fake.pid, signal.SIGKILL)
+        rig.until(lambda: rig.base.fault is not None, AHEAD)
+        assert rig.base.remarks() == []
+    assert capfd.readouterr() == ("", "")
+
+
+def test_what_the_library_does_not_understand_is_a_sentence_once():
+    told, odd = [], logging.getLogger("roslibpy")
+    _library(told.append)
+    for _ in range(2):
+        try:
+            raise KeyError("msg")
+        except KeyError:
+            odd.exception("Message skipped.")
+    logging.getLogger("twisted").critical("Unhandled Error\nTraceback:\n  file\nOSError: gone")
+    odd.warning("nothing")
+    assert told == ["rosbridge: KeyError: 'msg'", "rosbridge: OSError: gone"]
 
 
 def test_nobody_there_is_told():
@@ -278,7 +353,7 @@ def test_mistakes_in_the_file_are_told(body, given, said):
 def test_a_missing_package_is_one_clear_error(monkeypatch):
     monkeypatch.setitem(sys.modules, "roslibpy", None)
     with pytest.raises(OSError, match=r"rosbridge needs the extra 'ros'"):
-        RosbridgeClient("127.0.0.1", 9090)
+        RosbridgeClient("127.0.0.1", 9090, print)
 
 
 def test_importing_the_drivers_imports_no_vendor_library():

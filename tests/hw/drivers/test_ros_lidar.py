@@ -140,6 +140,22 @@ def test_mistakes_in_the_file_are_told(scanners, said):
         RosLidar("127.0.0.1", scanners, now=time.monotonic_ns, opening=opening())
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seconds", "told"), [(-20.0, "back by 20.0 s"), (20.0, "forward by 20.0 s")]
+)
+def test_a_clock_that_was_set_is_the_reason_and_scans_come_again_by_the_new_one(seconds, told):
+    with Rig() as rig:
+        rig.part.wait()
+        rig.more(20)
+        rig.fake.fault("clock", seconds)
+        end = f"laser: the clock of {rig.host} was set {told}"
+        rig.listener.until(lambda: str(rig.part.fault).endswith(end))
+        rig.listener.until(lambda: rig.part.fault is None)
+        for sample in rig.more(4):
+            assert -0.2e9 < time.monotonic_ns() - SWEEP_NS - sample.stamp_ns < 0.5e9
+
+
 def test_a_killed_process_shows_by_silence_and_is_named():
     with Rig() as rig:
         rig.part.wait()
