@@ -265,5 +265,7 @@ class Stamps:
             known = f"their clock {set_by(step_ns)}"
             return known if step_ns > STEP_NS else "it does not fit to their clock"
         if at_ns > received_ns + self._ahead_ns:
+            if step_ns > self._ahead_ns:
+                return f"their clock {set_by(step_ns)}"
             return f"its stamp is {(at_ns - received_ns) * 1e-6:.1f} ms in the future"
         return None

@@ -10,7 +10,8 @@ of a telegram not counted by its size field: 4, 8 or 14, depending on the firmwa
 - a fault (source `fault`, by its name) holds until the next: `drop` closes all lines, also new
   ones; `mute` keeps them and sends nothing; `freeze` repeats the newest telegram; `corrupt` flips
   one bit of each; `garbage` puts noise in front of them; `cut` truncates each to half; `standby`
-  measures nothing; an empty name clears it.
+  measures nothing; `lockout` has found a fault of its own; `beams` (value: a number) sends so many
+  distances; an empty name clears it.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from hw.links.priority import DEVICES
 from hw.links.processes import Parent, Ready, serve
 from hw.samples import Scan
 
-FAULTS = ("", "drop", "mute", "freeze", "corrupt", "garbage", "cut", "standby")
+FAULTS = ("", "drop", "mute", "freeze", "corrupt", "garbage", "cut", "standby", "lockout", "beams")
 LONGEST_S = 0.05
 NO_RETURN_CM = 2996
 STANDBY = 0x4004
@@ -41,7 +42,7 @@ _HEAD_SIZE = 24
 
 
 def telegram(
-    ranges: tuple[float, ...], number: int, beyond: int = 4, standby: bool = False
+    ranges: tuple[float, ...], number: int, beyond: int = 4, standby: bool = False, status: int = 0
 ) -> bytes:
     """A telegram of these distances, m; inf is no return."""
     if standby:
@@ -50,7 +51,7 @@ def telegram(
         words = [min(NO_RETURN_CM, round(min(r, 81.0) * 100.0)) for r in ranges]
     total = _HEAD_SIZE + 2 * len(words) + 2
     head = _HEAD.pack(
-        0, 0, (total - beyond) // 2, 0xFF, 7, 0x0301, 0, number & 0xFFFF_FFFF, number & 0xFFFF,
+        0, 0, (total - beyond) // 2, 0xFF, 7, 0x0301, status, number & 0xFFFF_FFFF, number & 0xFFFF,
         0xBBBB, 0x1111,
     )  # fmt: skip
     data = head + struct.pack(f"<{len(words)}H", *words)
@@ -112,7 +113,7 @@ class FakeS300:
         self._beyond = settings.get("beyond", 4)
         self._world = outlet_as("scanners", settings.get("tells"))
         self._subscription = Subscription(self._world, self.intake.door("world"))
-        self._fault = ""
+        self._fault, self._value = "", None
         self._chance = random.Random(1)
 
     def step(self, parent: Parent) -> None:
@@ -125,7 +126,7 @@ class FakeS300:
         self._accept(readable)
         for datagram in self.intake.poll():
             if datagram.name in FAULTS:
-                self._fault = datagram.name
+                self._fault, self._value = datagram.name, datagram.value
             elif datagram.name == "base.scan" and isinstance(datagram.value, Scan):
                 self._measure(datagram.value, datagram.stamp_ns)
         self._send_due()
@@ -164,10 +165,16 @@ class FakeS300:
             return
         if self._fault != "freeze" or not one.number:
             one.number += 1
-            one.newest = telegram(scan.ranges, one.number, self._beyond, self._fault == "standby")
+            one.newest = self._telegram(scan.ranges, one.number)
         sweep_ns = (len(scan.ranges) - 1) * scan.beam_time * 1e9
         leaves = stamp_ns + round(sweep_ns + len(one.newest) * self._byte_ns)
         one.due.append((leaves, one.newest))
+
+    def _telegram(self, ranges: tuple[float, ...], number: int) -> bytes:
+        if self._fault == "beams":
+            ranges = ranges[: int(str(self._value))]
+        off = self._fault in ("standby", "lockout")
+        return telegram(ranges, number, self._beyond, off, int(self._fault == "lockout"))
 
     def _send_due(self) -> None:
         for one in self._scanners.values():

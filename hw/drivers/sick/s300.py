@@ -29,6 +29,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from hw.connection import RunInfo
+from hw.drivers.access import serial_advice
 from hw.drivers.feed import by_stamps
 from hw.drivers.gates import SCAN_SILENT_NS
 from hw.drivers.sick.telegram import Telegram, Telegrams
@@ -152,12 +153,14 @@ class _Stamping:
 
     def fault(self, telegram: Telegram) -> str | None:
         """Why this telegram is no new scan, or None."""
-        count = len(telegram.words)
-        if not telegram.measuring:
-            state = f"its status is 0x{telegram.status:04X}"
-            return f"in standby, {state}" if count else f"it sends no distances, {state}"
-        if count != self._model.beams:
-            return f"it sends {count} distances; the robot file says {self._model.beams}"
+        count, beams = len(telegram.words), self._model.beams
+        if telegram.silence is not None:
+            return telegram.silence
+        if count != beams:
+            return (
+                f"it sends {count} distances, and the robot file says {beams} beams: correct it, "
+                "or the angle and resolution that the scanner sends"
+            )
         counted, self._last = self._last, (telegram.scan, telegram.number)
         return "it repeats itself" if counted == self._last else None
 
@@ -274,7 +277,10 @@ class _SerialLine:
 
     def __init__(self, device: str, baud: int) -> None:
         serial = importlib.import_module("serial")
-        self._port = serial.Serial(device, baud, timeout=LOOK_S)
+        try:
+            self._port = serial.Serial(device, baud, timeout=LOOK_S)
+        except OSError as error:
+            raise OSError(f"{device}: {serial_advice(error, device) or error}") from error
 
     def read(self) -> bytes:
         data: bytes = self._port.read(max(1, self._port.in_waiting))

@@ -8,7 +8,7 @@
 | 8 | 1 | 0xFF |
 | 9 | 1 | address of the device: 7, or 8 for the guest of a pair |
 | 10 | 2 | version of the protocol |
-| 12 | 2 | status |
+| 12 | 2 | status; 1: locked out |
 | 14 | 4 | number of the scan |
 | 18 | 2 | number of the telegram |
 | 20 | 2 | what follows: 0xBBBB distances, 0xAAAA inputs and outputs, 0xCCCC reflectors |
@@ -31,6 +31,8 @@ from dataclasses import dataclass
 LONGEST = 4096
 """Longest telegram, bytes."""
 DISTANCES, FIRST_FIELD = 0xBBBB, 0x1111
+LOCKED_OUT = 0x0001
+"""Bit of the status of a scanner that refuses to work."""
 STANDBY = 0x4004
 """Every distance of a scanner in standby."""
 _HEADER = re.compile(rb"\0{6}..\xff", re.DOTALL)
@@ -55,9 +57,20 @@ class Telegram:
     words: tuple[int, ...] = ()
 
     @property
-    def measuring(self) -> bool:
-        """True if it has distances of a scanner not in standby."""
-        return any(word != STANDBY for word in self.words)
+    def silence(self) -> str | None:
+        """Why it has no distances that were measured, and what would be right; None if it has."""
+        if any(word != STANDBY for word in self.words):
+            return None
+        state = f"(status 0x{self.status:04X})"
+        if self.status & LOCKED_OUT:
+            return (
+                f"locked out {state}: it has found a fault of its own, and its display says which"
+            )
+        if self.words:
+            return (
+                f"in standby {state}: an input of its own, or its controller, has to let it measure"
+            )
+        return f"it sends no distances {state}: set its output to measurement data with SICK's CDS"
 
     def ranges(self, nearest: float, farthest: float) -> tuple[float, ...]:
         """Distances in m; inf outside these limits, as for no return."""

@@ -208,6 +208,9 @@ def test_how_far_a_clock_was_set_is_told(step, told) -> None:
     assert stamps.admit(THEIRS, 0, 0)
     assert not stamps.admit(THEIRS + step + 10 * MS, None, 10 * MS)
     assert stamps.refused == f"their clock {told}"
+    if step > 0:  # of a client that answers, the instant is known by the clock before
+        assert not stamps.admit(THEIRS + step + 10 * MS, step + 10 * MS, 10 * MS)
+        assert stamps.refused == f"their clock {told}"
 
 
 class Sender:

@@ -121,8 +121,8 @@ def test_a_frozen_scanner_is_silent_and_says_why(rig):
 def test_standby_is_silence_too(rig):
     rig.more(1)
     rig.fake.fault("standby")
-    standby = "in standby, its status is 0x0000"
-    rig.listener.until(lambda: rig.part.health["rear_laser"] == standby, rig.tell)
+    standby = "in standby (status 0x0000): an input of its own, or its controller, has to let it"
+    rig.listener.until(lambda: str(rig.part.health["rear_laser"]).startswith(standby), rig.tell)
     rig.fake.fault("")
     assert rig.more(1)
 
@@ -200,8 +200,8 @@ def test_a_scanner_that_is_not_there_is_told_at_opening(monkeypatch):
     ("fault", "beams", "cause"),
     [
         ("", 541, "silent"),
-        ("standby", 541, "in standby, its status is 0x0000"),
-        ("", 270, "it sends 270 distances; the robot file says 541"),
+        ("standby", 541, r"in standby \(status 0x0000\): .*"),
+        ("", 270, "it sends 270 distances, and the robot file says 541 beams: correct it, .*"),
         ("garbled", 541, "it sends no valid telegram"),
     ],
 )
@@ -238,6 +238,15 @@ def test_threads_end_with_the_part(rig):
 def test_mistakes_in_the_file_are_told(scanners, said):
     with pytest.raises(ValueError, match=said):
         S300(scanners, time.monotonic_ns, opening())
+
+
+def test_a_serial_port_that_does_not_open_says_what_would_be_right(monkeypatch):
+    monkeypatch.setattr("hw.drivers.sick.s300.OPENING_S", 0.1)
+    part = S300({"front_laser": {"device": "/dev/ttyUSB77"}}, time.monotonic_ns, opening())
+    told = r"front_laser: not connected: /dev/ttyUSB77: there is no such device; `ls -l /dev/serial"
+    with pytest.raises(OSError, match=told):
+        part.wait()
+    part.close()
 
 
 def test_a_serial_port_does_as_well():

@@ -2,6 +2,7 @@
 
 import math
 import struct
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -55,7 +56,7 @@ def test_a_golden_telegram():
     assert (found.status, found.size) == (0, 32)
     assert found.words == (0x0064, 0x2BB4, 0x400A)
     assert found.ranges(0.05, 29.9) == (1.0, math.inf, pytest.approx(0.1))
-    assert found.measuring
+    assert found.silence is None
 
 
 def test_a_telegram_of_an_s300_has_1108_bytes_and_its_size_says_552():
@@ -74,7 +75,9 @@ def test_distances_that_are_none_are_inf():
 
 def test_standby_measures_nothing():
     [found] = Telegrams().feed(telegram([STANDBY] * 9, 1))
-    assert not found.measuring
+    assert found.silence.startswith("in standby (status 0x0000): ")
+    assert replace(found, status=1).silence.startswith("locked out (status 0x0001): ")
+    assert replace(found, words=(STANDBY, 100)).silence is None
 
 
 @pytest.mark.parametrize("kind", ["aaaa", "cccc"])
@@ -83,7 +86,7 @@ def test_what_holds_no_distances_has_no_words(kind):
     data[20:22] = bytes.fromhex(kind)
     [found] = Telegrams().feed(closed(bytes(data)))
     assert found.words == ()
-    assert not found.measuring
+    assert found.silence.startswith("it sends no distances ")
 
 
 words = st.lists(st.integers(0, 0xFFFF), max_size=60)
