@@ -157,8 +157,12 @@ class ObserverPort:
                 if self.fileno() < 0:
                     break
                 continue
-            one = None if self._answered(data, sender) else self._reader.read(data)
-            if one is not None:
+            if self._answered(data, sender):
+                continue
+            one = self._reader.read(data)
+            if one is None:
+                self.strange += 1
+            else:
                 found.append(one)
         return found
 

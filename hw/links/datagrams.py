@@ -1,4 +1,4 @@
-"""Named, stamped values as datagrams between processes; the newest counts.
+"""Named, stamped values as datagrams between the processes of one machine; the newest counts.
 
     intake = Intake(("arm", "engine"))      # who may send to it
     door = intake.door("arm")               # given to the arm, by a pipe, and to nobody else
@@ -103,6 +103,7 @@ class Outlet:
         self._seal, self._mutex = Seal(), threading.Lock()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
+        self._socket.bind((LOOPBACK, 0))  # else the system binds it to all addresses
 
     def send(self, name: str, stamp_ns: int, value: Any = None) -> None:
         """Send a value under a name.
@@ -150,7 +151,7 @@ class Intake:
     The keys of the sources are made of `secret`, by default a random one.
 
     Raises:
-        OSError: the address is in use.
+        OSError: the address is in use; ValueError: other machines reach it.
     """
 
     def __init__(
@@ -160,6 +161,8 @@ class Intake:
         port: int = 0,
         secret: bytes | None = None,
     ) -> None:
+        if not is_loopback(host):
+            raise ValueError(f"{host}: other machines reach it; an address as 127.0.0.1 is needed")
         made = secrets.token_bytes(CODE) if secret is None else secret
         self._keys = {source: key_of(made, source) for source in sources}
         self._reader = Reader(self._keys.items())

@@ -35,7 +35,7 @@ from hw.drivers.feed import DatagramFeed, up_to
 from hw.drivers.gates import CHAIN_SILENT_NS
 from hw.geometry import STILL, Twist2
 from hw.interfaces import DriveMode
-from hw.links.datagrams import LOOPBACK, Address, Datagram, Door, Outlet
+from hw.links.datagrams import LOOPBACK, Address, Datagram, Door, Outlet, is_loopback
 from hw.links.processes import Child
 from hw.samples import BumperHit, Odometry, Sample
 
@@ -43,6 +43,10 @@ MODULE = "hw.drivers.chain.process"
 LOOK_S = 0.02
 NAME = "the safety chain"
 SILENT = f"{NAME} is silent"
+NEAR = (
+    "only processes of this machine speak to the chain: leave it out; an observer on another one "
+    "has a port of its own, `observer: {host: …, port: …, key: …}`"
+)
 RESET_S = 0.5
 CLOSING_S = 4.0
 """Time for the wheels to stop and to be switched off, s."""
@@ -61,7 +65,7 @@ class ChainLink:
         hardware: `driver: "module:Class"` of the wheels, and its arguments.
         now: the time of the run, ns.
         opening: of the run.
-        host: the address of the chain.
+        host: the address of the chain, as 127.x.y.z.
         observer: None, or `{timeout: 0.5}`, s: an observer's heartbeat is required (R55); with
             `host` and `port` of its own port, the one after the chain's by default; and `key`, the
             file of its key, which a host beyond this machine needs.
@@ -82,6 +86,8 @@ class ChainLink:
         arm: bool = True,
     ) -> None:
         self.address: Address = (host, int(port))
+        if not is_loopback(host):
+            raise ValueError(f"chain: host: {host}: {NEAR}")
         self.base: deque[Sample] = deque(maxlen=KEPT)
         self.hits: deque[Sample] = deque(maxlen=KEPT)
         self.stopped: str | None = None
