@@ -18,10 +18,12 @@ from typing import Any, NamedTuple
 
 from cobodeck.doctor import BAD, FIT, MISSING, DoctorLine
 from cobodeck.project import is_there
-from hw.connection import Connection
+from hw.connection import Connection, Listening
 from hw.drivers.access import can_hindrance, serial_hindrance
-from hw.drivers.chain.settings import observer_address
+from hw.drivers.chain.settings import KEYLESS, observer_address
+from hw.drivers.observer_key import key_in
 from hw.links.datagrams import LOOPBACK as LOCAL
+from hw.links.datagrams import is_loopback
 from hw.links.priority import CHAIN, permitted
 
 NOTE = "note"
@@ -45,8 +47,6 @@ WHEELS: Mapping[str, str] = {
 """Names of packages that differ from the module they provide."""
 PROBES: Mapping[str, str] = {"hw.drivers.ur.arm": "hw.drivers.ur.probe"}
 """By driver module: a module whose `probe(host)` asks the device for its identity."""
-DATAGRAMS = ("hw.drivers.chain.link",)
-"""Drivers that serve UDP ports; all others serve TCP."""
 ANYWHERE = ("0.0.0.0", "::", "")
 GROUP = ("239.74.163.2", 43113)
 """The multicast group of python-can's `udp_multicast`."""
@@ -80,7 +80,8 @@ def preflight(connection: Connection, packages: Container[str]) -> Iterator[Doct
             yield _bus(entry, bus)
     yield _realtime()
     yield _clock()
-    yield from (("observer", NOTE, told) for told in observers(connection))
+    for served in connection.links.values():
+        yield from _observed(served.arguments)
     yield from ((connection.name, NOTE, remark) for remark in connection.told)
     if connection.real:
         proven = connection.proven
@@ -126,11 +127,34 @@ def _reached(entry: str, driver: str, arguments: Mapping[str, Any]) -> Iterator[
     module, host = driver.partition(":")[0], arguments.get("host")
     if module in PROBES and isinstance(host, str):
         yield _probed(entry, PROBES[module], host)
-    for address in addresses_in(arguments, _serves_at(driver)):
-        if address.own:
-            yield _free(entry, address, datagrams=module in DATAGRAMS)
-        else:
+    served = _listening(driver, arguments)
+    for one in served:
+        yield _free(entry, one)
+        if not is_loopback(one.host):
+            yield _reachable(entry, one)
+    ours = {(one.host, one.port) for one in served}
+    for address in addresses_in(arguments):
+        if not address.own and (address.host, address.port) not in ours:
             yield _answers(entry, address)
+
+
+def _listening(driver: str, arguments: Mapping[str, Any]) -> list[Listening]:
+    """The ports that a driver opens, as it says, or else as its arguments look like."""
+    module, _, name = driver.partition(":")
+    try:
+        found: list[Listening] = getattr(importlib.import_module(module), name).listens(**arguments)
+    except Exception:  # noqa: BLE001  it says nothing, or its check reports what is wrong with it
+        addresses = addresses_in(arguments, _serves_at(driver))
+        return [Listening("tcp", one.host, one.port) for one in addresses if one.own]
+    return found
+
+
+def _reachable(entry: str, one: Listening) -> DoctorLine:
+    """Say who is believed at a port that other machines reach."""
+    believes = one.believes or "its driver does not say whom it believes"
+    where = "at all addresses of this machine" if one.host in ANYWHERE else f"at {one.host}"
+    told = f"{one.kind.upper()} port {one.port} of {entry} is reached {where}: {believes}"
+    return "open port", MISSING if one.open else NOTE, told
 
 
 def _serves_at(driver: str) -> str:
@@ -164,8 +188,9 @@ def _answers(entry: str, address: Endpoint) -> DoctorLine:
     return entry, FIT, f"{where} takes a connection; who it is was not asked"
 
 
-def _free(entry: str, address: Endpoint, *, datagrams: bool) -> DoctorLine:
+def _free(entry: str, address: Listening) -> DoctorLine:
     """Check that a port of this machine is free, by binding it."""
+    datagrams = address.kind == "udp"
     kind = socket.SOCK_DGRAM if datagrams else socket.SOCK_STREAM
     what = f"port {address.port}{' of UDP' if datagrams else ''}"
     with closing(socket.socket(socket.AF_INET, kind)) as found:
@@ -179,15 +204,28 @@ def _free(entry: str, address: Endpoint, *, datagrams: bool) -> DoctorLine:
 def observers(connection: Connection) -> Iterator[str]:
     """The command of the observer, if the safety chain requires one."""
     for served in connection.links.values():
-        wanted = served.arguments.get("observer")
-        if isinstance(wanted, Mapping):
-            given = served.arguments
-            chain = str(given.get("host", LOCAL)), int(given.get("port", 0))
-            host, port = observer_address(wanted, chain)
-            key = f" --key {wanted['key']}" if "key" in wanted else ""
-            where = "HOST" if host in ANYWHERE else host
-            there = ", HOST being this machine's address" if host in ANYWHERE else ""
-            yield f"somebody has to watch: cobodeck observe {where}:{port}{key}{there}"
+        yield from (told for _, state, told in _observed(served.arguments) if state == NOTE)
+
+
+def _observed(chain: Mapping[str, Any]) -> Iterator[DoctorLine]:
+    """The command of a chain's observer, and whether the key that it needs is there."""
+    wanted, what = chain.get("observer"), "observer"
+    if not isinstance(wanted, Mapping):
+        return
+    host, port = observer_address(wanted, (str(chain.get("host", LOCAL)), int(chain["port"])))
+    given = " --key FILE" if "key" in wanted else ""
+    where, there = host, ""
+    if host in ANYWHERE:
+        where, there = "HOST", "; HOST is an address of this machine"
+    yield what, NOTE, f"somebody has to watch: cobodeck observe {where}:{port}{given}{there}"
+    if "key" not in wanted:
+        if not is_loopback(host):
+            yield what, BAD, KEYLESS.format(host=host)
+        return
+    try:
+        key_in(wanted["key"])
+    except (OSError, ValueError) as error:
+        yield what, BAD, str(error)
 
 
 def _buses(value: Any) -> Iterator[Mapping[str, Any]]:

@@ -23,6 +23,9 @@ parts; only what is needed is opened, and everything is closed in reverse order.
 method `wait` starts in the background; it is waited for before the next group is opened. The text
 `loopback` is replaced by an address of this machine that no other run uses.
 
+A driver that opens ports on this machine has a static method `listens`, which takes the arguments
+of its entry and gives a `Listening` for each, for `cobodeck doctor`.
+
 `plant: mock` needs no parts: the whole robot of the scene is mocked, in the simulated world.
 """
 
@@ -35,7 +38,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 from engine.files.item import Fault, Item, find_file, gather, load_yaml
 from engine.files.named import known_files
@@ -155,6 +158,19 @@ class Connection:
         for entry, served in self.entries:
             yield entry, served.place, f"{served.module}:{served.driver}"
             yield from ((entry, served.place, inner) for inner in _inner(served.arguments))
+
+
+class Listening(NamedTuple):
+    """A port of this machine: `tcp` or `udp`, its address, and whom its driver believes there.
+
+    `open`: anybody who reaches it.
+    """
+
+    kind: Literal["tcp", "udp"]
+    host: str
+    port: int
+    believes: str = ""
+    open: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from cobodeck.doctor import BAD, FIT, MISSING
 from cobodeck.preflight import NEVER, NOTE, Endpoint, addresses_in, preflight
 from hw.connection import connection_names, load_connection
 from hw.drivers.access import can_hindrance
+from tests.hw.drivers.rigs import key_file
 
 HEAD = "connection: own\nmodel: rbkairos_ur10\n"
 HERE = "hw.connection:Connection"
@@ -32,15 +33,19 @@ class Driver:
     needs = ("json", "nobody_has_this")
 
 
-def checks(folder: Path, text: str) -> dict[str, tuple[str, str]]:
+def all_checks(folder: Path, text: str) -> dict[str, list[tuple[str, str]]]:
     file = folder / "own.yaml"
     file.write_text(HEAD + text)
-    found: dict[str, tuple[str, str]] = {}
+    found: dict[str, list[tuple[str, str]]] = {}
     for what, state, about in preflight(load_connection(file), {"hw"}):
-        before = found.get(what)
-        worse = before is None or before[0] == FIT
-        found[what] = (state, about) if worse else before  # type: ignore[assignment]
+        found.setdefault(what, []).append((state, about))
     return found
+
+
+def checks(folder: Path, text: str) -> dict[str, tuple[str, str]]:
+    """The first one of each that is not well, or the last."""
+    found = all_checks(folder, text).items()
+    return {what: next((one for one in all_ if one[0] != FIT), all_[-1]) for what, all_ in found}
 
 
 @pytest.fixture
@@ -146,12 +151,71 @@ def test_who_has_to_watch_is_told_what_to_type(tmp_path: Path) -> None:
     head = f"parts: {{base: {{driver: '{HERE}', link: chain}}}}\n"
 
     near = checks(tmp_path, f"{head}links: {{chain: {{{link}}}}}\n")["observer"]
-    far = link.replace("0.5}", "0.5, host: 10.0.0.1, port: 7401}")
+    far = link.replace("0.5}", f"0.5, host: 10.0.0.1, port: 7402, key: {key_file()}}}")
+    anywhere = link.replace("0.5}", "0.5, host: 0.0.0.0}")
 
     assert near == (NOTE, "somebody has to watch: cobodeck observe 127.0.0.1:7401")
     text = f"{head}links: {{chain: {{{far}}}}}\n"
-    assert checks(tmp_path, text)["observer"][1].endswith("cobodeck observe 10.0.0.1:7401")
+    told = checks(tmp_path, text)["observer"]
+    assert told == (NOTE, "somebody has to watch: cobodeck observe 10.0.0.1:7402 --key FILE")
+    text = f"{head}links: {{chain: {{{anywhere}}}}}\n"
+    state, told = all_checks(tmp_path, text)["observer"][0]
+    assert (state, told.partition("watch: ")[2]) == (
+        NOTE,
+        "cobodeck observe HOST:7401; HOST is an address of this machine",
+    )
     assert "observer" not in checks(tmp_path, f"{head}links: {{chain: {{driver: '{HERE}'}}}}\n")
+
+
+@pytest.mark.parametrize(
+    ("observer", "told"),
+    [
+        ("host: 0.0.0.0", "at 0.0.0.0 anybody could speak for the observer: name the file of a"),
+        ("host: 10.0.0.1", "at 10.0.0.1 anybody could speak for the observer: name the file of a"),
+        ("key: /no/such/file", "No such file or directory: '/no/such/file'"),
+        ("key: /dev/null", "/dev/null: others may read or change it; `chmod 600 /dev/null`"),
+    ],
+)
+def test_an_observer_without_the_key_that_is_needed_is_bad(
+    tmp_path: Path, observer: str, told: str
+) -> None:
+    link = f"driver: '{CHAIN}', port: 7400, observer: {{timeout: 0.5, {observer}}}"
+    text = f"parts: {{base: {{driver: '{HERE}', link: chain}}}}\nlinks: {{chain: {{{link}}}}}\n"
+
+    (_, (state, about)) = all_checks(tmp_path, text)["observer"]
+
+    assert state == BAD
+    assert told in about
+
+
+VR = "hw.drivers.unity.link:Unity"
+OPEN = [
+    (VR, "port: 10000", MISSING, "TCP port 10000 of links.own is reached at all addresses of this "
+     "machine: the VR link has no password: whoever connects first, from anywhere, is the person; "
+     "write `peer: ADDRESS`"),
+    (VR, "port: 10000, peer: 10.0.0.7", NOTE,
+     "the VR link has no password: the first headset at 10.0.0.7/32 is the person"),
+    (VR, "port: 10000, host: 127.0.0.1", None, ""),
+    (CHAIN, "port: 7400", None, ""),
+    (CHAIN, "port: 7400, observer: {}", None, ""),
+    (CHAIN, "port: 7400, observer: {host: 0.0.0.0}", NOTE, "UDP port 7401 of links.own is reached "
+     "at all addresses of this machine: an observer who has the key"),
+    (HERE, "port: 47999", NOTE, "its driver does not say whom it believes"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("driver", "values", "state", "told"), OPEN)
+def test_what_other_machines_reach_is_told(
+    tmp_path: Path, driver: str, values: str, state: str | None, told: str
+) -> None:
+    text = f"links: {{own: {{driver: '{driver}', {values}}}}}\n"
+    text += f"parts: {{trackers: {{driver: '{HERE}', link: own}}}}\n"
+
+    found = all_checks(tmp_path, text)
+
+    assert [one[0] for one in found.get("open port", [])] == ([] if state is None else [state])
+    assert state is None or told in found["open port"][0][1]
+    assert not any("takes a connection" in one[1] for one in found["links.own"])
 
 
 def test_fakes_are_not_called_before_they_are_started(tmp_path: Path) -> None:

@@ -27,10 +27,16 @@ from dataclasses import replace
 from itertools import count
 from typing import Any
 
-from hw.connection import RunInfo
+from hw.connection import Listening, RunInfo
 from hw.drivers.chain.cycle import LONGEST_TEXT
 from hw.drivers.chain.keeper import ChainKeeper
-from hw.drivers.chain.settings import SOURCES, ChainSettings, ObserverSettings, hardware_of
+from hw.drivers.chain.settings import (
+    SOURCES,
+    ChainSettings,
+    ObserverSettings,
+    hardware_of,
+    observer_address,
+)
 from hw.drivers.feed import DatagramFeed, up_to
 from hw.drivers.gates import CHAIN_SILENT_NS
 from hw.geometry import STILL, Twist2
@@ -107,7 +113,7 @@ class ChainLink:
         self._dead: str | None = None
         self._told = self._closing = False
         self._tokens, self._answer = count(1), threading.Condition()
-        self._asked = 0
+        self._asked: int | None = None
         self._answered: tuple[int, str | None] = (-1, None)
         try:
             self._child = Child(MODULE, self._settings(opening, rate, arm), NAME)
@@ -130,6 +136,17 @@ class ChainLink:
             arm=arm,
             observer=self._observer,
         )
+
+    @staticmethod
+    def listens(
+        port: int, host: str = LOOPBACK, observer: Mapping[str, Any] | None = None, **_: Any
+    ) -> list[Listening]:
+        """The chain's own port, and the observer's."""
+        found = [Listening("udp", host, int(port), "its own arm, VR link and engine")]
+        if observer is not None:
+            believes = "an observer who has the key"
+            found.append(Listening("udp", *observer_address(observer, (host, int(port))), believes))
+        return found
 
     def wait(self) -> None:
         """Wait until it cycles.
@@ -175,7 +192,7 @@ class ChainLink:
             self._asked = token
             self._child.tell("reset", token)
             heard = self._answer.wait_for(lambda: self._answered[0] == token, RESET_S)
-            self._asked = 0
+            self._asked = None
             self.why = self._answered[1] if heard else "no answer"
         return heard and self.why is None and self._dead is None
 

@@ -19,12 +19,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from engine.files.values import number
-from hw.connection import RunInfo
+from hw.connection import Listening, RunInfo
 from hw.drivers import gates
 from hw.drivers.feed import DatagramFeed
 from hw.drivers.unity.bridge import Bridged
 from hw.drivers.unity.inbox import Checks
-from hw.drivers.unity.places import peers_of
+from hw.drivers.unity.places import ANYBODY, peers_of
 from hw.drivers.unity.server import ServerSetup
 from hw.drivers.unity.topics import Topics
 from hw.geometry import Pose2, Twist2
@@ -108,6 +108,21 @@ class Unity:
         self._address: Address | None = None
         settings = ServerSetup(host, port, peers, (self._feed.door, *chain), bridged)
         self.child = Child("hw.drivers.unity.server", settings, "the VR server")
+
+    @staticmethod
+    def listens(
+        port: int, host: str = "0.0.0.0", peer: str | Sequence[str] | None = None, **_: Any
+    ) -> list[Listening]:
+        """The port for clients, who have no password."""
+        peers = peers_of(peer, host)
+        whoever = f"the first headset at {', '.join(peers)} is the person"
+        if ANYBODY in peers:
+            whoever = (
+                "whoever connects first, from anywhere, is the person; write `peer: ADDRESS`, that "
+                "of the headset's computer"
+            )
+        believes = f"the VR link has no password: {whoever}"
+        return [Listening("tcp", host, port, believes, ANYBODY in peers)]
 
     def wait(self) -> None:
         """Wait until clients can connect.

@@ -11,7 +11,7 @@ import pytest
 
 from hw.drivers.chain.link import ChainLink
 from hw.geometry import STILL
-from hw.links.datagrams import Intake, Outlet
+from hw.links.datagrams import Datagram, Intake, Outlet
 from hw.safety.keeper import is_standing
 from tests.hw.drivers.chain_rig import (
     AHEAD,
@@ -42,6 +42,13 @@ def stays_stopped(rig, cycles=30):
     rig.standing()
     rig.go(cycles)
     assert all(cycle[2] == STILL and cycle[3].speed == 0.0 for cycle in rig.cycles[-cycles:])
+
+
+def test_an_answer_to_another_reset_releases_nothing(rig):
+    rig.chain.pull("console")
+    for token in (-1, 0, 1, 7):
+        rig.chain._take(Datagram("chain", 1, "chain.reset", time.monotonic_ns(), (token, None)), 0)
+        assert rig.chain.stopped == "console"
 
 
 def until(reached, waits_for):

@@ -104,9 +104,13 @@ def scene():
 
 def test_a_heartbeat_is_stamped_by_the_chain(scene):
     before = time.monotonic_ns()
-    (here,) = scene.beat()
+    scene.asked()
+    answered = time.monotonic_ns()
+    scene.observers[0].hear()
+    scene.net.to_chain()
+    (here,) = scene.heard()
     assert (here.source, here.name, here.value) == ("observer", "observer.here", True)
-    assert before <= here.stamp_ns <= time.monotonic_ns()
+    assert before <= here.stamp_ns <= answered
     assert scene.observers[0].heard
     (following,) = scene.beat()
     assert following.stamp_ns > here.stamp_ns

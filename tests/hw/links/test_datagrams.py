@@ -279,6 +279,13 @@ def test_nobody_there_is_no_error():
     outlet.close()
 
 
+def test_what_only_sends_is_not_reached_by_other_machines_either(intake):
+    outlet = Outlet([intake.door("vr")])
+    outlet.send("x", 0)
+    assert outlet._socket.getsockname()[0] == "127.0.0.1"
+    outlet.close()
+
+
 def test_an_address_in_use_is_refused(intake):
     with pytest.raises(OSError, match="in use"):
         Intake(("vr",), *intake.address)
