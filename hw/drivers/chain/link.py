@@ -213,7 +213,8 @@ class ChainLink:
     # in the thread of the feed
 
     def _take(self, datagram: Datagram, stamp_ns: int) -> None:
-        self._heard_ns = max(self._heard_ns or 0, datagram.stamp_ns)
+        heard_ns = min(datagram.stamp_ns, time.monotonic_ns())  # a stamp ahead is none
+        self._heard_ns = max(self._heard_ns or 0, heard_ns)
         match datagram.name, datagram.value:
             case "base.odometry", Odometry() as odometry:
                 self.base.append(Sample(datagram.name, stamp_ns, odometry))

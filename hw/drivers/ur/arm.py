@@ -217,7 +217,7 @@ class UrArm:
             return
         if datagram.name == "arm.joints" and isinstance(datagram.value, ArmState):
             self.late += self._fault is None and datagram.stamp_ns - self._heard > JOINTS_LATE_NS
-            self._heard = datagram.stamp_ns
+            self._heard = min(datagram.stamp_ns, time.monotonic_ns())  # a stamp ahead is none
             self._samples.append(Sample("arm.joints", stamp_ns, datagram.value))
             self.wake()
         elif datagram.name == "arm.link" and datagram.value is not None and self._fault is None:

@@ -196,7 +196,7 @@ class Worker:
         late = now_ns - datagram.stamp_ns > TICK_FRESH_NS
         match datagram.name, datagram.value:
             case "here", str() | None as held:
-                self._ticked, self._held = datagram.stamp_ns, held
+                self._ticked, self._held = min(datagram.stamp_ns, now_ns), held
                 if held is not None:
                     self.break_off(held)
             case "pace", (float() | int()) as share if 0.0 <= share <= 1.0:
