@@ -44,12 +44,13 @@ class VrClient(Peer):
 
     Its user is hosted by the world `tells`. Its clock is `clock_offset`, s, ahead of ours;
     `answers`: it answers questions for its clock; `by_fields`: it writes field by field, as Unity
-    does. `hw.fakes.vr_application` has its faults.
+    does. `hw.fakes.vr_application` has its faults; `faults` are those that come by themselves, each
+    with the time in s since the robot was first shown: `[[6.0, lost], [8.0, none]]`.
     """
 
     sources = ("vr_client",)
 
-    def __init__(
+    def __init__(  # noqa: PLR0913
         self,
         host: str,
         port: int,
@@ -58,6 +59,7 @@ class VrClient(Peer):
         clock_offset: float = 0.0,
         answers: bool = True,
         by_fields: bool = True,
+        faults: Sequence[tuple[float, str]] = (),
     ) -> None:
         settings: dict[str, Any] = {
             "host": host,
@@ -67,5 +69,6 @@ class VrClient(Peer):
             "offset_ns": round(clock_offset * 1e9),
             "answers": answers,
             "by_fields": by_fields,
+            "faults": [(float(at), str(name)) for at, name in faults],
         }
         super().__init__("hw.fakes.vr_process", settings, tells, "the fake VR application")

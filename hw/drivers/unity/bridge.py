@@ -105,6 +105,10 @@ class UnityBridge:
         """Report a fault for FAULT_NS from now on."""
         self._fault = (now_ns, legible(text))
 
+    def is_source(self, session: Session) -> bool:
+        """True if any topic comes from this client."""
+        return session in self._sources.all.values()
+
     def leave(self, session: Session, now_ns: int) -> None:
         """Remove a client; its topics go to those who wait for them."""
         self._now_ns = now_ns
@@ -215,7 +219,8 @@ class UnityBridge:
             return
         self._inbox.drop(topic.role, self._now_ns)
         if source is not None:
-            self.blame(f"{name} comes from {source.name} from now on", self._now_ns)
+            if topic.role == "tailbone":
+                self.blame(f"the person is tracked by {source.name} from now on", self._now_ns)
             source.warn("log", f"{name} is read from this client from now on")
 
     def _subscribe(self, session: Session, fields: Mapping[str, Any]) -> None:

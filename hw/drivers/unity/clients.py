@@ -103,12 +103,15 @@ class Clients:
                 session.broken = "it has registered nothing"
 
     def _leave(self, session: Session, why: str, now_ns: int) -> None:
+        is_missed = self.bridge.is_source(session) or not session.is_quiet(now_ns)
         self.bridge.leave(session, now_ns)
-        self._part(session, why, now_ns)
+        self._part(session, why, now_ns, is_missed)
 
-    def _part(self, session: Session, why: str, now_ns: int) -> None:
+    def _part(self, session: Session, why: str, now_ns: int, is_missed: bool = True) -> None:
+        """Close a link with a word, to the operator, too, unless its successor is there."""
         if not session.ended:
-            self.bridge.blame(f"the link of {session.name} is closed: {why}", now_ns)
             session.dismiss(why)
             session.flush()
+            if is_missed:
+                self.bridge.blame(f"the link of {session.name} is closed: {why}", now_ns)
         self._parting[session] = now_ns + gates.PARTING_NS

@@ -36,6 +36,9 @@ from hw.sign import StopSign
 Now = Callable[[], int]
 SOURCE = "vr"
 """The source under which engine and chain know the VR link."""
+OPEN = (
+    "the VR link has no password and no `peer`: whoever reaches port {port} first can be the person"
+)
 KEPT = 4096
 """Longest queue of samples of each signal for the engine; older ones are dropped."""
 JOINTS = (
@@ -88,6 +91,8 @@ class Unity:
         if stamps not in ("header", "receipt"):
             raise ValueError(f"stamps: {stamps!r} is neither 'header' nor 'receipt'")
         peers = peers_of(peer, host)
+        if ANYBODY in peers:
+            opening.tell(OPEN.format(port=port))
         tracking = opening.tracking
         named = {name: f"vr/{name}" for name in tracking.mounts} if trackers is None else trackers
         checks = Checks(

@@ -14,7 +14,7 @@ from hw.drivers import gates
 from hw.drivers.clocks import PeerClock
 from hw.drivers.unity.wire import Parser, UnityFrame, command, legible
 
-RECEIVED = 1 << 13
+RECEIVED = 1 << 12
 """Bytes read at a time, so that a client that floods the link holds up the others by little."""
 SEND_BUFFER = 8192
 """Small, so that old data waits here, where the newest replaces it, not in the kernel."""

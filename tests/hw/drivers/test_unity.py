@@ -173,6 +173,40 @@ def test_a_vr_application_that_is_gone_asks_for_nothing_and_may_come_back(rig) -
     app.fault = "none"
     assert rig.until(lambda: len(rig.values("user.pose")) > count)
     assert app.client.connections == 2
+    app.fault = "lost"  # and the robot hears nothing of it
+    frames = iter(range(20))
+    assert rig.until(lambda: next(frames, None) is None)
+    count = len(rig.values("user.pose"))
+    app.fault = "none"
+    assert rig.until(lambda: len(rig.values("user.pose")) > count)
+    assert app.client.connections == 3
+    assert rig.until(lambda: rig.newest("vr.haptic_request") is not None)
+
+
+def test_who_may_not_connect_is_told_why_before_the_link_is_closed() -> None:
+    """What they have sent meanwhile is read, so that no reset overtakes the word."""
+    rig = Rig(peer="10.0.0.9")
+    try:
+        with socket.create_connection(rig.link.address, timeout=5.0) as link:
+            link.sendall(bytes(8) * 100)
+            received = b""
+            while data := link.recv(1 << 16):
+                received += data
+                link.sendall(bytes(8))
+        assert received.index(b"__handshake") < received.index(b"__error")
+        assert b"is not the `peer` of this link: 10.0.0.9/32" in received
+        assert rig.until(lambda: "is not the `peer`" in str(rig.newest("vr.fault")))
+        assert rig.remarks == []
+    finally:
+        rig.close()
+
+
+@pytest.mark.slow
+def test_a_link_that_anybody_may_connect_to_says_so_at_its_start() -> None:
+    rig = Rig(host="0.0.0.0")
+    rig.close()
+    [told] = rig.remarks
+    assert "no password and no `peer`" in told
 
 
 def test_a_server_that_dies_ends_the_request_and_nothing_else(rig) -> None:
@@ -266,11 +300,14 @@ def noise(chance: random.Random, size: int) -> bytes:
 
 
 def harass(rig: Rig, total: int) -> None:
-    """Send noise over many links beside an application that works."""
+    """Send noise over many links beside an application that works, and leave others idle."""
     chance, sent, links = random.Random(3), 0, 0
+    idle = [socket.create_connection(rig.link.address, timeout=5.0) for _ in range(64)]
     app = rig.application(offset_ns=10**12)
     assert rig.until(lambda: len(rig.values("user.pose")) > 5)
     before = resident_kb(rig.link.pid)
+    app.client.send("vr/head", [bytes(1_500_000)])
+    assert rig.until(lambda: "1500000 bytes" in str(app.client.told))
     while sent < total:
         with suppress(OSError), socket.create_connection(rig.link.address, timeout=5.0) as link:
             data = noise(chance, chance.randrange(1, 20_000))
@@ -282,6 +319,8 @@ def harass(rig: Rig, total: int) -> None:
     assert app.client.connections == 1
     assert links > total // 20_000
     assert resident_kb(rig.link.pid) - before < 20_000
+    for link in idle:
+        link.close()
 
 
 def resident_kb(pid: int) -> int:
@@ -337,6 +376,7 @@ def test_a_port_that_is_taken_is_said_so() -> None:
         ({"topics": {"head": {"type": "Pose"}}}, "'Pose' is no message"),
         ({"stamps": "never"}, "'never' is neither"),
         ({"predicted": "60 ms"}, "0 to 0.05 s"),
+        ({"peer": "the headset"}, "'the headset' is no address"),
     ],
 )
 def test_mistakes_in_a_connection_are_named(arguments, fault) -> None:

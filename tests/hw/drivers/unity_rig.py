@@ -5,6 +5,7 @@ from __future__ import annotations
 import select
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from hw.connection import RunInfo
@@ -50,8 +51,10 @@ class Rig:
         begun_ns = time.monotonic_ns()
         self.now: Callable[[], int] = lambda: time.monotonic_ns() - begun_ns
         self.begun_ns = begun_ns
-        self.opening = an_opening(self.now)
-        self.link = Unity(0, self.now, self.opening, host=own_address(), **arguments)
+        self.remarks: list[str] = []
+        self.opening = replace(an_opening(self.now), tell=self.remarks.append)
+        arguments.setdefault("host", own_address())
+        self.link = Unity(0, self.now, self.opening, **arguments)
         self.link.wait()
         self.trackers = UnityTrackers(self.link)
         self.rover = UnityRoverTrackers(self.link)
