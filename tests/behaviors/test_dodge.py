@@ -17,7 +17,7 @@ from behaviors import escape
 from behaviors.costs import FAR, crowding, lateness
 from behaviors.dodge import is_caught, place_with_room, safest_goal
 from behaviors.profile import Profile
-from behaviors.rollout import HORIZON_S, STEP_S, evaluate, predict_user, roll_out
+from behaviors.rollout import HORIZON_S, STEP_S, evaluate, predict_user, pursued, roll_out
 from behaviors.situation import Situation
 from behaviors.straight_drive import command_towards
 from hw.geometry import Outline, Pose2, Twist2
@@ -408,3 +408,27 @@ def test_who_walks_at_a_robot_is_warned_as_much_earlier_as_poses_and_commands_ar
     at_once = farthest(0.0)
     assert farthest(1.0) - at_once == pytest.approx(1.0, abs=0.11)  # predicted in steps of 0.1 s
     assert farthest(0.0, calm=1.0) - at_once == pytest.approx(1.0, abs=0.11)
+
+
+@pytest.mark.parametrize("around", [0.0, 0.6, 1.2, math.pi / 2, 2.5, math.pi, -2.0, -0.4])
+@pytest.mark.parametrize("yaw", [0.0, 0.8])
+def test_who_walks_at_a_robot_that_stands_reaches_it_from_any_side_in_the_time_of_the_gap(
+    tuned: Profile, situation_of: Callable[..., Situation], around: float, yaw: float
+) -> None:
+    """By shapely: the first step of 0.1 s at whose end its outline is nearer than that counts."""
+    here = Pose2(10.0, 10.0, yaw)
+    c, s = math.cos(around), math.sin(around)
+    now = situation_of(tuned, here, facing(10.0 + 2.5 * c, 10.0 + 2.5 * s, 0.0), Twist2(-c, -s))
+    o = now.environment.outline()
+    corners = ((o.front, o.left), (-o.back, o.left), (-o.back, -o.right), (o.front, -o.right))
+    outline = Polygon([here.transform(*corner) for corner in corners])
+    closest = 0.12 + now.environment.user_margin + RADIUS
+    gaps = [
+        outline.distance(Point(10.0 + (2.5 - 0.1 * n) * c, 10.0 + (2.5 - 0.1 * n) * s))
+        for n in range(1, 25)
+    ]
+
+    (found,) = pursued(now, roll_out(now, [(10.0, 10.0)], 2.5)).tolist()
+
+    expected = next(0.1 * n for n, gap_ in enumerate(gaps, 1) if gap_ < closest)
+    assert found == pytest.approx(expected)

@@ -692,3 +692,11 @@ def test_who_walks_at_a_robot_in_a_corner_is_no_danger_once_they_turn_well_away(
     seen = environment_of(tuned), tuned.settings, user, here, walk, STANDING
 
     assert (is_required(*seen), is_safe(*seen)) == (required, safe)
+
+
+@pytest.mark.parametrize("x", [-2.0, 2.0])
+def test_who_stands_walks_at_nothing(x: float) -> None:
+    now = Situation(cast(Environment, None), cast(Settings, None), Pose2(x, 0.0), STANDING,
+                    UserPose(Pose2(0.0, 0.0, 0.0), 0.0), Twist2(0.0, 0.0, 1.0), {})  # fmt: skip
+
+    assert not dodge.walks_at_it(now, math.pi)

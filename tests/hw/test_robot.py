@@ -183,3 +183,26 @@ def test_limits_must_be_positive_numbers():
     for bad in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(ValueError, match="base_acceleration"):
             MotionLimits(base_acceleration=bad)
+
+
+@pytest.mark.parametrize("sense", [-1.0, 1.0])
+def test_no_joint_is_asked_to_turn_faster_than_it_can_either_way(sense):
+    arm = load_robot("rbkairos_ur10").arm
+    for joint, fastest in enumerate(arm.max_speed):
+        for share in (0.99, 1.02):
+            end = [0.1] * 6
+            end[joint] += sense * share * 0.1 * fastest
+            course = [(0.0, (0.1,) * 6), (0.1, tuple(end))]
+            if share < 1.0:
+                arm.check_course(course)
+            else:
+                with pytest.raises(ValueError, match=f"joint {joint} at"):
+                    arm.check_course(course)
+
+
+def test_calibrated_scanners_are_turned_on_from_their_mounts():
+    sensing = load_robot("rbkairos_ur10").sensing
+    turned = sensing.turned({"front_laser": 0.25})
+
+    assert turned.mount("front_laser").yaw == pytest.approx(sensing.mount("front_laser").yaw + 0.25)
+    assert turned.mount("rear_laser") == sensing.mount("rear_laser")

@@ -131,6 +131,15 @@ def test_the_robot_itself_is_no_obstacle():
     assert Seeing().see(0.7, 0.7, 0.7, known=body)
 
 
+@pytest.mark.parametrize(("index", "own"), [(1, False), (157, True), (313, False)])
+def test_where_the_robot_itself_is_depends_on_the_beam(index, own):
+    """A scanner in the middle sees a long part of it to its left only, a quarter turn on."""
+    body = KnownObstacles(HERE, Outline(0.3, 0.3, 0.9, 0.3))
+    ranges = [math.inf] * 315
+    ranges[index - 1 : index + 2] = [0.8] * 3
+    assert bool(Seeing().see(*ranges, known=body)) != own
+
+
 def test_beams_start_at_the_mount_of_the_scanner():
     for x, y in Seeing().see(2.0, 2.0, 2.0, known=KnownObstacles(Pose2(0.5, -0.5, math.pi / 2.0))):
         assert (x, y) == pytest.approx((0.5, 1.5), abs=0.06)
