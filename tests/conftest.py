@@ -1,7 +1,10 @@
 """Switches for all tests."""
 
+import gc
+import importlib
 import os
 import signal
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -26,6 +29,10 @@ settings.load_profile("ci" if os.environ.get("CI") else "calm")
 
 # a job in the background of a shell ignores Ctrl-C, and so would the programs that tests start
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# before each run the collector looks at all there is, at thousands of collected tests, too: what is
+# alive then stays frozen here
+gc.unfreeze = lambda: None
 
 HERE = Path(__file__).parent
 REAL_TIME = [
@@ -58,6 +65,30 @@ def in_real_time(path: Path) -> bool:
     return path not in VIRTUAL_TIME and any(path.is_relative_to(place) for place in REAL_TIME)
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Of runs in real time, or of all others, only their own files are loaded."""
+    chosen = config.option.markexpr
+    if collection_path.suffix != ".py" or "realtime" not in chosen:
+        return None
+    if "not realtime" in chosen:
+        return in_real_time(collection_path) or None
+    return not (in_real_time(collection_path) or "mark.realtime" in collection_path.read_text())
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session: pytest.Session) -> None:
+    """Assertions are rewritten once on a fresh clone: every second worker begins at the end."""
+    gc.disable()  # what is loaded stays
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0")
+    if session.config.args_source == pytest.Config.ArgsSource.TESTPATHS and int(worker[2:]) % 2:
+        for path in sorted(HERE.rglob("test_*.py"), reverse=True):
+            if not pytest_ignore_collect(path, session.config):
+                with suppress(Exception, pytest.skip.Exception):  # collecting it will tell
+                    importlib.import_module(
+                        ".".join(path.relative_to(HERE.parent).with_suffix("").parts)
+                    )
+
+
 def of_few(items: list[pytest.Item]) -> dict[str, list[pytest.Item]]:
     """The cases of each test that is marked `few`, in their order."""
     found: dict[str, list[pytest.Item]] = {}
@@ -84,3 +115,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if item.get_closest_marker("hardware"):
             item.add_marker(skip)
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    gc.enable()
+    gc.collect()
+    gc.freeze()
