@@ -14,7 +14,7 @@ from cobodeck.named_files import kind_of
 from engine.files.finding import Finding
 
 ROOT = CHARTS.parent
-COUNT = 200
+COUNT = 60
 SHIPPED: dict[str, list[Path]] = {}
 for folder in (CHARTS, ROOT / "hw", ROOT / "states" / "arm"):
     for file in yaml_files(folder):
@@ -88,9 +88,19 @@ DAMAGES: list[Callable[[bytes, random.Random], bytes]] = [
 @pytest.mark.parametrize("kind", sorted(SHIPPED))
 @pytest.mark.few(4)
 def test_a_damaged_file_is_accepted_or_refused_with_places(tmp_path: Path, kind: str) -> None:
+    damage(tmp_path, kind, COUNT)
+
+
+@pytest.mark.parametrize("kind", sorted(SHIPPED))
+@pytest.mark.slow
+def test_so_are_two_hundred(tmp_path: Path, kind: str) -> None:
+    damage(tmp_path, kind, 200)
+
+
+def damage(tmp_path: Path, kind: str, count: int) -> None:
     chance = random.Random(kind)
     refused = 0
-    for n in range(COUNT):
+    for n in range(count):
         shipped = chance.choice(SHIPPED[kind])
         data = DAMAGES[n % len(DAMAGES)](shipped.read_bytes(), chance)
         target = tmp_path / str(n) / shipped.name
@@ -108,7 +118,7 @@ def test_a_damaged_file_is_accepted_or_refused_with_places(tmp_path: Path, kind:
             read = Path(finding.place.file).read_bytes()
             assert 1 <= finding.place.line <= sum(map(read.count, BREAKS)) + 1
             assert 1 <= finding.place.column <= finding.place.end_column
-    assert refused >= COUNT // 2
+    assert refused >= count // 2
 
 
 OTHER_KINDS = sorted(kind for kind in SHIPPED if kind not in ("chart", "connection"))
@@ -116,7 +126,7 @@ OTHER_KINDS = sorted(kind for kind in SHIPPED if kind not in ("chart", "connecti
 
 @pytest.mark.parametrize("kind", OTHER_KINDS)
 @pytest.mark.parametrize("wrong", [b"1e30", b"-1e30", b".nan", b".inf", b"3 ly", b"true"])
-@pytest.mark.few(6)
+@pytest.mark.few(7)  # each kind, each value
 def test_every_number_has_bounds_and_a_unit_that_fits(
     tmp_path: Path, kind: str, wrong: bytes
 ) -> None:

@@ -41,9 +41,9 @@ def chosen(folder: Path, planner: str, local: str) -> str:
 def test_requests_are_served_with_every_choice(tmp_path: Path, planner: str, local: str) -> None:
     setup = open_setup("cobodeck", "study", chosen(tmp_path, planner, local))
 
-    figures: Any = simulate(setup, Options(requests=3, duration_s=400.0)).figures
+    figures: Any = simulate(setup, Options(requests=2, duration_s=270.0)).figures
 
-    assert (figures["requests"], figures["served"]) == (3, 3)
+    assert (figures["requests"], figures["served"]) == (2, 2)
     assert (figures["contacts"], figures["wall_hits"], figures["faults"]) == (0, 0, 0)
     assert figures["response_s"]["mean"] <= 7.2  # 0.7 s of it for the line to the DEEP
 

@@ -18,8 +18,10 @@ def wandered(
 ) -> Any:
     monkeypatch.chdir(tmp_path)
 
-    def wander(scene: str, requests: int, seed: int, user: str = "random") -> dict[str, Any]:
-        wanted = ["--scene", scene, "--requests", str(requests), "--seed", str(seed)]
+    def wander(
+        scene: str, requests: int, seed: int, user: str = "random", *more: str
+    ) -> dict[str, Any]:
+        wanted = ["--scene", scene, "--requests", str(requests), "--seed", str(seed), *more]
         assert main(["simulate", "--user", user, *wanted, "--json"]) == OK
         found: dict[str, Any] = json.loads(capsys.readouterr().out)
         return found
@@ -58,7 +60,7 @@ def test_requests_of_a_random_person_are_answered_without_a_contact(
 def test_figures_tell_the_manner_of_the_person(
     wandered: Any, kind: str, reaction: float | None
 ) -> None:
-    figures = wandered("lab_a", 1, seed=1, user=f"random:{kind}")
+    figures = wandered("lab_a", 1, 1, f"random:{kind}", "--duration", "1")
 
     assert (figures["manner"], figures["reaction_s"]) == (kind, reaction)
 

@@ -95,7 +95,7 @@ def test_ticks_are_at_n_over_the_rate(simulated: Any) -> None:
 
 @pytest.mark.requirement(67)
 def test_the_same_seed_gives_the_same_trace_with_skipping_on_and_off(simulated: Any) -> None:
-    runs = [simulated("--duration", "60", *more) for more in ([], [], ["--no-skip"])]
+    runs = [simulated("--duration", "30", *more) for more in ([], [], ["--no-skip"])]
 
     assert len({run["trace_sha256"] for run in runs}) == 1
     assert len({run["distance_m"] for run in runs}) == 1
@@ -104,7 +104,7 @@ def test_the_same_seed_gives_the_same_trace_with_skipping_on_and_off(simulated: 
     assert computed[0] == computed[1] < computed[2]
 
 
-@pytest.mark.parametrize("scene", ["lab_a", "lab_b", "study"])
+@pytest.mark.parametrize("scene", ["lab_b", "lab_a", "study"])  # lab_a is above, too
 @pytest.mark.few(1)
 def test_skipping_changes_no_trace_in_any_scene(simulated: Any, scene: str) -> None:
     arguments = ("--scene", scene, "--duration", "30")
@@ -265,9 +265,9 @@ def test_what_a_run_reports_is_shown_when_it_happens_though_results_are_for_prog
 
 @pytest.mark.requirement(11, 74)
 def test_at_a_virtual_wall_requests_arise_from_walking(simulated: Any, tmp_path: Path) -> None:
-    figures = simulated("--scene", "virtual_wall", "--requests", "3")
+    figures = simulated("--scene", "virtual_wall", "--requests", "2")
 
-    assert figures["requests"] == 3
+    assert figures["requests"] == 2
     assert figures["served"] >= 1
     assert figures["contacts"] == 0
     # the user sees the wall; the robot is shown in Inform only, which was not needed

@@ -316,23 +316,28 @@ def test_a_calibrated_chain_has_all_branches_that_random_starts_find(measured, s
     """Joints found from 40 random starts each by scipy, on the measured frames."""
     frames = load_calibration()
 
+    mounts = [
+        (np.array(joint.xyz), Rotation.from_euler("xyz", joint.rpy).as_matrix()) for joint in frames
+    ]
+    tip = Rotation.from_euler("xyz", [0.0, np.pi / 2, 0.0]).as_matrix()
+
     def prop(q):
-        turn, place = Rotation.from_euler("z", np.pi), np.array([0.0, 0.0, 0.511])
-        for joint, angle in zip(frames, q, strict=True):
-            place = place + turn.apply(joint.xyz)
-            turn = turn * Rotation.from_euler("xyz", joint.rpy) * Rotation.from_euler("z", angle)
-        tip = Rotation.from_euler("xyz", [0.0, np.pi / 2, 0.0])
-        return place + turn.apply([0.0, 0.0, 0.15]), turn * tip
+        turn, place = np.diag([-1.0, -1.0, 1.0]), np.array([0.0, 0.0, 0.511])
+        for (xyz, rpy), cos, sin in zip(mounts, np.cos(q), np.sin(q), strict=True):
+            place = place + turn @ xyz
+            turn = turn @ rpy @ np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+        return place + turn[:, 2] * 0.15, turn @ tip
 
     rng = np.random.default_rng(12)
     for made in sets.anywhere(3):
         point, orientation = prop(made)
         target = np.eye(4)
-        target[:3, :3], target[:3, 3] = orientation.as_matrix(), point
+        target[:3, :3], target[:3, 3] = orientation, point
 
         def miss(q, point=point, orientation=orientation):
             place, turn = prop(q)
-            return np.concatenate([place - point, (orientation.inv() * turn).as_rotvec()])
+            turned_by = Rotation.from_matrix(orientation.T @ turn)
+            return np.concatenate([place - point, turned_by.as_rotvec()])
 
         ends = [least_squares(miss, rng.uniform(-np.pi, np.pi, 6)) for _ in range(40)]
         exact = [turned(end.x) for end in ends if np.abs(end.fun).max() < 1e-8]

@@ -23,12 +23,18 @@ def robot_with(arm: str, prop: str) -> RobotModel:
 
 @pytest.mark.requirement(46, 87)
 @pytest.mark.parametrize(
-    ("arm", "prop"), [("ur5e", "prop"), pytest.param("ur10", "gripped", marks=pytest.mark.slow)]
+    ("arm", "prop", "kept"),
+    [
+        ("ur5e", "prop", 60),
+        pytest.param("ur5e", "prop", 300, marks=pytest.mark.slow),
+        pytest.param("ur10", "gripped", 300, marks=pytest.mark.slow),
+    ],
 )
 def test_found_poses_are_inside_clear_and_in_order(
-    arm: str, prop: str, monkeypatch: pytest.MonkeyPatch
+    arm: str, prop: str, kept: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(parking, "DRAWN", 20_000)
+    monkeypatch.setattr(parking, "KEPT", kept)
     robot = robot_with(arm, prop)
     found = ParkingSearch(robot, seed=3).best()
     assert len(found) >= 2

@@ -289,7 +289,7 @@ def stepped_in(
 @pytest.mark.requirement(45, 51)
 @pytest.mark.parametrize("phase", ["reach", "fold"])
 @pytest.mark.parametrize("speed", [0.5, 1.0, 1.4])
-@pytest.mark.parametrize("count", [12, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [8, pytest.param(200, marks=pytest.mark.slow)])
 def test_what_touches_somebody_who_steps_in_closes_slowly(
     tuned: Environment, context: Any, phase: str, speed: float, count: int
 ) -> None:
@@ -301,8 +301,8 @@ def test_what_touches_somebody_who_steps_in_closes_slowly(
 def test_without_the_governor_some_of_them_are_hit(tuned: Environment, context: Any) -> None:
     """So that the test above can fail."""
     unpaced = replace(tuned, governor=False)
-    found = [stepped_in(unpaced, context, "reach", 1.4, seed) for seed in range(40)]
-    assert max(touched or 0.0 for touched in found) > 1.5 * HARMLESS
+    found = (stepped_in(unpaced, context, "reach", 1.4, seed) for seed in range(40))
+    assert any((touched or 0.0) > 1.5 * HARMLESS for touched in found)
 
 
 @pytest.mark.requirement(45)
