@@ -146,7 +146,7 @@ class Connected:
         health: Health | None = None,
     ) -> None:
         self.parts = parts
-        self._beside, self._health = beside, health
+        self.beside, self._health = beside, health
         self.latency_ns = 0
         self.paced = True
         self.world: WorldLink | None = next((p for p in beside if hasattr(p, "truth")), None)
@@ -178,7 +178,7 @@ class Connected:
     @property
     def finished(self) -> bool:
         """True once the person beside the fakes, or the dummy, has finished."""
-        return any(getattr(shared, "finished", False) for shared in self._beside)
+        return any(getattr(shared, "finished", False) for shared in self.beside)
 
     @property
     def failures(self) -> list[tuple[str, Exception]]:
@@ -210,7 +210,7 @@ class Connected:
         for name, part in self.parts.items():
             if hasattr(part, "close"):
                 self._try(name, part.close)
-        for shared in reversed(self._beside):
+        for shared in reversed(self.beside):
             if hasattr(shared, "close"):
                 self._try(type(shared).__name__, shared.close)
 

@@ -94,7 +94,8 @@ class FakesRig:
         self._clock = RealTime()
         play = HostedScene(scene, "live", replace(SensorErrors(), slip=None))
         tracking = Tracking.of(robot.sensing)
-        opening = RunInfo(self._clock.now, robot, motion, safety, tracking, play)
+        self.told: list[str] = []
+        opening = RunInfo(self._clock.now, robot, motion, safety, tracking, play, self.told.append)
         connection = load_connection("fakes")
         parts = {name: one for name, one in connection.parts.items() if name != "trackers"}
         self.plant: Connected = connect(replace(connection, parts=parts), opening, EVERYTHING)
