@@ -432,6 +432,7 @@ def test_what_is_out_of_order_stops_the_robot_is_named_and_stands_behind_a_refus
     ("number", "said"),
     [(signal.SIGKILL, "has ended (killed by signal 9, SIGKILL)"), (signal.SIGSTOP, "is halted")],
 )
+@pytest.mark.few(1)
 def test_a_process_that_dies_or_hangs_stops_the_robot_and_is_named(number: int, said: str) -> None:
     plant, told = with_scanner()
     child = OPENED["Scanner"].child = Child("tests.hw.links.child", None, "the scanners' process")

@@ -205,6 +205,7 @@ def test_a_scanner_that_is_not_there_is_told_at_opening(monkeypatch):
         ("garbled", 541, "it sends no valid telegram"),
     ],
 )
+@pytest.mark.few(2)
 def test_nothing_starts_before_each_scanner_has_given_a_scan(monkeypatch, fault, beams, cause):
     monkeypatch.setattr("hw.drivers.sick.s300.OPENING_S", 0.5)
     ours, theirs = os.openpty()

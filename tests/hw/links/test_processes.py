@@ -15,6 +15,7 @@ from hw.links.processes import Child
 MODULE = "tests.hw.links.child"
 
 
+@pytest.mark.requirement(149)
 def test_a_child_says_when_it_is_ready_and_ends_with_us(tmp_path):
     left = tmp_path / "left"
     child = Child(MODULE, {"leave": str(left)})
@@ -22,6 +23,12 @@ def test_a_child_says_when_it_is_ready_and_ends_with_us(tmp_path):
     assert told["pid"] == child.pid != os.getpid()
     assert told["settings"] == {"leave": str(left)}
     assert child.alive
+    if permitted():
+        mine = os.sched_getscheduler(child.pid), os.sched_getparam(child.pid).sched_priority
+        assert mine == (os.SCHED_RR | os.SCHED_RESET_ON_FORK, SENSES)
+    status = Path(f"/proc/{child.pid}/status").read_text()
+    if int(status.partition("CapEff:")[2].split()[0], 16) & 1 << 14:  # CAP_IPC_LOCK
+        assert int(status.partition("VmLck:")[2].split()[0]) > 0
     child.close()
     assert not child.alive
     assert left.read_text() == "stood still"
@@ -59,19 +66,6 @@ def test_a_child_says_that_it_is_halted_and_how_it_has_ended():
     assert child.fault == "the twin has ended (killed by signal 9, SIGKILL)"
     child.close()
     assert not child.alive
-
-
-@pytest.mark.requirement(149)
-def test_a_child_that_is_ready_goes_before_others_and_stays_in_memory_where_it_may():
-    child = Child(MODULE, None)
-    child.wait()
-    status = Path(f"/proc/{child.pid}/status").read_text()
-    policy, first = os.sched_getscheduler(child.pid), os.sched_getparam(child.pid).sched_priority
-    child.close()
-    if not permitted():
-        pytest.skip("no right to real-time priorities")
-    assert (policy, first) == (os.SCHED_RR | os.SCHED_RESET_ON_FORK, SENSES)
-    assert int(status.partition("VmLck:")[2].split()[0]) > 0
 
 
 @pytest.mark.slow
