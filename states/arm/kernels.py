@@ -234,6 +234,48 @@ def approaching(  # noqa: PLR0913 - it writes three results
 
 
 @njit(cache=True)
+def approaching_limbs(  # noqa: PLR0913 - it writes three results
+    body: CapsuleSet,
+    first: int,
+    q: Array,
+    velocity: Array,
+    limbs: Array,
+    distance: Array,
+    closing: Array,
+    speed: Array,
+    along: Array,
+) -> None:
+    """Writes how capsules from `first` on approach the axes of limbs (m, 2, 3), rover frame.
+
+    For joints and their velocities (n, 6): the distance between both axes, m, the speed at which
+    the nearest point of the capsule comes nearer, m/s, below 0 if it goes away, its speed, and
+    where the nearest point of the limb is, 0 at its start and 1 at its end; all (n, k, m).
+    """
+    links, local = body.links[first:], body.ends[first:]
+    count = len(links)
+    frames, ends = np.empty((7, 4, 4)), np.empty((count, 2, 3))
+    points, twice = local.copy().reshape(2 * count, 3), np.repeat(links, 2)
+    moved = np.empty((1, 2 * count, 3))
+    for n in range(len(q)):
+        place_capsules(body.base, body.origins, links, local, q[n], frames, ends)
+        point_velocities(
+            body.base, body.origins, twice, points, q[n : n + 1], velocity[n : n + 1], moved
+        )
+        for i in range(count):
+            for j in range(len(limbs)):
+                s, t = segment_places(ends, i, limbs, j)
+                square = rate = fast = 0.0
+                for e in range(3):
+                    near = ends[i, 0, e] + s * (ends[i, 1, e] - ends[i, 0, e])
+                    off = limbs[j, 0, e] + t * (limbs[j, 1, e] - limbs[j, 0, e]) - near
+                    v = (1.0 - s) * moved[0, 2 * i, e] + s * moved[0, 2 * i + 1, e]
+                    square, rate, fast = square + off * off, rate + off * v, fast + v * v
+                away = max(math.sqrt(square), 1e-9)
+                distance[n, i, j], closing[n, i, j] = away, rate / away
+                speed[n, i, j], along[n, i, j] = math.sqrt(fast), t
+
+
+@njit(cache=True)
 def pair_gap(pairs: Integers, radii: Array, ends: Array, pair: int) -> float:
     """Distance between the surfaces of two capsules, negative where they overlap, m."""
     i, j = pairs[pair, 0], pairs[pair, 1]
@@ -428,11 +470,12 @@ def gap_rates(links: Integers, pairs: Integers, reach: Array, piece: Array, leng
 
 
 @njit(cache=True)
-def segment_distance(ends: Array, i: int, others: Array, j: int) -> float:
-    """Distance between axis i of ends (m, 2, 3) and axis j of others; an axis may be a point.
+def segment_places(ends: Array, i: int, others: Array, j: int) -> tuple[float, float]:
+    """Where axis i of ends (m, 2, 3) and axis j of others are nearest, as shares of both, 0 to 1.
 
     Minimises |w + s u - t v|^2 over the unit square: the stationary s, clamped; the best t for it;
-    where that lies outside, t is clamped and s found anew. Nearly parallel axes begin at s = 0.
+    where that lies outside, t is clamped and s found anew. Nearly parallel axes begin at s = 0; an
+    axis may be a point.
     """
     ax, ay, az = ends[i, 0, 0], ends[i, 0, 1], ends[i, 0, 2]
     cx, cy, cz = others[j, 0, 0], others[j, 0, 1], others[j, 0, 2]
@@ -455,8 +498,19 @@ def segment_distance(ends: Array, i: int, others: Array, j: int) -> float:
         t = clamp(vw / vv)
     elif uu > 0.0:
         s = clamp(-uw / uu)
-    x, y, z = wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz
-    return math.sqrt(x * x + y * y + z * z)
+    return s, t
+
+
+@njit(cache=True)
+def segment_distance(ends: Array, i: int, others: Array, j: int) -> float:
+    """Distance between axis i of ends (m, 2, 3) and axis j of others; an axis may be a point."""
+    s, t = segment_places(ends, i, others, j)
+    square = 0.0
+    for e in range(3):
+        a, c = ends[i, 0, e], others[j, 0, e]
+        off = (a - c) + s * (ends[i, 1, e] - a) - t * (others[j, 1, e] - c)
+        square += off * off
+    return math.sqrt(square)
 
 
 @njit(cache=True)

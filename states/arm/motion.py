@@ -15,19 +15,19 @@ from hw.prop import JOINTS
 from hw.robot import ArmModel, MotionLimits
 from hw.samples import Joints, TimedJoints
 from states.arm.approach import TOUCH_SPEED, ToolLine, WayIn, around, moved_along, rungs, tool_lines
-from states.arm.collision import MARGIN, CollisionChecker, CollisionModel, Surroundings, Wall
+from states.arm.collision import MARGIN, CollisionChecker, CollisionModel, Limb, Surroundings, Wall
 from states.arm.inverse import inverse, inverse_near, nearest_copies
 from states.arm.kernels import Array
 from states.arm.kinematics import KinematicChain, deviation, forward, inverted, pose_matrix
 from states.arm.model import Manipulator, six
 from states.arm.path import first_contact
 from states.arm.person import (
+    ARM_RADIUS,
     NOBODY,
     ArmSituation,
     PersonObstacles,
     cylinder,
     person_obstacles,
-    slimmed,
 )
 from states.arm.planning import Plan, Query, goals_at, plan, warm_up
 from states.arm.reach import Reach, ReachPlace, disc, rover_from_deep
@@ -134,16 +134,22 @@ class Workspace:
         )
 
     def governor_of(
-        self, plan: Plan, situation: ArmSituation, deep: Pose3 | None
+        self, plan: Plan, situation: ArmSituation, deep: Pose3 | None, unsure: float = 0.0
     ) -> Governor | None:
-        """What paces the arm along a plan beside the user; None if nobody is there to keep from."""
-        user = situation.user
-        if not self.governor or user is None:
+        """What paces the arm along a plan beside the user, who may come later; None if unasked.
+
+        Head and hands may be nearer than tracked by `unsure`, m.
+        """
+        if not self.governor:
             return None
         brakes = Brakes(self.stop_deceleration, min(self.limits.acceleration))
         met = deep.flat() if deep is not None else self._tool_at(situation)
-        radius = slimmed(user.distance_to(met))
-        return Governor(self.solid, plan.trajectory, brakes, radius, granted=deep is not None)
+        made = Governor(
+            self.solid, plan.trajectory, brakes, met, granted=deep is not None, unsure=unsure
+        )
+        if situation.user is not None:
+            made.expect(situation.user)
+        return made
 
     def detour(self, plan: Plan) -> str | None:
         """How a plan to a DEEP falls short of the line that is asked for; None if it does not."""
@@ -198,15 +204,16 @@ class Workspace:
         """What the arm must not touch on its path to a DEEP or, without one, to the parked pose.
 
         With the `length` of a line to the DEEP: what it keeps from on its way to the stand-off.
-        Head, hands and the room behind a DEEP that the arm is too near to already are left out. On
-        the path back, other obstacles that it touches are left out as well, the user first, then
-        the walls: it has to get out of contact.
+        Where the arm is too near to that already, there are no gaps to head and hands and no room
+        behind the DEEP, and a limb that it touches is left out; the governor still knows it. On the
+        path back, other obstacles that it touches are left out as well, the user first, then the
+        walls: it has to get out of contact.
         """
         person = person_obstacles(situation, deep, length)
         checker = self._among(situation, self.walls, person)
         kept = person.limbs or person.walls
         if kept and self._gap(checker, situation) <= checker.margin:
-            person = person.body()
+            person = self._clear_of(person_obstacles(situation, deep), situation)
             checker = self._among(situation, self.walls, person)
         if deep is None:
             for walls, left in ((self.walls, person.slim()), (self.walls, NOBODY), ((), NOBODY)):
@@ -215,6 +222,15 @@ class Workspace:
                 checker = self._among(situation, walls, left)
         gap = self._gap(checker, situation)
         return replace(checker, margin=0.9 * gap) if 0.0 < gap < checker.margin else checker
+
+    def _clear_of(self, person: PersonObstacles, situation: ArmSituation) -> PersonObstacles:
+        """A person without the limbs that the arm touches."""
+        clear = []
+        for limb in person.limbs:
+            checker = self._among(situation, (), PersonObstacles(limbs=(limb,)))
+            if self._gap(checker, situation) > checker.margin:
+                clear.append(limb)
+        return PersonObstacles(person.cylinders, tuple(clear))
 
     def is_free(
         self, plan: Plan, since: float, situation: ArmSituation, deep: Pose3 | None
@@ -334,7 +350,8 @@ class Workspace:
         assert isinstance(answer, Plan)  # it is hardly a motion
         governor = self.governor_of(answer, situation, deep)
         if governor is not None:
-            governor.see(0, Pose2(1.85, 0.0))
+            hand = Limb((1.85, 0.0, 1.4), (1.2, 0.0, 1.2), ARM_RADIUS)
+            governor.see(0, Pose2(1.85, 0.0), (hand,))
             governor.pace(0, 0.0, 0.0, situation.base)
 
 

@@ -94,6 +94,12 @@ class ArmSituation:
         x, y = self.user.transform(0.0, side * SHOULDER_HALF_WIDTH)
         return x, y, SHOULDER_HEIGHT if self.head is None else self.head[2] - BELOW_HEAD
 
+    def limbs(self) -> tuple[Limb, ...]:
+        """Head and arms as far as they are tracked, in the map; arms begin at the shoulder."""
+        if self.user is None or not any(self._limbs):
+            return ()
+        return person_obstacles(self, None).limbs
+
 
 @dataclass(frozen=True, slots=True)
 class PersonObstacles:
@@ -102,10 +108,6 @@ class PersonObstacles:
     cylinders: tuple[Cylinder, ...] = ()
     limbs: tuple[Limb, ...] = ()
     walls: tuple[Wall, ...] = ()
-
-    def body(self) -> PersonObstacles:
-        """The body alone."""
-        return PersonObstacles(self.cylinders)
 
     def slim(self) -> PersonObstacles:
         """The body alone, as slim as it gets."""

@@ -9,25 +9,35 @@ is what is left of no gap once the arm has come to rest: it reacts within T and 
 where t_s is the speed of the fastest joint at full pace by the deceleration of a stop (ISO/TS
 15066, 5.5.4, for the arm). The pace is the largest for which S_p <= S for every capsule, now and a
 little ahead on the trajectory; the person is where their speed has brought them since they were
-seen. Slower than `SLOW` a capsule need not be: at that speed a touch is harmless, and a person who
-stands before the DEEP does not stop the prop.
+seen.
+
+Tracked limbs count as well, in three dimensions: the head, and the arms from the shoulder to the
+hand. A hand may set off at any instant, also one that waits at the DEEP, so v_h is `HAND_SPEED`
+there, less towards the shoulder, and T goes from the instant at which it was seen.
+
+Slower than `SLOW` a capsule need not be: at that speed a touch is harmless, and a person who
+stands before the DEEP does not stop the prop, nor does a hand that meets it there.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
 
 from hw.geometry import STILL, Pose2, Twist2
 from hw.motion import Motion
+from hw.people.person import RADIUS
 from hw.safety.separation import QUICK, STEADY
 from states.arm.approach import TOUCH_SPEED
-from states.arm.collision import CollisionModel
-from states.arm.kernels import Array, approaching
+from states.arm.collision import CollisionModel, Limb
+from states.arm.kernels import Array, approaching, approaching_limbs
 from states.arm.model import LINKS
+from states.arm.person import slimmed
 from states.arm.trajectory import Trajectory
 
 REACTION_S = 0.1
@@ -36,17 +46,22 @@ CLEARANCE, TOUCH_CLEARANCE = 0.10, 0.03
 """C of S_p, m; the smaller one is for prop and wrist, which come near by purpose."""
 SLOW = 0.225
 """No capsule is slowed down below this, m/s."""
-AHEAD_S = (0.0, 0.15, 0.3)
+AHEAD_S = np.array((0.0, 0.15, 0.3))
 """How far ahead on the trajectory the separation is computed, s."""
 STARTING = 0.5
 """Speed assumed of a person whose speed is not known yet, m/s."""
 WALKING, OLD_S = 1.6, 0.15
 """Speed assumed of a person whose newest pose is older than this, m/s and s."""
+HAND_SPEED = 2.0
+"""Speed that a hand may have at any instant, m/s (ISO 13855, K within arm's length)."""
+HAND_REACTION_S = 0.05
+"""From the newest pose of a hand to an arm that slows down: a tick, and a cycle of the arm, s."""
+HANDS_AHEAD_S = np.array((0.0, HAND_REACTION_S, 0.15, 0.3))
+"""As `AHEAD_S`: also what is reached before the next pace, as there is no room for it, s."""
 STANDS = 0.1
 """A person slower than this stands still, m/s."""
 STEP_S = 0.01
 """Time between two places on the trajectory that are looked at, s."""
-_LATER_S = np.maximum(0.0, np.array(AHEAD_S) - REACTION_S)
 _WRIST = LINKS.index("wrist_1")
 _NOTHING = 1e-9
 
@@ -67,6 +82,55 @@ class Brakes:
     speed_up: float
 
 
+class _Meeting(NamedTuple):
+    """Capsules of the arm and parts of the person: k pairs at n instants ahead.
+
+    Gap, m, closing speeds of the arm and of the person, m/s, (n, k) each; t_s at full pace and how
+    much faster the arm may be by what it can still slow down until then, (n,); T, s; C, m, (k,).
+    Where it `slows` only, the arm has to be slow, not at rest, once the gap is used up.
+    """
+
+    gap: Array
+    closing: Array
+    coming: Array
+    stopping: Array
+    later: Array
+    reaction: float
+    clearance: Array
+    slows: bool = False
+
+    def paced(self, floor: float) -> tuple[float, float, Callable[[float], ArmPace]]:
+        """The largest pace, how near the pair is that decides it, and what is told of it."""
+        room = self.gap - self.clearance
+        slow = np.minimum(1.0, floor / np.maximum(self.closing, _NOTHING))
+        least = slow if self.slows else np.zeros_like(slow)
+        share = np.maximum(self._largest(room, least), slow) + self.later[:, None]
+        deciding = share if share.min() < 1.0 else room
+        at = n, k = np.unravel_index(deciding.argmin(), share.shape)
+        v, v_h, late = float(self.closing[at]), float(self.coming[at]), self.reaction
+
+        def told(pace: float) -> ArmPace:
+            stop = max(0.0, pace - float(least[at])) * float(self.stopping[n])
+            needed = v_h * (late + stop) + pace * v * (late + 0.5 * stop)
+            needed += 0.5 * float(least[at]) * v * stop
+            return ArmPace(pace, float(self.gap[at]), needed + float(self.clearance[k]))
+
+        return min(1.0, float(share[at])), float(room[at]), told
+
+    def _largest(self, room: Array, least: Array) -> Array:
+        """The largest pace, `least` to 1, for S_p <= S, with `room` = S - C; see the module.
+
+        For s = r + e, with the pace r to slow down to, e is the root of v t_s / 2 e^2 + (v_h t_s +
+        v T + r v t_s) e = S - C - v_h T - r v T, without cancellation.
+        """
+        stopping, reaction = self.stopping[:, None], self.reaction
+        left = room - self.coming * reaction - least * self.closing * reaction
+        lag = self.coming * stopping + self.closing * (reaction + least * stopping)
+        root = np.sqrt(lag * lag + 2.0 * self.closing * stopping * np.maximum(left, 0.0))
+        more = np.where(left > 0.0, 2.0 * left / np.maximum(lag + root, _NOTHING), 0.0)
+        return np.asarray(np.minimum(least + more, 1.0))
+
+
 class Governor:
     """Paces one trajectory; call `see` for each pose of the person and `pace` in each tick."""
 
@@ -75,9 +139,10 @@ class Governor:
         model: CollisionModel,
         trajectory: Trajectory,
         brakes: Brakes,
-        radius: float,
+        met: Pose2,
         *,
         granted: bool,
+        unsure: float = 0.0,
     ) -> None:
         """Pace a trajectory.
 
@@ -85,25 +150,38 @@ class Governor:
             model: the arm.
             trajectory: what it follows.
             brakes: what its joints can do.
-            radius: of the person's cylinder, m.
+            met: where the prop meets the person, in the map: who is near it is slimmer.
             granted: True on the way to a DEEP that the person has asked for.
+            unsure: how much nearer limbs may be than tracked, m.
         """
         self._body, links = model.body, model.body.links[model.body.first :]
-        self._radii = model.body.radii[model.body.first :] + radius
-        self._brakes, self._granted = brakes, granted
+        self._own = model.body.radii[model.body.first :]
+        self._radii, self._expected = self._own + RADIUS, False
+        self._brakes, self._met, self._granted = brakes, met, granted
+        self._unsure = unsure
         count = math.ceil(trajectory.duration / STEP_S)
         times = np.linspace(0.0, STEP_S * count, count + 1)
         self._joints, self._velocities, _ = trajectory.at(times)
         self._clearance = np.where(links >= _WRIST, TOUCH_CLEARANCE, CLEARANCE)
         self._quick, self._steady = Motion(QUICK), Motion(STEADY)
         self._stamp_ns: int | None = None
-        self._at = Pose2(0.0, 0.0)
+        self._at, self._limbs = Pose2(0.0, 0.0), tuple[Limb, ...]()
         self._share = 1.0
 
-    def see(self, stamp_ns: int, body: Pose2) -> None:
-        """Take a pose of the person, in the map."""
+    def expect(self, body: Pose2) -> None:
+        """Keep from a person who was here, in the map, when the trajectory was planned.
+
+        Without it from one of the size that the first pose seen gives: nobody was known then.
+        """
+        self._radii = self._own + slimmed(body.distance_to(self._met))
+        self._expected = True
+
+    def see(self, stamp_ns: int, body: Pose2, limbs: tuple[Limb, ...] = ()) -> None:
+        """Take a pose of the person and of their limbs, in the map."""
+        if not self._expected:
+            self.expect(body)
         if self._stamp_ns is None or stamp_ns > self._stamp_ns:
-            self._stamp_ns, self._at = stamp_ns, body
+            self._stamp_ns, self._at, self._limbs = stamp_ns, body, limbs
             self._quick.see(stamp_ns, body.x, body.y)
             self._steady.see(stamp_ns, body.x, body.y)
 
@@ -119,68 +197,102 @@ class Governor:
         if self._stamp_ns is None:
             return None
         age = max(0.0, (now_ns - self._stamp_ns) * 1e-9)
-        last = len(self._joints) - 1
-        at = [min(round((since + ahead) / STEP_S), last) for ahead in AHEAD_S]
-        q, velocity = self._joints[at], self._velocities[at]
-        fastest = np.maximum(np.abs(velocity).max(axis=1), _NOTHING)
         moved = self._quick.velocity if age <= OLD_S else None
-        gap, closing, coming = self._approach(q, velocity, base, age, moved)
+        met = [self._body_met(since, base, age, moved)]
+        if self._limbs:
+            met.append(self._limbs_met(since, base, age, moved))
         floor = TOUCH_SPEED if self._granted and self._stands() else SLOW
-        reaction = REACTION_S if moved is not None else REACTION_S + age
-        stopping = (fastest / self._brakes.stop)[:, None]
-        share = _largest(gap - self._clearance, closing, coming, reaction, stopping)
-        share = np.maximum(share, np.minimum(1.0, floor / np.maximum(closing, _NOTHING)))
-        # what lies ahead may be slowed down for until then
-        later = _LATER_S * self._brakes.stop / fastest
-        share += later[:, None]
-        deciding = share if share.min() < 1.0 else gap - self._clearance
-        now, which = np.unravel_index(deciding.argmin(), share.shape)
-        wanted = min(1.0, float(share[now, which]))
-        self._share = min(wanted, self._share + span * self._brakes.speed_up / float(fastest[0]))
-        v, v_h = float(closing[now, which]), float(coming[now, which])
-        stop = self._share * float(stopping[now, 0])
-        needed = v_h * (reaction + stop) + self._share * v * (reaction + 0.5 * stop)
-        return ArmPace(self._share, float(gap[now, which]), needed + float(self._clearance[which]))
+        wanted, _, told = min((one.paced(floor) for one in met), key=itemgetter(0, 1))
+        fastest = self._brakes.stop * float(met[0].stopping[0])
+        self._share = min(wanted, self._share + span * self._brakes.speed_up / fastest)
+        return told(self._share)
+
+    def _ahead(self, since: float, ahead: Array) -> tuple[Array, Array, Array]:
+        """Joints and their velocities, (n, 6), and t_s, (n,), so long ahead on the trajectory."""
+        last = len(self._joints) - 1
+        at = [min(round(time / STEP_S), last) for time in (since + ahead).tolist()]
+        velocity = self._velocities[at]
+        fastest = np.maximum(np.abs(velocity).max(axis=1), _NOTHING)
+        return self._joints[at], velocity, fastest / self._brakes.stop
 
     def _stands(self) -> bool:
         moved = self._steady.velocity
         return moved is not None and moved.speed < STANDS
 
-    def _approach(
-        self, q: Array, velocity: Array, base: Pose2, age: float, moved: Twist2 | None
-    ) -> tuple[Array, Array, Array]:
-        """Gap, closing speed of arm and of person, (n, k) each, m and m/s, seen from above.
+    def _body_met(self, since: float, base: Pose2, age: float, moved: Twist2 | None) -> _Meeting:
+        """The arm and the body's cylinder, seen from above.
 
         A person whose speed is known has gone on for `age`: from where they were seen an arm that
         passes beside them would seem to close more slowly than it does.
         """
-        shape = len(q), len(self._radii)
+        q, velocity, stopping = self._ahead(since, AHEAD_S)
+        shape = len(q), len(self._own)
         towards, distance, closing = np.empty((*shape, 2)), np.empty(shape), np.empty(shape)
         at = self._at
         if moved is not None:
             at = Pose2(at.x + moved.vx * age, at.y + moved.vy * age)
         x, y = base.inverse().transform(at.x, at.y)
         approaching(self._body, self._body.first, q, velocity, x, y, towards, distance, closing)
-        gap = distance - self._radii
-        return gap, np.maximum(closing, 0.0), self._coming(towards, base, age, moved)
+        return _Meeting(
+            distance - self._radii,
+            np.maximum(closing, 0.0),
+            self._coming(towards, base, age, moved),
+            stopping,
+            np.maximum(0.0, AHEAD_S - REACTION_S) / stopping,
+            REACTION_S if moved is not None else REACTION_S + age,
+            self._clearance,
+        )
+
+    def _limbs_met(self, since: float, base: Pose2, age: float, moved: Twist2 | None) -> _Meeting:
+        """The arm and each of the person's limbs, which may have gone anywhere since then."""
+        q, velocity, stopping = self._ahead(since, HANDS_AHEAD_S)
+        seen = [limb.seen_from(base) for limb in self._limbs]
+        axes = np.array([(limb.start, limb.end) for limb in seen])
+        radii = self._own[:, None] + [limb.radius + self._unsure for limb in seen]
+        distance, closing, speed, along = np.empty((4, len(q), *radii.shape))
+        approaching_limbs(
+            self._body, self._body.first, q, velocity, axes, distance, closing, speed, along
+        )
+        walking = _unknown(age) if moved is None else moved.speed
+        coming = walking + along * (HAND_SPEED - walking)
+        reaction = HAND_REACTION_S + age
+        closing = _turned(closing, speed, reaction * coming / distance)
+        pairs = len(q), radii.size
+        return _Meeting(
+            (distance - radii).reshape(pairs),
+            closing.reshape(pairs),
+            coming.reshape(pairs),
+            stopping,
+            np.maximum(0.0, HANDS_AHEAD_S - HAND_REACTION_S) / stopping,
+            reaction,
+            np.repeat(self._clearance, len(seen)),
+            slows=True,
+        )
 
     def _coming(self, towards: Array, base: Pose2, age: float, moved: Twist2 | None) -> Array:
         """The person's speed towards each capsule, (n, k), m/s."""
         if moved is None:
-            return np.full(towards.shape[:2], STARTING if age <= OLD_S else WALKING)
+            return np.full(towards.shape[:2], _unknown(age))
         if moved is STILL:
             return np.zeros(towards.shape[:2])
         seen = moved.rotated(-base.yaw)
         return np.asarray(np.maximum(-(towards @ np.array((seen.vx, seen.vy))), 0.0))
 
 
-def _largest(room: Array, closing: Array, coming: Array, reaction: float, stopping: Array) -> Array:
-    """The largest pace, 0 to 1, for S_p <= S, with `room` = S - C; see the module.
+def _unknown(age: float) -> float:
+    """Speed assumed of a person of whom only a pose of this age, s, is known, m/s."""
+    return STARTING if age <= OLD_S else WALKING
 
-    It is the root of v t_s / 2 s^2 + (v_h t_s + v T) s = S - C - v_h T, without cancellation.
+
+def _turned(closing: Array, speed: Array, off: Array) -> Array:
+    """How fast points of this speed close at most on what has moved off by a share of its distance.
+
+    That turns the direction in which they close by up to asin(off); m/s, at least 0.
     """
-    left = room - coming * reaction
-    lag = coming * stopping + closing * reaction
-    root = np.sqrt(lag * lag + 2.0 * closing * stopping * np.maximum(left, 0.0))
-    share = np.where(left > 0.0, 2.0 * left / np.maximum(lag + root, _NOTHING), 0.0)
-    return np.asarray(np.minimum(share, 1.0))
+    sine = np.minimum(off, 1.0)
+    across = np.sqrt(np.maximum(speed * speed - closing * closing, 0.0))
+    most = closing * np.sqrt(1.0 - sine * sine) + across * sine
+    within = across <= speed * sine  # their own direction is one of those
+    return np.asarray(
+        np.where((off >= 1.0) | (within & (closing > 0.0)), speed, np.maximum(most, 0.0))
+    )

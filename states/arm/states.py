@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from engine.files.units import Angle, Duration
 from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
-from hw.geometry import Pose2, Pose3
+from hw.geometry import Pose3
 from hw.interfaces import Arm
 from states.arm.following import (
     CORRECTIONS,
@@ -244,8 +244,9 @@ def _follow(
     from states.arm.motion import waypoints
 
     arm: Arm = ctx.part("arm")
-    workspace, points, checked = environment_of(ctx).workspace, waypoints(plan), planned
-    governor = workspace.governor_of(plan, planned, deep)
+    environment, points, checked = environment_of(ctx), waypoints(plan), planned
+    workspace = environment.workspace
+    governor = workspace.governor_of(plan, planned, deep, environment.user_margin)
     number = arm.follow(points) if len(points) > 1 else None
     since, before = 0.0, ctx.now
     try:
@@ -266,7 +267,7 @@ def _follow(
                 if not workspace.is_free(plan, since, situation, deep):
                     return None
             if governor is not None and situation is not None and number is not None:
-                _pace(ctx, arm, governor, situation.base, since, span)
+                _pace(ctx, arm, governor, situation, since, span)
             wait = points[-1][0] + LATE_S - since
             yield On(ARM_JOINTS, BASE_POSE, USER_POSE, STOP_ENGAGED, until=ctx.after(wait))
         return False
@@ -275,12 +276,12 @@ def _follow(
 
 
 def _pace(
-    ctx: Context, arm: Arm, governor: Governor, base: Pose2, since: float, span: float
+    ctx: Context, arm: Arm, governor: Governor, situation: ArmSituation, since: float, span: float
 ) -> None:
     """Slow the arm down, or let it speed up, by where the person is and how fast they come."""
     seen = ctx.sample(USER_POSE)
     if seen is not None and seen.value is not None:
-        governor.see(seen.stamp, seen.value.body)
-    pace = governor.pace(ctx.now, since, span, base)
+        governor.see(seen.stamp, seen.value.body, situation.limbs())
+    pace = governor.pace(ctx.now, since, span, situation.base)
     if pace is not None:
         arm.pace(*pace)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,24 +11,19 @@ import pytest
 
 from behaviors.profile import load_profile
 from hw.geometry import Pose2, Pose3, wrap
-from hw.robot import load_robot
 from hw.room import Room
-from hw.samples import EXACT, UserPose
-from hw.sim.arm import SimArm
 from states.arm import separation
 from states.arm.approach import TOUCH_SPEED
-from states.arm.collision import outline
-from states.arm.person import SLIMMEST, ArmSituation
+from states.arm.person import ArmSituation
 from states.arm.planning import Plan, ended, in_turn
 from states.arm.separation import OLD_S, SLOW, ArmPace, Brakes, Governor
 from states.arm.states import ParkArm, ReachDeep
 from states.environment import Environment
+from tests.states.arm.stepping import ROBOT, TICK_NS, USER, Scene, Stepping
 
-ROBOT = load_robot("rbkairos_ur10")
 HALL = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)))
-BASE, USER = Pose2(6.85, 4.0, math.pi), Pose2(5.0, 4.0, 0.0)
+BASE = Pose2(6.85, 4.0, math.pi)
 DEEP = Pose3.from_yaw(5.85, 4.0, 1.2, 0.0)
-TICK_NS, STEP_NS = 33_333_333, 5_000_000
 HARMLESS = 0.25
 
 
@@ -47,7 +41,11 @@ def reach(tuned: Environment) -> Plan:
 
 
 def governor(tuned: Environment, plan: Plan, *, granted: bool = True) -> Governor:
-    return Governor(tuned.workspace.solid, plan.trajectory, Brakes(16.0, 5.0), 0.5, granted=granted)
+    made = Governor(
+        tuned.workspace.solid, plan.trajectory, Brakes(16.0, 5.0), DEEP.flat(), granted=granted
+    )
+    made.expect(USER)
+    return made
 
 
 def seen(found: Governor, x: float, speed: float, until_ns: int = 300_000_000) -> None:
@@ -71,7 +69,6 @@ def test_nobody_slows_the_arm_and_neither_does_somebody_far_away(
     assert alone.pace(0, 0.5, 0.03, BASE) is None
     seen(alone, 3.0, 0.0)
     assert pace(alone, 300_000_000).share == 1.0
-    assert tuned.workspace.governor_of(reach, ArmSituation(BASE, None, (0.0,) * 6), DEEP) is None
 
 
 @pytest.mark.requirement(51)
@@ -165,8 +162,7 @@ def test_the_arm_slows_down_for_what_lies_ahead_of_it(
         return found
 
     ahead = shares()
-    monkeypatch.setattr(separation, "AHEAD_S", (0.0, 0.0, 0.0))
-    monkeypatch.setattr(separation, "_LATER_S", np.zeros(3))
+    monkeypatch.setattr(separation, "AHEAD_S", np.zeros(3))
     at_once = shares()
     assert all(a <= b for a, b in zip(ahead, at_once, strict=True))
     assert min(a - b for a, b in zip(ahead, at_once, strict=True)) < -0.05
@@ -184,81 +180,6 @@ def test_on_the_line_to_a_person_who_stands_the_prop_is_not_slowed(
 
 
 # ---- whole moves, beside somebody who steps in
-
-
-@dataclass
-class Stepping:
-    """A person who stands, and from `since_ns` on walks 0.9 m; measured late and noisily."""
-
-    speed: float
-    direction: float
-    late_ns: int
-    rng: np.random.Generator
-    since_ns: int = 1 << 60
-    noise: float = 0.003
-
-    def at(self, now_ns: int) -> tuple[float, float]:
-        way = min(0.9, self.speed * max(0, now_ns - self.since_ns) * 1e-9)
-        return (
-            USER.x + way * math.cos(self.direction), USER.y + way * math.sin(self.direction)
-        )  # fmt: skip
-
-    def measured(self, now_ns: int) -> tuple[int, UserPose]:
-        stamp = max(0, (now_ns - self.late_ns) // TICK_NS * TICK_NS)
-        x, y = np.array(self.at(stamp)) + self.rng.normal(0.0, self.noise, 2)
-        return stamp, UserPose(Pose2(float(x), float(y), 0.0), 0.0)
-
-
-class Scene:
-    """A simulated arm and a person, finer than the ticks; notes how fast what touches closes."""
-
-    def __init__(self, environment: Environment, context: Any, person: Stepping, base: Pose2):
-        self.arm, self.person, self.base = SimArm(ROBOT.arm), person, base
-        self.workspace = environment.workspace
-        values = {"environment": environment, "base.pose": base, "base.pose_sigma": EXACT}
-        self.ctx = context(values, {"arm": self.arm})
-        self.now = 0
-        self.touched: float | None = None
-        self._before: np.ndarray | None = None
-
-    def run(self, run: Iterator[Any], seconds: float, watch: bool = True) -> tuple[Any, float]:
-        begin = self.now
-        due, outcome = self.now, None
-        while self.now - begin < seconds * 1e9:
-            if self.now >= due:
-                due += TICK_NS
-                self.ctx.now = self.now
-                stamp, pose = self.person.measured(self.now)
-                self.ctx.values["user.pose"], self.ctx.stamps["user.pose"] = pose, stamp
-                self.ctx.values["arm.joints"] = self.arm.state
-                try:
-                    next(run)
-                except StopIteration as end:
-                    outcome = end.value
-                    break
-            self.now += STEP_NS
-            self.arm.advance(self.now)
-            if watch and self.touched is None:
-                self._look()
-        return outcome, (self.now - begin) * 1e-9
-
-    def _look(self) -> None:
-        ends, radii = outline(self.workspace.solid, self.arm.state.joints)
-        first = self.workspace.solid.body.first
-        ends, radii = ends[first:], radii[first:]
-        person = np.array(self.base.inverse().transform(*self.person.at(self.now)))
-        start, way = ends[:, 0, :2], ends[:, 1, :2] - ends[:, 0, :2]
-        square = np.maximum((way * way).sum(axis=1), 1e-12)
-        along = np.clip(((person - start) * way).sum(axis=1) / square, 0.0, 1.0)[:, None]
-        nearest = start + along * way
-        away = np.linalg.norm(person - nearest, axis=1)
-        touching = np.flatnonzero(away - radii - SLIMMEST <= 0.0)
-        before, self._before = self._before, ends
-        if len(touching) and before is not None:
-            was = before[:, 0, :2] + along * (before[:, 1, :2] - before[:, 0, :2])
-            towards = (person - nearest) / away[:, None]
-            closing = ((nearest - was) * towards).sum(axis=1) / (STEP_NS * 1e-9)
-            self.touched = float(closing[touching].max())
 
 
 def stepped_in(

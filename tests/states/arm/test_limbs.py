@@ -1,0 +1,266 @@
+"""Head and hands beside the arm: what meets a hand closes slowly, and a hand that waits is met."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from behaviors.profile import load_profile
+from hw.geometry import Pose2, Pose3, wrap
+from hw.room import Room
+from hw.samples import UserPose
+from states.arm import separation
+from states.arm.collision import Limb
+from states.arm.person import ARM_RADIUS, ArmSituation, person_obstacles
+from states.arm.planning import Plan, ended, in_turn
+from states.arm.states import ParkArm, ReachDeep
+from states.environment import Environment
+from tests.states.arm.stepping import ROBOT, USER, Reaching, Scene, Stepping
+
+HALL = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)))
+BASE = Pose2(6.85, 4.0, math.pi)
+DEEP = Pose3.from_yaw(5.85, 4.0, 1.2, 0.0)
+HARMLESS = 0.25
+
+
+@pytest.fixture(scope="module")
+def tuned() -> Environment:
+    return load_profile("tuned").environment(HALL, ROBOT)
+
+
+@pytest.fixture(scope="module")
+def reach(tuned: Environment) -> Plan:
+    situation = ArmSituation(BASE, USER, tuned.workspace.parked)
+    found = ended(in_turn(tuned.workspace.reaching(situation, DEEP)))
+    assert isinstance(found, Plan)
+    return found
+
+
+def place(rng: np.random.Generator) -> tuple[Pose2, Pose3]:
+    """Where the base stands beside a DEEP of some height."""
+    way = rng.choice([-1.0, -0.5, 0.0, 0.5, 1.0])
+    x, y = DEEP.x + math.cos(way), DEEP.y + math.sin(way)
+    base = Pose2(x, y, wrap(way + math.pi + rng.uniform(-0.1, 0.1)))
+    return base, replace(DEEP, z=rng.uniform(0.5, 1.5))
+
+
+def hand_that_comes(
+    environment: Environment, context: Any, phase: str, speed: float, seed: int
+) -> float | None:
+    """How fast the arm closes where a hand that leaves the DEEP for the tool meets it; None: never.
+
+    The hand sets off at some instant of reach or fold, at once at full speed.
+    """
+    rng = np.random.default_rng([seed, round(10 * speed)])
+    late_ns = int(rng.uniform(0, 0.133e9))
+    base, deep = place(rng)
+    hand, noise = (deep.x, deep.y, deep.z), np.random.default_rng(seed)
+    person = Reaching(speed, 0.0, late_ns, noise, hand=hand)
+    scene = Scene(environment, context, person, base)
+    if phase == "reach":
+        person.since_ns = int(rng.uniform(0.0, 1.9e9))
+        scene.run(ReachDeep().run(scene.ctx, deep=deep), 4.0)
+    else:
+        outcome, _ = scene.run(ReachDeep().run(scene.ctx, deep=deep), 8.0, watch=False)
+        assert outcome == "reached"
+        person.since_ns = scene.now + int(rng.uniform(0.0, 1.3e9))
+        scene.run(ParkArm().run(scene.ctx), 3.5)
+    return scene.met
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(45, 51)
+@pytest.mark.parametrize("phase", ["reach", "fold"])
+@pytest.mark.parametrize("speed", [0.5, 1.0, 2.0])
+def test_what_meets_a_hand_that_comes_for_the_tool_closes_slowly(
+    tuned: Environment, context: Any, phase: str, speed: float
+) -> None:
+    met = [hand_that_comes(tuned, context, phase, speed, seed) for seed in range(200)]
+    assert sum(closing is not None for closing in met) > 50
+    assert max(closing or 0.0 for closing in met) <= HARMLESS
+
+
+HIT = [(0.5, 19), (1.0, 2), (2.0, 12)]
+"""Hands that an arm without the governor hits hard."""
+
+
+@pytest.mark.few(1)
+@pytest.mark.requirement(45, 51)
+@pytest.mark.parametrize(("speed", "seed"), HIT)
+def test_hands_that_would_be_hit_are_touched_slowly(
+    tuned: Environment, context: Any, speed: float, seed: int
+) -> None:
+    met = hand_that_comes(tuned, context, "reach", speed, seed)
+    assert met is not None
+    assert met <= HARMLESS
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("speed", "seed"), HIT)
+def test_without_the_governor_they_are_hit(
+    tuned: Environment, context: Any, speed: float, seed: int
+) -> None:
+    met = hand_that_comes(replace(tuned, governor=False), context, "reach", speed, seed)
+    assert met is not None
+    assert met > 1.5 * HARMLESS
+
+
+@pytest.mark.requirement(45)
+def test_a_hand_that_waits_at_the_deep_is_met(tuned: Environment, context: Any) -> None:
+    hand, noise = (DEEP.x, DEEP.y, DEEP.z), np.random.default_rng(3)
+    person = Reaching(0.0, 0.0, 20_000_000, noise, hand=hand)
+    scene = Scene(tuned, context, person, BASE)
+    outcome, took = scene.run(ReachDeep().run(scene.ctx, deep=DEEP), 6.0)
+    assert outcome == "reached"
+    assert took < 3.5
+    assert scene.met is not None
+    assert scene.met <= HARMLESS
+
+
+@pytest.mark.requirement(51, 149)
+def test_somebody_who_is_known_only_after_the_plan_is_kept_from(
+    tuned: Environment, reach: Plan
+) -> None:
+    """From the first tick: there is a governor before there is anybody."""
+    nobody = ArmSituation(BASE, None, tuned.workspace.parked)
+    found = tuned.workspace.governor_of(reach, nobody, DEEP)
+    assert found is not None
+    assert found.pace(0, 0.6, 0.033, BASE) is None
+    known = tuned.workspace.governor_of(reach, replace(nobody, user=USER), DEEP)
+    assert known is not None
+    for one in (found, known):
+        for k in range(4):
+            one.see(k * 33_333_333, Pose2(USER.x + 0.05 * k, USER.y))
+    first, second = (one.pace(100_000_000, 0.5, 0.033, BASE) for one in (found, known))
+    assert first == second
+    assert first is not None
+    assert first.share < 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(51, 149)
+@pytest.mark.parametrize("speed", [0.5, 1.0, 1.4])
+def test_what_touches_somebody_who_appears_during_the_reach_closes_slowly(
+    tuned: Environment, context: Any, speed: float
+) -> None:
+    for seed in range(80):
+        rng = np.random.default_rng([seed, 7])
+        person = Stepping(
+            speed, rng.uniform(-1.2, 1.2), int(rng.uniform(0, 0.133e9)), rng,
+            since_ns=int(rng.uniform(0.0, 1.7e9)), known_ns=int(rng.uniform(1, 0.3e9)),
+        )  # fmt: skip
+        base, deep = place(rng)
+        scene = Scene(tuned, context, person, base)
+        scene.run(ReachDeep().run(scene.ctx, deep=deep), 3.5)
+        assert scene.touched is None or scene.touched <= HARMLESS
+
+
+def test_head_and_arms_that_are_tracked_are_limbs() -> None:
+    hand = Pose3(5.8, 4.0, 1.2)
+    seen = UserPose(USER, 0.0, head=Pose3(5.1, 4.0, 1.7), right_hand=hand)
+    head, right = ArmSituation.of(BASE, seen, (0.0,) * 6).limbs()
+    assert head == Limb((5.1, 4.0, 1.7), (5.1, 4.0, 1.7), 0.15)
+    assert right == Limb((5.0, 3.81, 1.45), (5.8, 4.0, 1.2), ARM_RADIUS)
+    assert ArmSituation.of(BASE, UserPose(USER, 0.0), (0.0,) * 6).limbs() == ()
+    assert ArmSituation.of(BASE, None, (0.0,) * 6).limbs() == ()
+
+
+@pytest.mark.requirement(51)
+def test_the_nearer_and_the_older_a_hand_the_slower_the_arm(
+    tuned: Environment, reach: Plan
+) -> None:
+    def share(hand: float, age: float = 0.0, unsure: float = 0.0) -> float:
+        found = tuned.workspace.governor_of(
+            reach, ArmSituation(BASE, USER, (0.0,) * 6), DEEP, unsure
+        )
+        assert found is not None
+        limb = Limb((USER.x, 3.81, 1.4), (hand, 4.0, 1.2), ARM_RADIUS)
+        for k in range(4):
+            found.see(k * 33_333_333, USER, (limb,))
+        given = found.pace(100_000_000 + round(age * 1e9), 0.45, 0.0, BASE)
+        assert given is not None
+        return given.share
+
+    assert share(5.2) == 1.0
+    assert share(5.2) > share(5.8) > share(5.9)
+    assert share(5.8) > share(5.8, age=0.05) > 0.0
+    assert share(5.8) > share(5.8, unsure=0.03)
+
+
+def test_a_limb_within_its_gap_stays_an_obstacle_and_one_that_is_touched_does_not(
+    tuned: Environment, reach: Plan
+) -> None:
+    """The other hand is kept in both cases."""
+    workspace, joints = tuned.workspace, tuple(reach.trajectory.at(np.array([0.5]))[0][0].tolist())
+    tool = workspace.checker(ArmSituation(BASE, None, joints))
+    clear = tool.clearance(joints)[0]
+    assert clear > 0.02
+    beside, (x, y, z) = replace(DEEP, y=4.6), _outermost(tuned, joints)
+    for away, kept in ((0.08, 2), (0.0, 1)):
+        seen = UserPose(
+            USER, 0.0, left_hand=Pose3(5.0, 4.6, 1.0), right_hand=Pose3(x - away, y, z)
+        )  # fmt: skip
+        situation = ArmSituation.of(BASE, seen, joints)
+        full = person_obstacles(situation, beside, 0.12)
+        assert len(full.limbs) == 3  # with the ball behind the DEEP
+        found = workspace.checker(situation, beside, 0.12)
+        assert len(found.around.limbs) == kept
+        assert found.clearance(joints)[0] > 0.0
+
+
+def _outermost(tuned: Environment, joints: tuple[float, ...]) -> tuple[float, float, float]:
+    """The point of the arm nearest to the person, in the map."""
+    from states.arm.collision import outline
+
+    ends, radii = outline(tuned.workspace.solid, joints)
+    x, y, z = max(ends.reshape(-1, 3), key=lambda p: p[0])
+    x += radii[ends.reshape(-1, 3)[:, 0].argmax() // 2]
+    return (*BASE.transform(float(x), float(y)), float(z))
+
+
+def test_how_limbs_are_approached_agrees_with_points_and_differences(
+    tuned: Environment, reach: Plan
+) -> None:
+    """Sampled axes, and positions a microsecond apart."""
+    from states.arm.collision import outline
+    from states.arm.kernels import approaching_limbs
+
+    rng, body = np.random.default_rng(8), tuned.workspace.solid.body
+    s = np.linspace(0.0, 1.0, 151)[:, None]
+    for since in (0.3, 0.7):
+        q, v, _ = reach.trajectory.at(np.array([since]))
+        limbs = rng.uniform((0.3, -0.4, 0.8), (1.2, 0.4, 1.4), (3, 2, 3))
+        limbs[2, 1] = limbs[2, 0]
+        k = len(body.links) - body.first
+        distance, closing, speed, along = np.empty((4, 1, k, 3))
+        approaching_limbs(body, body.first, q, v, limbs, distance, closing, speed, along)
+        ends, later = (outline(tuned.workspace.solid, q[0] + v[0] * t)[0] for t in (0.0, 1e-6))
+        for i, j in np.ndindex(k, 3):
+            (a, b), (c, d) = ends[body.first + i], later[body.first + i]
+            there, limb = a + s * (b - a), limbs[j, 0] + s * (limbs[j, 1] - limbs[j, 0])
+            away = np.linalg.norm(there[:, None] - limb, axis=2)
+            n, m = np.unravel_index(away.argmin(), away.shape)
+            assert distance[0, i, j] == pytest.approx(away[n, m], abs=5e-3)
+            moved = ((c + s * (d - c)) - there)[n] * 1e6
+            towards = (limb[m] - there[n]) / away[n, m]
+            assert closing[0, i, j] == pytest.approx(moved @ towards, abs=0.06)
+            assert speed[0, i, j] == pytest.approx(np.linalg.norm(moved), abs=0.03)
+
+
+def test_a_hand_that_has_gone_elsewhere_is_closed_on_by_the_worst_of_its_directions() -> None:
+    """Against all directions within the cone, drawn; off both sides of a right angle."""
+    rng = np.random.default_rng(9)
+    for _ in range(200):
+        speed, angle, off = rng.uniform(0.0, 2.0), rng.uniform(0.0, math.pi), rng.uniform(0.0, 1.3)
+        closing = np.array([speed * math.cos(angle)])
+        most = separation._turned(closing, np.array([speed]), np.array([off]))[0]
+        turns = np.linspace(-1.0, 1.0, 2001) * (math.asin(off) if off < 1.0 else math.pi)
+        assert most == pytest.approx(max(0.0, (speed * np.cos(angle + turns)).max()), abs=1e-5)
+    rounded = separation._turned(
+        np.array([1.0 + 1e-16, -1.0]), np.array([1.0, 1.0 - 1e-16]), np.zeros(2)
+    )
+    assert rounded.tolist() == [1.0, 0.0]
