@@ -63,7 +63,7 @@ class CallsCase:
 CALLS = {
     "waiting": CallsCase(SCENE, Options(user="brief", duration_s=60.0, seed=3), WAITING),
     "study": CallsCase(SCENE, Options(requests=2, seed=3)),
-    "hall": CallsCase("hall", Options(user="demo", requests=2, seed=3)),
+    "hall": CallsCase("hall", Options(user="demo", requests=1, seed=3)),
     "lab_a": CallsCase("lab_a", Options(user="random", requests=2, seed=3)),
     "study_tier_2": CallsCase(SCENE, Options(requests=1, seed=3, tier=FULL)),
 }

@@ -149,6 +149,7 @@ def _to_segment(x: float, y: float, segment: Any) -> tuple[float, float]:
 @pytest.mark.requirement(92, 97, 98, 99)
 @pytest.mark.parametrize("profile", ["paper", "tuned"])
 @pytest.mark.parametrize("yaw", [0.0, 2.0, -2.4])
+@pytest.mark.few(4)  # each yaw; both profiles
 def test_beside_a_user_who_has_stopped_the_robot_stands_in_the_chase_space(
     start: Callable[..., Watched], profile: str, yaw: float
 ) -> None:

@@ -46,14 +46,14 @@ def test_each_chase_pose_chosen_has_a_way(
     tuned: Profile, situation_of: Callable[..., Situation]
 ) -> None:
     found = 0
-    for now in situations(situation_of, tuned, 150):
+    for now in situations(situation_of, tuned, 80):
         cells = partial(grid, now.environment, now.settings)
         space = chase.space(now.settings, cells, now.planners["chase"], now.user)
         place = chase.best_cell(now, space)
         if place is not None:
             found += 1
             assert has_way(now, "chase", Pose2(*place, now.pose.yaw)), (now.pose, now.user)
-    assert found > 50
+    assert found > 26
 
 
 def test_each_haptic_pose_in_reach_has_a_way(

@@ -4,47 +4,63 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from cobodeck import simulate
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE
-from cobodeck.options import Options
+from cobodeck.loop import Loop
 from cobodeck.pictures.course import Course
 from cobodeck.pictures.recorded import MEASURED, course_of
 from cobodeck.pictures.watch import CourseWatch, used_charts
 from cobodeck.record.reader import Group, Record
-from cobodeck.setup import open_setup
+from cobodeck.setup import Setup, open_setup
 from cobodeck.stage import stage
 
 RUN = ("--scene", "study", "--requests", "2", "--seed", "3")
 
 
+@dataclass
+class Watching:
+    """An observer that follows the course of the run while it is recorded."""
+
+    course: CourseWatch
+    loop: Loop
+
+    def watch(self, now_ns: int) -> None:
+        self.course.watch(now_ns, self.loop.plant.truth)
+
+
 @pytest.fixture(scope="module")
-def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Course]:
+    """A record of a run, and the course that was watched live in the same run."""
     path: Path = tmp_path_factory.mktemp("runs") / "two.mcap"
+    watching: list[Watching] = []
+
+    def staged(setup: Setup, *arguments: Any, **more: Any) -> Loop:
+        loop = stage(setup, *arguments, **more)
+        watching.append(Watching(CourseWatch(setup.robot), loop))
+        loop.observers = (*loop.observers, watching[0])
+        return loop
+
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(path.parent)
+        patch.setattr(simulate, "stage", staged)
         assert main(["simulate", *RUN, "--record", str(path)]) == OK
-    return path
-
-
-def live() -> Course:
     setup = open_setup(scene="study")
-    loop = stage(setup, Options(None, 2, seed=3))
-    watch = CourseWatch(setup.robot)
-
-    class Watching:
-        def watch(self, now_ns: int) -> None:
-            watch.watch(now_ns, loop.plant.truth)
-
-    loop.observers = (*loop.observers, Watching())
-    loop.go(10**12)
-    room = setup.scene.room if setup.scene else None
     charts = used_charts(setup.chart, setup.library)
-    return watch.course("", (), room, charts, loop.wired.run.trace)
+    assert setup.scene is not None
+    trace = watching[0].loop.wired.run.trace
+    return path, watching[0].course.course("", (), setup.scene.room, charts, trace)
+
+
+@pytest.fixture(scope="module")
+def record(recorded: tuple[Path, Course]) -> Path:
+    return recorded[0]
 
 
 class WithoutTruth(Record):
@@ -57,9 +73,8 @@ class WithoutTruth(Record):
 
 
 @pytest.mark.requirement(19)
-@pytest.mark.few(1)
-def test_the_course_on_record_is_that_of_the_run(record: Path) -> None:
-    then, now = course_of(Record(record)), live()
+def test_the_course_on_record_is_that_of_the_run(recorded: tuple[Path, Course]) -> None:
+    then, now = course_of(Record(recorded[0])), recorded[1]
 
     assert then.title == "cobodeck in study with study"
     for name in ("charts", "end_s", "instants", "spans", "sequences", "requests", "contacts"):

@@ -300,6 +300,7 @@ LOST = tuple(replace(i, person=None, gap=None) if 5 < i.at_s < 9 else i for i in
         BARE,
     ],
 )
+@pytest.mark.few(4)
 def test_whatever_is_missing_the_rest_is_drawn(tmp_path: Path, run: Course) -> None:
     on = run_picture(run)
     save(on, tmp_path / "a.svg")
