@@ -4,7 +4,7 @@ PYTHON ?= $(or $(shell for p in python3 python3.13 python3.12 python3.11; do \
 BIN := .venv/bin
 ALONE := $(BIN)/python -m pytest -q
 BESIDE := $(ALONE) -n auto --dist worksteal
-PAIRED := $(ALONE) -n 2 --dist loadfile
+SLEEPERS := $(ALONE) -n 4 --dist loadfile
 LONG := $(if $(CI),slow,slow or hypothesis)
 THOROUGH := $(if $(CI),,THOROUGH=1)
 # tests start many processes: their modules are compiled once, whatever the shell says
@@ -19,11 +19,11 @@ demo: .venv/installed
 	@$(BIN)/cobodeck render out/demo.mcap -o out/demo.svg
 	@echo; echo "cobodeck is in $(BIN); to call it by its name: . $(BIN)/activate"
 
-# what runs in real time has the machine to itself, one file beside another; it sleeps half of its time.
+# what runs in real time has the machine to itself, files beside each other; it sleeps most of its time.
 # 5: nothing of it was asked for
 test: .venv/installed-dev
 	@$(BESIDE) -m "not slow and not realtime" $(PYTEST) || [ $$? = 5 ]
-	@$(PAIRED) -m "not slow and realtime" $(PYTEST) || [ $$? = 5 ]
+	@$(SLEEPERS) -m "not slow and realtime" $(PYTEST) || [ $$? = 5 ]
 
 # properties with all their examples, too; in CI these are what `test` has
 slow: .venv/installed-dev
