@@ -14,7 +14,7 @@ import pytest
 from cobodeck.__main__ import main
 from cobodeck.avoidable import judged, told
 from cobodeck.avoidable.futures import sign_at, unwarned, walking_since
-from cobodeck.avoidable.judged import decision_before, gap_between, judge
+from cobodeck.avoidable.judged import decision_before, gap_between, judge, question_at
 from cobodeck.avoidable.recorded import EscapeVisit, RecordedRun, edges, read_run
 from cobodeck.avoidable.search import RobotLimits
 from cobodeck.avoidable.told import JudgedRun, judged_run, text
@@ -149,6 +149,16 @@ def test_a_contact_belongs_to_the_last_escape_that_was_not_over() -> None:
     assert decision_before(run, 2.2) == 1.3
     assert decision_before(over, 2.2) == pytest.approx(walking_since(over, 2.2))
     assert walking_since(over, 2.2) == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize(("start_s", "horizon_s"), [(0.5, 5.5), (4.0, 3.0), (5.9, 3.0)])
+def test_what_could_be_done_is_looked_at_until_the_event_is_over(
+    start_s: float, horizon_s: float
+) -> None:
+    """A second after an event at 5 s, and 3 s at least."""
+    found = question_at(walked(-3.0), 5.0, start_s, "recorded")
+
+    assert (found.start_s, found.horizon_s) == (start_s, horizon_s)
 
 
 def test_the_gap_between_two_ticks_counts() -> None:
