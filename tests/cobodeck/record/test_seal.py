@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,9 +12,12 @@ from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
 from cobodeck.__main__ import main
+from cobodeck.avoidable.recorded import read_run
 from cobodeck.gate import Wanted, found_for
+from cobodeck.record.person import past
 from cobodeck.record.reader import Record
 from cobodeck.record.tried import tried
+from engine.files.finding import FileError
 
 TAIL = 60
 """Bytes at the end that are tried one by one: summary offsets, footer, magic."""
@@ -129,16 +133,16 @@ def test_a_damaged_record_differs_and_can_be_recovered(
     assert checked(tmp_path / "run.recovered.mcap", capsys) == (0, "")
 
 
+@pytest.mark.parametrize("reads", [past, read_run])
 def test_a_damaged_record_has_no_person_and_nothing_to_judge(
-    whole: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    reads: Callable[[Record], object], whole: Path, tmp_path: Path
 ) -> None:
     path, data = tmp_path / "run.mcap", whole.read_bytes()
     path.write_bytes(flipped(data, 4 * len(data)))
 
-    assert main(["simulate", "--scene", "lab_a", "--user", str(path), "--duration", "1"]) == 1
-    assert "is damaged" in capsys.readouterr().err
-    assert main(["bench", "envelope", str(path)]) == 1
-    assert "is damaged" in capsys.readouterr().err
+    reads(Record(whole))
+    with pytest.raises(FileError, match="is damaged"):
+        reads(Record(path))
 
 
 @pytest.mark.requirement(53)

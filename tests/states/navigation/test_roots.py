@@ -40,7 +40,7 @@ def test_discs_that_touch_have_a_tangent_at_the_place_where_they_do(
     assert tangent(a, turn, b, turn if inner else -turn, line)
 
     assert np.isfinite(line).all()
-    assert line[6] == pytest.approx(math.sqrt(max(0.0, 2.0 * apart * off)), abs=3e-4)
+    assert line[6] == pytest.approx(math.sqrt(max(0.0, off * (2.0 * apart - off))), abs=1e-5)
     for end, disc in ((line[:2], a), (line[2:4], b)):
         assert math.dist(end, disc[:2]) == pytest.approx(disc[2], abs=1e-6)
 
