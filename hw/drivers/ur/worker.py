@@ -304,8 +304,10 @@ class Worker:
 
 
 def _told(error: str) -> str:
-    """An error of the client library; registers are in use if another client has them."""
-    return f"{error}; another client has registers: {OTHER_DRIVER}" if "use" in error else error
+    """An error of the client library; registers in use may be another client's, too."""
+    if "already in use" not in error:
+        return error
+    return f"{error} Or another client has registers: {OTHER_DRIVER}"
 
 
 def main(settings: WorkerSettings, ready: Ready, parent: Parent) -> None:

@@ -256,14 +256,18 @@ def test_of_a_clock_that_was_set_nothing_counts_until_it_was_looked_at_for_a_whi
 
 
 @given(strange=st.integers(-(10**12), 10**12), ways=st.lists(st.integers(0, 40 * MS), max_size=20))
-def test_one_strange_stamp_changes_nothing(strange, ways) -> None:
+def test_one_strange_stamp_changes_no_other_unless_it_is_the_same(strange, ways) -> None:
     sender = Sender()
     for _ in range(30):
         sender.send()
-    sender.clock.instant(sender.sent + sender.theirs + strange, sender.received)
+    before = sender.sent + sender.theirs
+    sender.clock.instant(before + strange, sender.received)
     for way in (MS, *ways):
         at = sender.send(way)
-        assert at is not None
+        if at is None:
+            stamp = sender.sent + sender.theirs
+            assert 0 <= before + strange - stamp <= gates.STEP_NS
+            continue
         assert MS - gates.STEP_NS <= at - sender.sent <= MS
 
 
@@ -276,6 +280,16 @@ def test_a_buffer_that_is_repeated_again_and_again_is_no_clock_that_was_set() ->
         stamp = newest - 200 * MS + n % 20 * 10 * MS + sender.theirs
         at = sender.clock.instant(stamp, sender.received + n * 10 * MS)
         assert at is None or at <= newest + MS
+
+
+def test_a_stamp_that_is_repeated_does_not_count_again() -> None:
+    sender = Sender()
+    assert sender.send() is not None
+    for later in (0, MS, 100 * MS):
+        stamp = sender.sent + sender.theirs
+        assert sender.clock.instant(stamp, sender.received + later) is None
+        assert sender.clock.instant(stamp - gates.STEP_NS, sender.received + later) is None
+    assert sender.clock.set_by_ns is None
 
 
 def test_two_sources_share_a_clock_that_is_set() -> None:

@@ -218,7 +218,7 @@ def test_the_controller_knows_what_the_arm_carries(calm):
         pytest.param(
             "refuse",
             "input_int_register_3",
-            "another client has registers: .* RB-KAIROS",
+            "Or another client has registers: .* RB-KAIROS",
             marks=pytest.mark.slow,
         ),
         pytest.param("safeguard_stop", None, "safeguard", marks=pytest.mark.slow),
