@@ -271,7 +271,7 @@ def _multicast(what: str) -> tuple[str, str]:
             if error.errno != errno.ENETUNREACH:
                 return BAD, f"{what}: {error.strerror}"
             return BAD, f"{what}: multicast has no route; `ip route add 224.0.0.0/4 dev …`"
-    return FIT, what
+    return FIT, f"{what}: whoever reaches this network can send on this bus"
 
 
 def hindered() -> str | None:

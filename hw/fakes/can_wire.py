@@ -15,6 +15,8 @@ from typing import Any
 
 import can
 
+from hw.links.near import keep_near
+
 QUICK_ACK = getattr(socket, "TCP_QUICKACK", None)
 LONGEST = 32
 """Longest line of slcan for classic CAN, bytes."""
@@ -98,8 +100,11 @@ class Hub:
 class Bus:
     """A bus of python-can."""
 
-    def __init__(self, settings: Mapping[str, Any]) -> None:
+    def __init__(self, settings: Mapping[str, Any], near: bool = False) -> None:
+        """With `near` other machines do not reach a multicast group."""
         self._bus = can.Bus(ignore_config=True, **settings)
+        if near:
+            keep_near(self._bus.fileno(), str(settings["channel"]))
 
     def files(self) -> list[Any]:
         """For `select`."""
@@ -138,7 +143,8 @@ def open_wire(settings: Mapping[str, Any]) -> Bus | Hub:
     Raises:
         OSError: it cannot be opened.
     """
-    if settings["interface"] == "local":
+    near = settings["interface"] == "local"
+    if near:
         host = str(settings["channel"])
         group, port = meeting_point(host)
         if not has_route(group, port):
@@ -149,7 +155,7 @@ def open_wire(settings: Mapping[str, Any]) -> Bus | Hub:
     elif settings["interface"] == "hub":
         return Hub(str(settings["channel"]), int(settings["port"]))
     try:
-        return Bus(settings)
+        return Bus(settings, near)
     except can.CanError as error:
         raise OSError(f"fake CAN nodes: {error}") from error
 

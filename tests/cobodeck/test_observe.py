@@ -94,6 +94,7 @@ def test_as_long_as_it_runs_the_chain_hears_that_somebody_is_there(
     assert told[-1].stamp_ns <= time.monotonic_ns()
 
 
+@pytest.mark.slow
 @pytest.mark.requirement(55)
 def test_a_chain_that_is_started_again_is_heard_of_and_told(
     chain: Chain, observing: subprocess.Popen[bytes]

@@ -19,6 +19,7 @@ from cobodeck.doctor import BAD, FIT, MISSING
 from cobodeck.preflight import NEVER, NOTE, Endpoint, addresses_in, preflight
 from hw.connection import connection_names, load_connection
 from hw.drivers.access import can_hindrance
+from hw.fakes.can_wire import has_route
 from tests.hw.drivers.rigs import key_file
 
 HEAD = "connection: own\nmodel: rbkairos_ur10\n"
@@ -282,6 +283,10 @@ def test_multicast_without_a_route_is_told_with_what_helps(
 ) -> None:
     bus = "interface: udp_multicast, channel: 239.74.163.2"
     text = f"parts: {{base: {{driver: '{HERE}', bus: {{{bus}}}}}}}\n"
+
+    assert checks(tmp_path, text)["parts.base"][1].endswith(
+        "can send on this bus"
+    ) or not has_route(*looked.GROUP)
 
     class Unrouted(socket.socket):
         def connect(self, address: object) -> None:

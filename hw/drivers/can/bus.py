@@ -23,6 +23,7 @@ import can
 
 from hw.drivers.access import can_advice, serial_advice
 from hw.drivers.gates import CAN_ERRORS, CAN_ERRORS_NS
+from hw.links.near import keep_near
 
 BITRATE = 500_000
 REMEMBERED = 256
@@ -75,6 +76,8 @@ class CanBus:
         self._settings, self._errors = settings, deque[int](maxlen=CAN_ERRORS + 1)
         self._bus = _opened(self.name, chosen, settings)
         self._echoes = chosen["interface"] == "udp_multicast"
+        if self._echoes and settings["interface"] == "local":
+            keep_near(self._bus.fileno(), str(chosen["channel"]))
         self._sent: deque[CanFrame] = deque(maxlen=REMEMBERED)
         self._waitable = _file(self._bus) is not None
         if chosen["interface"] == "slcan":

@@ -176,7 +176,8 @@ class Unity:
 
     def _take(self, datagram: Datagram, stamp_ns: int) -> None:
         if datagram.name == "vr.link":
-            self.heard_ns = stamp_ns
+            ahead_ns = max(0, datagram.stamp_ns - time.monotonic_ns())  # a stamp ahead is none
+            self.heard_ns = stamp_ns - ahead_ns
         waiting = self._queues.get(datagram.name)
         if waiting is None:
             return

@@ -7,7 +7,7 @@ import threading
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw.geometry import Pose2, Pose3, Twist2
@@ -15,6 +15,7 @@ from hw.links.datagrams import Door, Intake, Outlet, Seal, coded, is_loopback, k
 from hw.links.plain import KINDS, parsed, plain
 from hw.samples import ArmState, Odometry, PoseSigma, TrackerPose, UserPose
 from hw.truth import Contact, Truth
+from tests.repeats import examples
 
 number = st.floats(allow_nan=False)
 pose = st.builds(Pose2, number, number, number)
@@ -256,6 +257,7 @@ json_values = st.recursive(
 )
 
 
+@settings(max_examples=examples(40))
 @given(st.sampled_from(sorted(KINDS)), st.lists(json_values, max_size=9))
 def test_what_can_be_read_can_be_written_again_as_it_was(kind, fields):
     try:
