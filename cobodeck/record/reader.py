@@ -216,7 +216,7 @@ class Record:
                 if not whole:
                     self.broken = "it is no MCAP file"
                 if not stream.tell():
-                    self.broken = "it is empty: its run ended before the first tick"
+                    self.broken = "it is empty: its run wrote no tick"
                 if isinstance(getattr(error, "record", None), DataEnd):
                     self.broken = f"its first {whole} bytes are not those that were written"
                 return

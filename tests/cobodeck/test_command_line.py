@@ -1,5 +1,6 @@
 """Whatever is typed, the program says what is wrong and how it ends; it never shows a traceback."""
 
+import errno
 import json
 import os
 import subprocess
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import cobodeck.commands.list
 from cobodeck.__main__ import COMMANDS, main
 from cobodeck.catalogue import CHARTS, catalogue
 from cobodeck.commands.list import listing
@@ -233,6 +235,26 @@ def test_wrong_input_is_told_without_a_traceback(
 def test_no_name_has_a_nul(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(words) == USAGE
     assert "character NUL" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("error", "told"),
+    [
+        (OSError(errno.ENOSPC, "No space left", "x.svg"), "x.svg: No space left"),
+        (OSError(errno.ENOSPC, "No space left"), "file: No space left"),
+        (OSError("is gone"), "file: is gone"),
+    ],
+)
+def test_whatever_the_system_refuses_is_told_with_the_file_if_it_is_known(
+    error: OSError, told: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refused(_: object) -> int:
+        raise error
+
+    monkeypatch.setattr(cobodeck.commands.list, "run", refused)
+
+    assert main(["list", "users"]) == FAILED
+    assert capsys.readouterr().err == f"cobodeck: {told}\n"
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -344,7 +344,7 @@ def test_a_run_that_is_killed_before_its_first_tick_leaves_its_name_free(tmp_pat
     assert died.returncode == -9
     part = tmp_path / "run.mcap.part"
     assert part.read_bytes() == b""
-    with pytest.raises(FileError, match="it is empty: its run ended before the first tick"):
+    with pytest.raises(FileError, match="it is empty: its run wrote no tick"):
         Record(part)
 
     sink = Sink(tmp_path / "run.mcap")
