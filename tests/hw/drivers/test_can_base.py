@@ -299,7 +299,7 @@ def test_drives_without_remote_requests_are_set_up_like_others(rtr):
 
 
 @pytest.mark.parametrize("lacking", sorted(OPTIONAL))
-@pytest.mark.few(1)
+@pytest.mark.slow
 def test_what_drives_may_lack_is_told_and_they_drive(lacking):
     with rig(traits=Traits(lacks=frozenset((lacking,)))) as made:
         remarks = made.base.remarks()
@@ -323,6 +323,7 @@ def test_what_must_be_made_up_for_is_refused_until_the_connection_accepts_it(lac
         assert not made.stands()
 
 
+@pytest.mark.slow
 def test_what_is_accepted_to_be_lacking_is_written_where_it_is_there():
     with rig(wheels=WHEELS | {"without": [0x6007]}) as made:
         assert made.base.remarks() == []
