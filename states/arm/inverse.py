@@ -53,6 +53,13 @@ NO_ROTATION = 1e-3
 EXACT = 1e-9
 """Largest error of a solution, m and rad."""
 
+ROUNDED = 5e-7
+"""By how much the elbow may miss, m, or a wrist that is made straight turn the tool, rad.
+
+That is for poses which only rounding has put out of reach: single precision moves a point 2 m away
+by 1e-7 m and turns a frame by 1e-7 rad. Both together leave 1e-6 at most.
+"""
+
 _SLACK = 5e-10
 _SAME = 1e-6
 _TURN = 2.0 * math.pi
@@ -87,10 +94,11 @@ class NearSolutions:
 def inverse(chain: KinematicChain, targets: ArrayLike) -> Solutions:
     """All joints that bring the tcp to the targets, rover_from_tcp (4, 4) or (n, 4, 4).
 
-    Angles lie in (-pi, pi]. Branches that no whole turns bring within the joint limits are left
-    out. At a singular wrist, where joint 6 is free, two of its angles represent all. No branch
-    comes twice. Those of a calibrated chain have no fixed order; with joint 5 within some
-    milliradians of 0 or pi it may have more than eight, of which eight are returned.
+    They meet it within EXACT; where none does, some do that `ROUNDED` allows. Angles lie in
+    (-pi, pi]. Branches that no whole turns bring within the joint limits are left out. At a
+    singular wrist, where joint 6 is free, two of its angles represent all. No branch comes twice.
+    Those of a calibrated chain have no fixed order; with joint 5 within some milliradians of 0 or
+    pi it may have more than eight, of which eight are returned.
 
     Raises:
         ValueError: a target is not a rigid pose.
@@ -200,8 +208,9 @@ def _calibrated(chain: KinematicChain, poses: Array) -> tuple[Array, NDArray[np.
 def _polished(chain: KinematicChain, seeds: Array, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Joints (n, k, 6) from seeds, and which of them meet their pose."""
     joints = polish(chain, seeds, poses)
-    distance, angle = deviation(forward_all(chain, joints), poses[:, None])
-    return joints, (distance <= EXACT) & (angle <= EXACT)
+    off = np.maximum(*deviation(forward_all(chain, joints), poses[:, None]))
+    exact = off <= EXACT
+    return joints, exact | ((off <= ROUNDED) & ~exact.any(axis=1, keepdims=True))
 
 
 def _moved(chain: KinematicChain, poses: Array) -> Array:
@@ -261,7 +270,22 @@ def _solve(dh: Array, flange: Array, reach: float, joints: Array, valid: NDArray
         if not (off <= NO_ROTATION and upright > 0.0 and far < np.inf):
             return n
         _solve_one(dh, turn, flange[n, :3, 3], reach, joints[n], valid[n])
+        if reach < ROUNDED and not valid[n].any():
+            _solve_one(dh, turn, flange[n, :3, 3], ROUNDED, joints[n], valid[n])
+            _drop_twins(joints[n], valid[n])
     return -1
+
+
+@njit(cache=True)
+def _drop_twins(joints: Array, valid: NDArray[np.bool_]) -> None:
+    """Leaves out branches (8, 6) that equal one before: a wrist made straight has no two sides."""
+    for k in range(1, BRANCHES):
+        for other in range(k):
+            away = 0.0
+            for i in range(6):
+                away = max(away, abs(_wrap(joints[k, i] - joints[other, i])))
+            if valid[other] and away <= _SAME:
+                valid[k] = False
 
 
 @njit(cache=True)
@@ -317,9 +341,11 @@ def _solve_one(
         ez = turn[2, 0] * nx + turn[2, 1] * ny + turn[2, 2] * nz
         q234 = math.atan2(ez, c1 * ex + s1 * ey)
         wrist_x = c1 * wx + s1 * wy
-        shift = _self_motion(dh, wrist_x, wz, q234, s5)
-        q234 += shift
-        q6 -= shift if c5 > 0.0 else -shift
+        shift = _self_motion(dh, wrist_x, wz, q234, s5, min(reach, ROUNDED))
+        if shift != 0.0:
+            q234 += shift
+            q6 -= shift if c5 > 0.0 else -shift
+            q5 = up * math.atan2(s5 * max(math.cos(shift), 0.0), mz)
         joints[branch, 0] = _wrap(q1)
         joints[branch, 4] = q5
         joints[branch, 5] = _wrap(q6)
@@ -354,18 +380,19 @@ def _elbow(dh: Array, wx: float, wz: float, q234: float, up: float, q: Array) ->
 
 
 @njit(cache=True)
-def _self_motion(dh: Array, wx: float, wz: float, q234: float, s5: float) -> float:
+def _self_motion(dh: Array, wx: float, wz: float, q234: float, s5: float, slack: float) -> float:
     """The least change of q234 that brings the elbow into reach, where the wrist allows it; else 0.
 
-    With s5 near 0 joints 4 and 6 turn about one axis: turning one against the other by t turns the
-    tool by s5 t only, and is done where that stays below the slack. The forearm's end lies at D^2 =
+    With s5 near 0 joints 4 and 6 turn about one axis: turning one against the other by t, with the
+    sine of joint 5 at s5 cos t but not below 0, turns the tool by s5 sin t, or s5, only; that is
+    done where it stays below the slack. The forearm's end lies at D^2 =
     c^2 + d5^2 - 2 c d5 sin(q234 - h), with (c, h) the wrist in polar coordinates; D = bound gives
     two angles, of which the nearer is taken.
     """
     far, near, d5 = abs(dh[1] + dh[2]), abs(dh[1] - dh[2]), dh[4]
     x, y = wx - d5 * math.sin(q234), wz + d5 * math.cos(q234)
     distance = math.hypot(x, y)
-    if near <= distance <= far or s5 * math.pi > 1e-6:
+    if near <= distance <= far or (slack < ROUNDED and s5 * math.pi > 1e-6):
         return 0.0
     bound = far if distance > far else near
     centre = math.hypot(wx, wz)
@@ -379,7 +406,8 @@ def _self_motion(dh: Array, wx: float, wz: float, q234: float, s5: float) -> flo
     first = _wrap(heading + math.asin(k) - q234)
     second = _wrap(heading + math.pi - math.asin(k) - q234)
     shift = first if abs(first) <= abs(second) else second
-    return shift if s5 * abs(shift) <= _SLACK else 0.0
+    off = s5 * abs(math.sin(shift)) if abs(shift) < 0.5 * math.pi else s5
+    return shift if off <= slack else 0.0
 
 
 @njit(cache=True)

@@ -185,7 +185,7 @@ def _before(shoulder: Point3, hand: Point3, deep: Pose3 | None) -> Point3:
     b = sum(w * o for w, o in zip(way, off, strict=True))
     c = sum(o * o for o in off) - HAND_BEFORE**2
     square = b * b - a * c
-    if a <= 0.0 or square <= 0.0 or c <= 0.0:
+    if a <= 0.0 or square <= 0.0 or c <= 0.0:  # no way, past it, or a shoulder inside
         return hand
     t = (-b - math.sqrt(square)) / a
     if not 0.0 <= t <= 1.0:

@@ -315,6 +315,25 @@ def test_an_arm_that_runs_at_half_its_speed_is_waited_for(
     assert move.tick > quick.tick + 0.5 * HZ
 
 
+class StuckArm(SlowArm):
+    """An arm whose controller says that it runs, and hardly does."""
+
+    def advance(self, until_ns: int) -> None:
+        super().advance(until_ns // 500)
+        self.state = replace(self.state, scaling=0.001)
+
+
+def test_an_arm_that_hardly_runs_fails_after_twenty_times_its_time(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    move = Move(environment, context, ReachDeep(), deep=deep_at(environment, 1.2))
+    move.arm = StuckArm(environment.robot.arm)
+    move.ctx.parts["arm"] = move.arm
+
+    assert move.until_end(take_step, 60) == "failed"
+    assert 20 * HZ < move.tick < 60 * HZ
+
+
 @pytest.mark.parametrize("at_start", [True, False])
 def test_an_arm_whose_own_safety_system_stops_it_fails_the_move_and_says_so(
     environment: Environment, context: Any, take_step: Any, at_start: bool

@@ -66,6 +66,21 @@ def test_a_stop_brings_the_arm_to_rest_within_a_fifth_of_a_second(goal, ticks):
     assert states[6].joints == states[9].joints
 
 
+@pytest.mark.requirement(45)
+@pytest.mark.parametrize("share", [0.3, 1.0])
+def test_an_arm_that_brakes_does_not_speed_up_again_for_a_pace(share):
+    arm = SimArm(ARM, ZERO)
+    follow(arm, (2.0, 1.0, 0.5, 0.0, 0.0, -1.0), 2.0)
+    run(arm, 30)
+    arm.stop()
+    arm.pace(share)
+    before, *states = [arm.state, *run(arm, 3, 30)]
+    for after in states:
+        assert abs(after.velocities[0]) < abs(before.velocities[0]) or not after.moving
+        before = after
+    assert not before.moving
+
+
 def test_the_arm_is_where_its_course_says_and_ends_at_its_goal():
     arm = SimArm(ARM, ZERO)
     goal = (2.0, 1.0, 0.5, 0.0, 0.0, -1.0)

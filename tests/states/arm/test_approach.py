@@ -265,6 +265,25 @@ def test_the_arm_of_a_person_ends_before_the_deep_on_the_line_and_is_thicker_bef
     assert above.limbs[2].radius == pytest.approx(0.26)
 
 
+def test_an_arm_ends_where_it_first_comes_near_the_deep_wherever_it_begins() -> None:
+    """Against points along it; also from a shoulder inside the ball, and past the DEEP."""
+    rng, deep = np.random.default_rng(12), Pose3(0.0, 0.0, 1.2)
+    share = np.linspace(0.0, 1.0, 4_001)[:, None]
+    cut = 0
+    for _ in range(100):
+        body = Pose2(*rng.uniform(-0.4, 0.4, 2), rng.uniform(-3.0, 3.0))
+        x, y, z = rng.uniform((-0.15, -0.15, 1.05), (0.15, 0.15, 1.35)).tolist()
+        situation = ArmSituation(Pose2(1.0, 0.0), body, (0.0,) * 6, left_hand=(x, y, z))
+        (limb,) = person_obstacles(situation, deep).limbs
+        way = np.array(limb.start) + share * (np.array((x, y, z)) - limb.start)
+        near = np.linalg.norm(way - (0.0, 0.0, 1.2), axis=1) <= 0.10
+        begins_outside = not near[0] and near.any()
+        end = way[near.argmax()] if begins_outside else way[-1]
+        assert np.linalg.norm(end - limb.end) <= 1e-3
+        cut += begins_outside
+    assert 5 < cut < 95
+
+
 @pytest.mark.requirement(44)
 def test_a_low_deep_is_not_met_from_the_persons_side_either(tuned: Environment, screws) -> None:
     """Beside the bumper, where lines are short or there is none."""

@@ -168,6 +168,47 @@ def test_the_arm_slows_down_for_what_lies_ahead_of_it(
     assert min(a - b for a, b in zip(ahead, at_once, strict=True)) < -0.05
 
 
+def test_what_lies_ahead_may_be_as_much_faster_as_can_be_braked_until_then(
+    tuned: Environment, reach: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The pace there, and what 16 rad/s2 take off the fastest joint beyond the reaction time."""
+
+    def share(since: float, ahead: float) -> float:
+        monkeypatch.setattr(separation, "AHEAD_S", np.array((ahead,)))
+        given = governor(tuned, reach)
+        seen(given, 5.5, 1.4)
+        return pace(given, 300_000_000, since).share
+
+    eased = 0
+    for since in np.arange(0.0, 1.2, 0.1):
+        there = float(since) + 0.15
+        fastest = np.abs(reach.trajectory.at(np.array([there]))[1]).max()
+        wanted = min(1.0, share(there, 0.0) + 0.05 * 16.0 / fastest)
+        assert share(float(since), 0.15) == pytest.approx(wanted, abs=1e-9)
+        eased += share(there, 0.0) < wanted < 1.0
+    assert eased > 2
+
+
+@pytest.mark.requirement(51)
+@pytest.mark.parametrize("turn", [0.5, -2.0])
+def test_the_pace_does_not_depend_on_the_frame_of_the_map(
+    tuned: Environment, reach: Plan, turn: float
+) -> None:
+    map_from_other = Pose2(3.0, -2.0, turn)
+    for way in (-0.7, 0.4, 1.5):
+        given = []
+        for moved in (Pose2(0.0, 0.0), map_from_other):
+            found = governor(tuned, reach)
+            for k in range(11):
+                ago = 0.1 * (10 - k) / 3.0
+                x, y = 5.2 - 1.4 * ago * math.cos(way), 4.1 - 1.4 * ago * math.sin(way)
+                found.see(k * TICK_NS, moved @ Pose2(x, y))
+            given.append(found.pace(11 * TICK_NS, 0.4, 1.0, moved @ BASE))
+        assert given[0] is not None
+        assert given[1] == pytest.approx(given[0], abs=1e-9)
+        assert given[0].needed > 0.05
+
+
 def test_on_the_line_to_a_person_who_stands_the_prop_is_not_slowed(
     tuned: Environment, reach: Plan
 ) -> None:
