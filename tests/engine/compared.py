@@ -75,14 +75,14 @@ def case(seed: int) -> Case:
     leaves = [item for item in reading.root.walk() if item.leaf]
     script: Script = []
     for _ in range(TICKS):
-        script.append(_ends(reading, leaves, chance))
+        script.append(ends_of(reading, leaves, chance))
         reading.tick(script[-1])
         if reading.outcome is not None:
             break
     return Case(charts, script, reading)
 
 
-def _ends(reading: Reading, leaves: list[Item], chance: random.Random) -> dict[str, str]:
+def ends_of(reading: Reading, leaves: list[Item], chance: random.Random) -> dict[str, str]:
     """How leaves end in the next tick: all guards of a container, some leaves, or one to come."""
     active = reading.active
     chosen = [leaf for leaf in active if chance.random() < 0.12]

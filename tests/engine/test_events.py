@@ -199,6 +199,16 @@ def test_even_a_reader_that_never_asks_does_not_make_the_log_grow_without_end():
     assert len(log) <= 2 * MOST
 
 
+def test_who_is_entered_gets_all_of_a_tick_in_which_so_much_came_that_the_log_was_trimmed():
+    log = EventLog()
+    fill(log, 1_000)
+    for number in range(3 * LEAST):
+        log.add(Stamped(number, 1_000), 1_000)
+    reader = Listener(log).reader
+    reader.begin(1_000)
+    assert [sample.value for sample in reader.read(1_000)] == list(range(3 * LEAST))
+
+
 def test_who_asks_twice_in_a_tick_gets_the_same():
     log = EventLog()
     reader = Listener(log).reader

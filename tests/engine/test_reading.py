@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
 
 import pytest
 
-from tests.engine.compared import Runner, check, read_by, run_by_engine
+from tests.engine.compared import Runner, check, difference, read_by, run_by_engine
+from tests.engine.operated import operated_by_engine, operated_case
 from tests.engine.reading import Item, Reading, Route
 
 
@@ -26,6 +28,33 @@ def test_the_engine_does_as_the_rules_say():
 @pytest.mark.slow
 def test_the_engine_does_as_the_rules_say_on_3000_charts():
     assert compare_all(range(300, 3300), run_by_engine) >= 1000
+
+
+def operated_alike(seeds: Iterable[int]) -> Counter[str]:
+    """Compare runs with an operator; what the operator did, and what of it was refused."""
+    done: Counter[str] = Counter()
+    for seed in seeds:
+        case = operated_case(seed)
+        entries, refused = operated_by_engine(case.charts, case.script, case.acts)
+        assert refused == case.reading.refused, seed
+        assert difference(case.reading.entries, entries) is None, seed
+        for acts in case.acts:
+            done.update(act.what for act in acts)
+            done["two replacements"] += [act.what for act in acts].count("replace") > 1
+        done.update(f"refused {what}" for _, what in refused)
+    return done
+
+
+def test_the_engine_does_as_the_rules_say_whatever_the_operator_does():
+    done = operated_alike(range(25))
+    for what in ("force", "replace", "two replacements", "pause", "refused force"):
+        assert done[what] >= 5
+
+
+@pytest.mark.slow
+def test_the_engine_does_as_the_rules_say_whatever_the_operator_does_on_3000_charts():
+    done = operated_alike(range(25, 3025))
+    assert min(done.values()) >= 50
 
 
 class DepthBeforePriority(Reading):
