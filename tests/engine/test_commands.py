@@ -6,6 +6,7 @@ import pytest
 
 from engine.commands import ForceOutcome
 from engine.load import load_text
+from engine.node import PUT_OFF
 from engine.state import Action, Context, Run
 from tests.engine.conftest import Bench
 
@@ -188,3 +189,54 @@ def test_a_closed_run_starts_nothing_again():
     assert bench.run.outcome is None
     assert bench.run.schedule.next_due() == bench.run.schedule.next_deadline() == 1 << 62
     assert not bench.run.schedule.wants_news()
+
+
+def test_rule_11_what_was_asked_for_after_the_end_of_a_run_is_left_undone():
+    bench = Bench(LOOPING)
+    bench.tick()
+    bench.operator.stop()
+    bench.operator.preempt()
+    bench.operator.pause()
+    bench.tick(2)
+    assert bench.run.outcome == "stopped"
+    assert bench.run.carried_out.total == 1
+    assert bench.base.stops == 1
+
+
+NESTED = """
+chart: c
+outcomes: [x, y]
+any:
+  inner:
+    any:
+      deep: {do: Do, next: {done: .on, failed: .on, other: .on}}
+    next: {on: .x}
+  beside: {do: Do, next: {done: .y, failed: .y, other: .y}}
+"""
+
+
+def test_rule_12_who_waits_inside_acts_on_its_consent_though_somebody_outside_waits_too():
+    bench = Bench(NESTED)
+    bench.operator.lock("inner")
+    bench.operator.lock("beside")
+    bench.tick()
+    bench.end("inner/deep", "done")
+    bench.tick()
+    bench.end("beside", "done")
+    bench.tick()
+    assert bench.operator.waiting() == {"inner/deep": "done", "beside": "done"}
+    assert bench.operator.consent("inner/deep") is None
+    bench.tick()
+    assert bench.run.outcome == "x"
+
+
+def test_rule_6_put_off_in_every_second_tick_is_no_busy_loop():
+    bench = Bench(LOOPING)
+    for number in range(8):
+        for _ in range(2 if number else 1):  # from its last entry, and from that in this tick
+            bench.end("loop/a", "done")
+        bench.tick()
+        assert bench.run.nodes["loop/a"].status == PUT_OFF
+        bench.tick()
+        assert bench.active == ["guard", "loop/a"]
+    assert bench.records("note") == []

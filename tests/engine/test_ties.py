@@ -289,3 +289,27 @@ def test_rule_4_to_ask_how_a_list_ends_changes_nothing(bench):
     route = b.run.judge.conclude(told, ("seen", {"value": 1.5}))
     assert b.run.judge.match(box, [route]).outcome == "both"
     assert (box.kept, told.pending) == ({}, ())
+
+
+def test_rule_9_outputs_of_lists_that_match_within_each_other_are_all_written(bench):
+    text = """
+chart: c
+outcomes: [done]
+outputs: {done: {d: number, e: number}}
+data: {d: {type: number, initial: 0}, e: {type: number, initial: 0}}
+all:
+  inner:
+    all:
+      deep: {watch: Tell, out: {value: d}}
+      deeper:
+        any:
+          deepest: {watch: Tell, out: {value: e}}
+        when: [{outcome: on, if: {deepest: seen}}]
+"""
+    b = bench(text)
+    b.tick()
+    b.end("inner/deep", "seen", value=1.5)
+    b.end("inner/deeper/deepest", "seen", value=2.5)
+    b.tick()
+    assert b.run.outcome == "done"
+    assert b.run.results == {"d": 1.5, "e": 2.5}
