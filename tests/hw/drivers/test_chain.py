@@ -51,6 +51,12 @@ def test_an_answer_to_another_reset_releases_nothing(rig):
         assert rig.chain.stopped == "console"
 
 
+def test_a_stamp_ahead_of_the_clock_does_not_make_a_chain_live_longer(rig):
+    for stamp in (time.monotonic_ns() + 10**12, -(10**18)):
+        rig.chain._take(Datagram("chain", 1, "chain.remark", stamp, None), 0)
+        assert rig.chain._heard_ns <= time.monotonic_ns()
+
+
 def until(reached, waits_for):
     """Wait for datagrams until it is so."""
     end = time.monotonic() + PATIENCE_S

@@ -297,6 +297,18 @@ def test_only_the_engine_commands_and_resets(source):
     assert rig.chain.stopped == "console"
 
 
+def test_a_mistake_in_taking_a_datagram_stops_the_wheels_and_ends_nothing(rig, monkeypatch):
+    def mistaken(pose):
+        raise AttributeError("no pose")
+
+    monkeypatch.setattr(rig.chain.keeper, "grant", mistaken)
+    rig.go(60)
+    rig.tell("engine", "grant", Pose2(0.0, 0.0))
+    assert rig.chain.stopped == "engine grant: AttributeError: no pose"
+    stays_stopped(rig, rig.chain.stopped)
+    assert rig.reset() is None
+
+
 # -- the person
 
 

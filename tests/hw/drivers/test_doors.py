@@ -7,17 +7,19 @@ import json
 import random
 import select
 import socket
+import threading
 import time
 
 import pytest
 
 from hw.drivers.chain.settings import SOURCES
+from hw.drivers.feed import DatagramFeed
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.links.datagrams import Door, Intake, Outlet, Seal, coded, key_of
 from hw.links.plain import plain
 from hw.samples import PoseSigma, TrackerPose, UserPose
 from tests.hw.drivers.chain_rig import AHEAD, Rig
-from tests.hw.drivers.rigs import OBSERVER_KEY
+from tests.hw.drivers.rigs import OBSERVER_KEY, PATIENCE_S
 from tests.hw.drivers.test_chain import stays_stopped
 
 TAKEN = {
@@ -231,6 +233,28 @@ def test_a_hundred_thousand_datagrams_of_chance_do_nothing(rig, stranger):
         rig.driving()
     stopped_by_the_observer(rig)
     goes_on(rig)
+
+
+def test_a_mistake_in_the_thread_of_a_feed_is_printed_and_the_next_datagram_is_taken(monkeypatch):
+    taken, printed, done = [], [], threading.Event()
+    monkeypatch.setattr(threading, "excepthook", lambda told: printed.append(told.exc_value))
+
+    def take(datagram, _):
+        taken.append(datagram.name)
+        if datagram.name == "last":
+            done.set()
+        raise AttributeError(datagram.name)
+
+    feed = DatagramFeed("vr", time.monotonic_ns, take)
+    outlet = Outlet([feed.door])
+    feed.start()
+    for name in ("first", "last"):
+        outlet.send(name, 0)
+    assert done.wait(PATIENCE_S)
+    feed.close()
+    outlet.close()
+    assert taken == ["first", "last"]
+    assert list(map(str, printed)) == taken
 
 
 def test_no_intake_is_reached_by_other_machines():

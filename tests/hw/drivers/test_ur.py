@@ -22,7 +22,7 @@ from hw.drivers.ur.arm import MISSING, UrArm
 from hw.drivers.ur.probe import DashboardClient, probe, require_running
 from hw.drivers.ur.worker import Servo, UrController, Worker, WorkerSettings
 from hw.fakes.peers import Cb3
-from hw.links.datagrams import Intake, Outlet
+from hw.links.datagrams import Datagram, Intake, Outlet
 from hw.samples import ArmState
 from tests.hw.drivers.rigs import PATIENCE_S, Listener, opening, own_address
 from tests.hw.drivers.ur_rig import CYCLE_S, OUT, PARKED, ROBOT, UrRig, course
@@ -297,6 +297,31 @@ class Still:
 
     def end(self):
         self.ended = True
+
+
+ODD = [
+    None, True, 7, -1, 1.5, float("nan"), float("inf"), "x", (), (1,), (1, 2, 3, 4), ("x",) * 4,
+    (1, 0, 1, ()), (1, 0, 1, (1,)), (1, 0, 1, ((0.0, ()),)), (1, 0, 1, ((0.0, ("x",) * 6),)),
+    (1, 0, 2, ((0.0, (0.0,) * 6), "x")), (1, -1, 0, ((0.0, (0.0,) * 6),)),
+    (1, 0, 1, ((0.0, (float("nan"),) * 6),)), (1, 0, 10**9, ((0.0, (0.0,) * 6),)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["here", "pace", "stop", "follow", "reset", ""])
+def test_no_order_that_is_none_ends_the_worker_or_moves_the_arm(name):
+    controller, outlet = Still(), Outlet()
+    worker = Worker(controller, WorkerSettings("", (), ROBOT.arm, 0.0, (0.0, 0.0, 0.0)), outlet)
+    now = time.monotonic_ns()
+    worker.take(Datagram("engine", 1, "here", now, None), now)
+    for value in ODD:
+        for stamp in (now, now - 10**18, now + 10**18):
+            worker.take(Datagram("engine", 1, name, stamp, value), now)
+    controller.stamp += CYCLE_S
+    worker.look(now)
+    assert worker._run is None
+    assert 0.0 <= worker._pace <= 1.0
+    assert worker._ticked <= now  # a stamp ahead of the clock does not make an engine live longer
+    outlet.close()
 
 
 def test_an_arm_that_moves_without_a_command_is_another_programs():

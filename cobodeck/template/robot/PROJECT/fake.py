@@ -31,9 +31,10 @@ class FakeRover:
             try:
                 data, peer = self._socket.recvfrom(1024)
                 told = json.loads(data)
-                self.velocity, heard = (told["vx"], told["vy"], told["wz"]), time.monotonic()
-            except TimeoutError:
-                pass
+                vx, vy, wz = (float(told[name]) for name in ("vx", "vy", "wz"))
+                self.velocity, heard = (vx, vy, wz), time.monotonic()
+            except (TimeoutError, ValueError, TypeError, LookupError):
+                pass  # nothing has come, or nothing of our driver
             now = time.monotonic()
             if now - heard > timeout_s:
                 self.velocity = (0.0, 0.0, 0.0)
