@@ -111,6 +111,10 @@ def test_wheels_that_cannot_be_opened_are_told():
             "timeout of 5 s",
         ),
         (
+            {"hardware": {"driver": HARDWARE}, "host": "0.0.0.0"},
+            "chain: host: 0.0.0.0: only processes of this machine speak to the chain: leave it out",
+        ),
+        (
             {"hardware": {"driver": HARDWARE}, "observer": {"host": "0.0.0.0"}},
             "at 0.0.0.0 anybody could speak for the observer: name the file of a key, `key: FILE`",
         ),
@@ -118,7 +122,7 @@ def test_wheels_that_cannot_be_opened_are_told():
 )
 def test_what_is_wrong_in_the_connection_is_told(given, match):
     with pytest.raises(ValueError, match=match):
-        ChainLink(7400, **given, now=lambda: 0, opening=opening(lambda: 0), host=own_address())
+        ChainLink(7400, **{"host": own_address(), "now": lambda: 0, **given}, opening=opening(int))
 
 
 @pytest.mark.requirement(4, 5)

@@ -297,6 +297,15 @@ def test_only_the_engine_commands_and_resets(source):
     assert rig.chain.stopped == "console"
 
 
+def test_a_grant_that_is_nowhere_is_none(rig, monkeypatch):
+    granted = []
+    monkeypatch.setattr(rig.chain.keeper, "grant", granted.append)
+    for pose in (Pose2(math.nan, 0.0), Pose2(0.0, math.inf), Twist2(0.1, 0.0, 0.0), 1, "x", ()):
+        rig.tell("engine", "grant", pose)
+    rig.tell("engine", "grant", Pose2(1.0, 2.0))
+    assert granted == [Pose2(1.0, 2.0)]
+
+
 def test_a_mistake_in_taking_a_datagram_stops_the_wheels_and_ends_nothing(rig, monkeypatch):
     def mistaken(pose):
         raise AttributeError("no pose")
