@@ -7,6 +7,8 @@ import select
 import signal
 import statistics
 import time
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import replace
 
 import pytest
 
@@ -167,6 +169,42 @@ def test_a_killed_process_shows_by_silence_and_is_named():
         )
         rig.part.samples(time.monotonic_ns())
         assert rig.part.samples(time.monotonic_ns()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(8, 51)
+@pytest.mark.parametrize(
+    ("fault", "value", "said"),
+    [
+        ("silent", "rear_laser/scan", "rear_laser: silent"),
+        ("mute", None, "front_laser: silent"),
+        ("drop", None, "front_laser: no connection to rosbridge"),
+    ],
+)
+def test_a_scanner_without_scans_is_a_fault_until_it_scans_again(fault, value, said):
+    with Rig() as rig:
+        rig.part.wait()
+        rig.listener.until(lambda: rig.part.fault is None)
+        rig.fake.fault(fault, value)
+        rig.listener.until(lambda: rig.part.fault is not None)
+        assert rig.part.fault == said
+        rig.fake.fault("")
+        rig.listener.until(lambda: rig.part.fault is None)
+
+
+@pytest.mark.slow
+@pytest.mark.requirement(8)
+def test_nothing_starts_on_scans_that_are_none():
+    with Rig(world=True) as rig:
+        scan = Scan("front_laser", MODEL.start, 0.0, (1.0,) * MODEL.beams, MODEL.beam_time)
+        said = "front_laser: what it sends is no scan: ValueError: no scan; no valid scan of it"
+        with ThreadPoolExecutor(1) as pool:
+            asked = pool.submit(rig.part.wait)
+            while not wait([asked], 0.05).done:
+                for name in TOPICS:
+                    rig.outlet.send("base.scan", time.monotonic_ns(), replace(scan, sensor=name))
+            with pytest.raises(OSError, match=said):
+                asked.result()
 
 
 GOOD = {
