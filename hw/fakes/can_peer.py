@@ -34,7 +34,7 @@ class CanNodes(Peer):
         by_hand: float | None = 1.0,
         bumper: bool = True,
         rtr: bool = True,
-        lacks: Sequence[int] = (),
+        lacks: Sequence[int | str] = (),
     ) -> None:
         channel = str(bus.get("channel", ""))
         settings: dict[str, Any] = {
@@ -48,6 +48,6 @@ class CanNodes(Peer):
             "bumper": bumper,
             "unit": str(wheels.get("unit", "increments/s")),
             "rtr": rtr,
-            "lacks": tuple(lacks),
+            "lacks": tuple(int(str(index), 0) for index in lacks),
         }
         super().__init__("hw.fakes.can_nodes", settings, tells, "the fake CAN nodes")

@@ -226,7 +226,15 @@ class CanBase:
             if faults or self._now_ns > end_ns or self._bus.fault is not None:
                 why = "; ".join(faults) or "the drives are too slow"
                 raise OSError(self._bus.fault or f"{self._bus.name}: {why}")
-        self._remarks += [told for drive in self._drives for told in drive.lacking]
+        self._remarks += self._lacking()
+
+    def _lacking(self) -> list[str]:
+        """What drives lack, each with those that do."""
+        found: dict[str, list[str]] = {}
+        for drive in self._drives:
+            for told in drive.lacking:
+                found.setdefault(told, []).append(drive.name)
+        return [f"{', '.join(names)}: {told}" for told, names in found.items()]
 
     def _start(self, now_ns: int) -> None:
         self._starting_ns = self._rolled_ns = now_ns

@@ -143,7 +143,7 @@ class Ds402Drive:
     def lacking(self) -> Iterator[str]:
         """Objects that it lacks, and what that means."""
         for write in self._writer.lacking:
-            yield f"{self.name} has no object 0x{write.index:04X}: {write.lack}"
+            yield f"no object 0x{write.index:04X}: {write.lack}"
 
     def start(self, now_ns: int) -> None:
         """Clear the fault, and enable the drive; nothing moves."""

@@ -66,6 +66,8 @@ class DriveNodes:
         values: dict[str, Any] = {
             k: tuple(v) if isinstance(v, list) else v for k, v in entry.items()
         }
+        if isinstance(values.get("without"), tuple):  # these files have no hexadecimal numbers
+            values["without"] = tuple(map(_number, values["without"]))
         made = cls(**values)
         for wrong in made.faults():
             raise ValueError(f"wheels: {wrong}")
@@ -124,6 +126,14 @@ class DriveNodes:
     def rate(self, number: int, count: int) -> float:
         """The wheel rate, rad/s, of a drive's velocity."""
         return self.signs[number] * count / self.scale
+
+
+def _number(found: object) -> object:
+    """A number such as `0x6007`, if that is what a text says."""
+    try:
+        return int(found, 0) if isinstance(found, str) else found
+    except ValueError:
+        return found
 
 
 def _whole(found: object, most: int, length: int = 4) -> bool:

@@ -13,7 +13,7 @@ from typing import Protocol
 from hw.connection import RunInfo
 from hw.drivers.feed import DatagramFeed, up_to
 from hw.drivers.gates import JOINTS_LATE_NS, WORKER_SILENT_NS
-from hw.drivers.ur.worker import Servo, WorkerSettings
+from hw.drivers.ur.settings import Servo, WorkerSettings
 from hw.links.datagrams import Datagram, Door, Hearer, Outlet
 from hw.links.processes import Child
 from hw.robot import check_pace
@@ -51,7 +51,7 @@ class RunStopLine(Protocol):
 class UrArm:
     """A UR arm of the CB3 series at `host`; `tells` is the chain, which gets its joints too.
 
-    `servo: {lookahead: 0.03, gain: 500}` is how it follows set-points (`hw.drivers.ur.worker`).
+    `servo: {lookahead: 0.03, gain: 500}` is how it follows set-points (`hw.drivers.ur.settings`).
 
     A fault of the arm or its link pulls the stop line, and nothing moves until the operator has
     acknowledged: then a new worker is started, and the arm stands until a new trajectory. `late`

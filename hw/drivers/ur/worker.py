@@ -14,17 +14,16 @@ from __future__ import annotations
 import os
 import select
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 from hw.drivers.gates import CONTROLLER_STALE_NS, ENGINE_GONE_NS, TICK_FRESH_NS
 from hw.drivers.ur.course import CourseRun, mode_of
 from hw.drivers.ur.probe import OTHER_DRIVER, DashboardClient, probe, require_running
-from hw.links.datagrams import Datagram, Door, Intake, Outlet
+from hw.drivers.ur.settings import WorkerSettings
+from hw.links.datagrams import Datagram, Intake, Outlet
 from hw.links.priority import ARM
 from hw.links.processes import Parent, Ready, serve
-from hw.robot import ArmModel
 from hw.samples import ARM_MOVES, ArmState, Joints, TimedJoints
 
 LOOK_S = 0.002
@@ -41,57 +40,10 @@ PLAYING = 2
 ALONE_NS = 500_000_000
 """Motion without a command for longer is another program's, ns; our own ends sooner."""
 PERIOD_S = 0.008
-SERVO = {"lookahead": (0.03, 0.2), "gain": (100.0, 2000.0)}
-"""What the controller takes: s, and a factor."""
 VARIABLES = (
     "timestamp", "actual_q", "actual_qd", "runtime_state", "safety_status_bits", "speed_scaling",
     "target_speed_fraction",
 )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True)
-class Servo:
-    """How the controller follows set-points: `lookahead` s ahead, which smooths, with this `gain`.
-
-    An arm that is jerky or hums wants a longer lookahead (0.1) and a smaller gain (300); one that
-    lags behind, or overshoots slowly, the contrary.
-    """
-
-    lookahead: float = 0.03
-    gain: float = 500.0
-
-    @classmethod
-    def of(cls, entry: Mapping[str, Any]) -> Servo:
-        """From a connection file.
-
-        Raises:
-            ValueError: an invalid entry, with what would be right.
-        """
-        if strange := sorted(set(entry) - set(SERVO)):
-            raise ValueError(f"servo: {strange[0]!r} is not known; there are {', '.join(SERVO)}")
-        for name, value in entry.items():
-            least, most = SERVO[name]
-            if not isinstance(value, int | float) or not least <= value <= most:
-                raise ValueError(f"servo: {name}: {value!r}: {least:g} to {most:g}")
-        return cls(**entry)
-
-
-@dataclass(frozen=True)
-class WorkerSettings:
-    """The worker's settings; `course` is the number of the newest trajectory before it.
-
-    `tells` are the doors to engine and chain; `acknowledged`: the operator has allowed the arm
-    to move again. `mass` (kg) and `center` (m, flange frame) are its payload.
-    """
-
-    host: str
-    tells: tuple[Door, ...]
-    model: ArmModel
-    mass: float
-    center: tuple[float, float, float]
-    course: int = 0
-    acknowledged: bool = False
-    servo: Servo = Servo()
 
 
 class UrController:

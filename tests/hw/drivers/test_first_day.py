@@ -128,7 +128,7 @@ DAYS = {
     ),
     "drive that lacks it, accepted": (
         partial(drives_that_start, LACKS, {"without": [0x6007]}),
-        "drive 1 (front left) has no object 0x6007: accepted: without its master it may drive on",
+        "drive 4 (rear right): no object 0x6007: accepted: without its master it may drive on: set",
     ),
     "drive without remote requests": (
         partial(drives_that_start, Traits(rtr=False), {}),

@@ -20,7 +20,8 @@ from cobodeck.setup import Uses
 from hw.connection import Connection, ServedPart
 from hw.drivers.ur.arm import MISSING, UrArm
 from hw.drivers.ur.probe import DashboardClient, probe, require_running
-from hw.drivers.ur.worker import Servo, UrController, Worker, WorkerSettings
+from hw.drivers.ur.settings import Servo, WorkerSettings
+from hw.drivers.ur.worker import UrController, Worker
 from hw.fakes.peers import Cb3
 from hw.links.datagrams import Datagram, Intake, Outlet
 from hw.samples import ArmState
