@@ -135,6 +135,7 @@ def test_of_two_live_headsets_the_first_stays_the_source_and_the_second_is_told(
     second = link.headset(second_host, ELSEWHERE)
     link.go(1.0)
     assert any("comes from 10.0.0.7" in text for text in second.texts())
+    assert not any("clock_answer" in text for text in second.texts())  # each has its own clock
     assert "second source" in str(link.newest["vr.fault"][1])
     for stalled in (first, second, first):  # a game that loads still writes its keep-alives
         stalled.stalls = True
@@ -150,6 +151,34 @@ def test_of_two_live_headsets_the_first_stays_the_source_and_the_second_is_told(
     link.go(0.5)
     assert seen_of(link) == {30}
     assert any("from now on" in text for text in second.texts("log"))
+
+
+def test_who_was_there_before_a_headset_stalled_does_not_take_over_from_it() -> None:
+    """Both behind one address; the link of the first hangs, but it is no former link."""
+    link = Link()
+    first = link.headset()
+    link.go(1.0)
+    link.headset(body=ELSEWHERE)
+    link.go(1.0)
+    first.line.held = True
+    link.go(gates.CLIENT_SILENT_NS / S - 0.6)
+    first.line.held = False
+    link.go(1.0)
+    assert seen_of(link) == {40}
+
+
+def test_who_comes_while_a_headset_writes_keep_alives_only_does_not_take_over_from_it() -> None:
+    link = Link()
+    first = link.headset(answers=False)
+    link.go(1.0)
+    first.stalls = True
+    link.go(0.5)
+    second = link.headset(body=ELSEWHERE)
+    link.go(4.0)
+    first.stalls = False
+    link.go(1.0)
+    assert seen_of(link) == {40}
+    assert second.texts()
 
 
 def test_who_waited_first_is_the_next_source_whoever_leaves_how() -> None:
@@ -302,10 +331,14 @@ def test_who_says_something_but_registers_nothing_is_let_go_after_a_while() -> N
 
 def test_one_address_cannot_have_all_places() -> None:
     link = Link()
-    many = [link.headset("10.0.0.9", ELSEWHERE) for _ in range(MOST_CLIENTS)]
-    link.go(0.5)
+    many = []
+    for _ in range(MOST_CLIENTS):
+        many.append(link.headset("10.0.0.9", ELSEWHERE))
+        link.go(0.05)
     assert len(link.bridge.sessions) == MOST_OF_ONE
     assert sum(FULL in text for one in many for text in one.texts()) >= MOST_OF_ONE
+    assert link.bridge.is_source(link.session(many[0]))  # nobody takes the place of a source
+    assert many[0].texts() == []
     other = link.headset("10.0.0.7")
     link.go(0.2)
     assert len(link.bridge.sessions) == MOST_OF_ONE + 1

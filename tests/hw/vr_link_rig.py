@@ -43,13 +43,13 @@ def order(name: str, **fields: Any) -> bytes:
 
 
 class Line:
-    """A TCP connection in memory, as its two ends see it; bytes arrive while its network is up."""
+    """A TCP connection in memory, as its two ends see it; bytes arrive unless they are `held`."""
 
     def __init__(self) -> None:
         self.up, self.down = bytearray(), bytearray()
         self.arrived, self.shown = bytearray(), bytearray()
         self.gone = self.gone_arrived = False
-        self.over = self.over_shown = self.reset = False
+        self.over = self.over_shown = self.reset = self.held = False
 
     def carry(self) -> None:
         """The network is up: what was sent arrives."""
@@ -281,7 +281,8 @@ class Link:
                 self.lines[arrived] = line
             self._waiting.clear()
             for line in self._lines:
-                line.carry()
+                if not line.held:
+                    line.carry()
         self._serve()
         if self.chain is not None:
             self.chain.now = self.now_ns - STEP_NS

@@ -193,6 +193,20 @@ def test_nobody_is_tracked_before_they_stood_upright_in_metres_with_z_upwards(tu
     assert rig.told == []
 
 
+@pytest.mark.parametrize("role", ["tailbone", "haptic_request", "tracker:front"])
+def test_a_pose_that_no_room_has_is_refused(role) -> None:
+    """Finite, but sums of such numbers are not."""
+    rig = Rig()
+    rig.stand()
+    rig.give("haptic_request", DEEP)
+    rig.told.clear()
+    for _ in range(100):  # for longer than a person who was found again elsewhere needs
+        rig.now += 11 * MS
+        rig.give("head", Pose3(1e308, -1e308, 1.7))
+        assert "m away" in str(rig.give(role, Pose3(1e308, -1e308, 1.0)))
+    assert {value for name, _, value in rig.told} <= {None}
+
+
 def test_who_has_stood_upright_once_may_bend_down() -> None:
     rig = Rig()
     rig.stand()
