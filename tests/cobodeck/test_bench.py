@@ -201,12 +201,21 @@ def test_a_damaged_result_is_told_in_a_sentence(draw: st.DataObject) -> None:
             told.clear()
 
 
+def with_error(text: str) -> bytes:
+    """A result with this as an error in it."""
+    return json.dumps(RESULT).replace('"error": null', f'"error": {text}', 1).encode()
+
+
 @pytest.mark.parametrize(
     ("data", "told"),
     [
         (b"[]", "it has no list of `rows`"),
         (b'{"rows": [], "machine": {}}', "`machine` does not say name"),
         (b"[" * 100_000, "recursion"),
+        (with_error("1" + "0" * 400), "which is no number"),
+        (with_error("NaN"), "which is no number"),
+        (with_error("-Infinity"), "which is no number"),
+        (with_error("9" * 5000), "digits"),
     ],
 )
 def test_what_is_no_result_is_told(
