@@ -344,8 +344,6 @@ class ChartRun:
         for key in self.machine.chart.outputs.get(outcome, ()):
             self.results[key] = life.data[self.machine.root.cells[key]]
         self.queue.drop(life.root)
-        for node in life.root.timed:
-            node.deadline = NEVER_NS
         life.hold()
 
     def forget_routes(self) -> None:

@@ -189,3 +189,53 @@ def test_rule_8_anything_else_is_none(given: Any, monkeypatch: pytest.MonkeyPatc
     bench.tick(2)
     assert bench.run.outcome == "error"
     assert bench.records("error") == [("error", "a", "UndeclaredOutcome")]
+
+
+def test_rule_9_outputs_kept_by_a_box_that_ends_with_an_error_are_not_written():
+    text = """
+chart: c
+outcomes: [x, y]
+outputs: {x: {a: number}, y: {a: number}}
+data: {a: {type: number, initial: 0}}
+states:
+  both:
+    all:
+      one: {do: Give, out: {value: a}}
+      two: {do: Do}
+    next: {done: .x, error: .y}
+"""
+    for end, found in (("done", ("x", 1.5)), (RuntimeError("two"), ("y", 0))):
+        bench = Bench(text)
+        bench.tick()
+        bench.end("both/one", "done", value=1.5)
+        bench.tick()
+        bench.end("both/two", end)
+        bench.tick()
+        assert (bench.run.outcome, bench.run.results["a"]) == found
+
+
+def test_rule_9_the_data_of_a_used_chart_are_new_at_each_entry():
+    text = """
+chart: outer
+outcomes: [x]
+states:
+  sub: {use: inner, next: {again: sub, out: .x}}
+---
+chart: inner
+outcomes: [again, out]
+data: {v: {type: number, initial: 0}}
+states:
+  read: {do: Use, in: {value: v}, next: {done: write, failed: .out, other: .out}}
+  write: {do: Give, out: {value: v}, next: {done: reread, failed: .out, other: .out}}
+  reread: {do: Use, in: {value: v}, next: {done: .again, failed: .out, other: .out}}
+"""
+    bench = Bench(text)
+    assert bench.script is not None
+    for number in range(3):
+        bench.tick()
+        assert bench.script.inputs["sub/read"] == {"value": 0}
+        bench.end("sub/read", "done")
+        bench.end("sub/write", "done", value=float(number + 1))
+        bench.tick()
+        assert bench.script.inputs["sub/reread"] == {"value": number + 1.0}
+        bench.end("sub/reread", "done")
