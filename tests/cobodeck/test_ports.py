@@ -134,6 +134,7 @@ def test_every_port_of_a_run_is_in_the_table_and_what_is_thrown_at_it_does_nothi
             end = time.monotonic() + PATIENCE_S
             while set(found.values()) != known and time.monotonic() < end:
                 assert running.poll() is None, set(found.values()) ^ known
+                select.select([], [], [], 0.1)
                 try:
                     found = opened(running.pid, host)
                 except (OSError, ValueError):  # a process has just begun, or ended
