@@ -256,9 +256,9 @@ def test_wheels_without_a_room_to_be_located_in_are_driven_all_the_same() -> Non
     plant = connected(base=(Wheels, ""))
     try:
         assert plant.guard is not None
-        board = Board()
+        run = run_of(plant)
         plant.guard.drive(AHEAD)
-        Wired(run=None, board=board, inlet=Inlet(board), base=plant.guard).pass_on(0)  # type: ignore[arg-type]
+        Wired(run, run.board, Inlet(run.board), plant.guard).pass_on(0)
         assert plant.guard.selected.twist == AHEAD
     finally:
         plant.close()
@@ -501,18 +501,22 @@ class Work(Action):
             base.release()
 
 
-def looped(plant: Connected, seconds: float) -> Loop:
+def run_of(plant: Connected) -> ChartRun:
     library = load_text(CHART)
     machine = Machine(library["c"], library, {"Work": interface(Work)})
     names = ("base.pose", "base.twist", "base.mode", "base.refusal", "stop.engaged", "lamp.lit")
     board = Board(declare([Measured(name, KINDS.get(name, object)) for name in names]))
-    run = ChartRun(machine, board, plant.parts)
+    return ChartRun(machine, board, plant.parts)
+
+
+def looped(plant: Connected, seconds: float) -> Loop:
+    run = run_of(plant)
     guard = plant.guard
     assert guard is not None
-    inlet = Inlet(board, plant.parts, [(name, guard.hear) for name in guard.hears])
+    inlet = Inlet(run.board, plant.parts, [(name, guard.hear) for name in guard.hears])
     told: list[Any] = []
     loop = Loop(
-        plant, Wired(run, board, inlet, guard), TickGrid(30), clock=RealTime(), tell=told.append
+        plant, Wired(run, run.board, inlet, guard), TickGrid(30), clock=RealTime(), tell=told.append
     )
     loop.go(round(seconds * 1e9))
     return loop
