@@ -114,7 +114,8 @@ class RosbridgeClient:
 
     def _opened(self, protocol: Any) -> None:
         protocol.transport.setTcpNoDelay(True)
-        protocol._message_handlers["status"] = self._hear  # it has none, and takes no other
+        handlers = getattr(protocol, "_message_handlers", {})
+        handlers["status"] = self._hear  # it has none of its own, and lets none be registered
         protocol.send_ros_message({"op": "set_level", "level": "warning"})
         self._protocol, self.opened_ns = protocol, time.monotonic_ns()
         self._open.set()

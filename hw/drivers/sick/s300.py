@@ -5,7 +5,7 @@ parts:
     driver: "hw.drivers.sick.s300:S300"
     scanners:
       front_laser: {host: 192.168.0.31, port: 4001}
-      rear_laser: {device: /dev/ttyUSB1, upside_down: true}
+      rear_laser: {device: /dev/serial/by-id/usb-…, upside_down: true}
     baud: 500000         # of the RS-422 line
     delay: 0.0           # s, between line and program, if known
 
