@@ -69,6 +69,7 @@ def goes_on(how: str, length: float, at: float, answers: bool) -> None:
     assert max(took["tracked"], took["asked"], took["drives"]) <= 1.0, took
 
 
+@pytest.mark.few(3)
 @pytest.mark.requirement(48, 149)
 @pytest.mark.parametrize(
     ("how", "length", "at", "answers"),
@@ -125,6 +126,7 @@ def seen_of(link: Link) -> set[float]:
     return {round(person.body.x) for person in link.values("user.pose")}
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("second_host", ["10.0.0.7", "10.0.0.8"])
 def test_of_two_live_headsets_the_first_stays_the_source_and_the_second_is_told(
     second_host,
