@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from states.arm.inverse import BRANCHES, EXACT, inverse
 from states.arm.kernels import Array
-from states.arm.kinematics import KinematicChain, deviation, forward, jacobian
-from states.arm.newton import polish
+from states.arm.kinematics import KinematicChain, forward, jacobian
+from states.arm.newton import descended
 from states.arm.path import JointPath
 from states.arm.timing_kernels import line_times
 from states.arm.trajectory import ArmLimits, SlowZone
@@ -148,9 +148,8 @@ def _branches(
     for i in range(n):
         before = knots[:, i, None]
         if near_by is None:  # a calibrated chain: a few Newton steps from the knot before
-            found = polish(chain, before, poses[:, i])
-            missed, turned = deviation(forward(chain, found[:, 0]), poses[:, i])
-            missing = np.where((missed <= EXACT) & (turned <= EXACT), 0.0, np.inf)[:, None]
+            found, worth = descended(chain, before[:, 0], poses[:, i])
+            found, missing = found[:, None], np.where(worth <= EXACT**2, 0.0, np.inf)[:, None]
         else:
             found, missing = near_by[0][:, i], near_by[1][:, i]
         near = found - _TURN * np.round((found - before) / _TURN)

@@ -54,7 +54,7 @@ EXACT = 1e-9
 """Largest error of a solution, m and rad."""
 
 ROUNDED = 5e-7
-"""By how much the elbow may miss, m, or a wrist that is made straight turn the tool, rad.
+"""By how much the elbow may miss, m, or a wrist that is nearly straight turn the tool, rad.
 
 That is for poses which only rounding has put out of reach: single precision moves a point 2 m away
 by 1e-7 m and turns a frame by 1e-7 rad. Both together leave 1e-6 at most.
@@ -278,7 +278,7 @@ def _solve(dh: Array, flange: Array, reach: float, joints: Array, valid: NDArray
 
 @njit(cache=True)
 def _drop_twins(joints: Array, valid: NDArray[np.bool_]) -> None:
-    """Leaves out branches (8, 6) that equal one before: a wrist made straight has no two sides."""
+    """Leaves out branches (8, 6) that equal one before: a straight wrist has no two sides."""
     for k in range(1, BRANCHES):
         for other in range(k):
             away = 0.0
@@ -342,10 +342,8 @@ def _solve_one(
         q234 = math.atan2(ez, c1 * ex + s1 * ey)
         wrist_x = c1 * wx + s1 * wy
         shift = _self_motion(dh, wrist_x, wz, q234, s5, min(reach, ROUNDED))
-        if shift != 0.0:
-            q234 += shift
-            q6 -= shift if c5 > 0.0 else -shift
-            q5 = up * math.atan2(s5 * max(math.cos(shift), 0.0), mz)
+        q234 += shift
+        q6 -= shift if c5 > 0.0 else -shift
         joints[branch, 0] = _wrap(q1)
         joints[branch, 4] = q5
         joints[branch, 5] = _wrap(q6)
@@ -383,11 +381,10 @@ def _elbow(dh: Array, wx: float, wz: float, q234: float, up: float, q: Array) ->
 def _self_motion(dh: Array, wx: float, wz: float, q234: float, s5: float, slack: float) -> float:
     """The least change of q234 that brings the elbow into reach, where the wrist allows it; else 0.
 
-    With s5 near 0 joints 4 and 6 turn about one axis: turning one against the other by t, with the
-    sine of joint 5 at s5 cos t but not below 0, turns the tool by s5 sin t, or s5, only; that is
-    done where it stays below the slack. The forearm's end lies at D^2 =
-    c^2 + d5^2 - 2 c d5 sin(q234 - h), with (c, h) the wrist in polar coordinates; D = bound gives
-    two angles, of which the nearer is taken.
+    With s5 near 0 joints 4 and 6 turn about one axis: turning one against the other by t turns the
+    tool by 2 s5 sin(t / 2) only, and is done where that stays below the slack. The forearm's end
+    lies at D^2 = c^2 + d5^2 - 2 c d5 sin(q234 - h), with (c, h) the wrist in polar coordinates; D =
+    bound gives two angles, of which the nearer is taken.
     """
     far, near, d5 = abs(dh[1] + dh[2]), abs(dh[1] - dh[2]), dh[4]
     x, y = wx - d5 * math.sin(q234), wz + d5 * math.cos(q234)
@@ -406,8 +403,7 @@ def _self_motion(dh: Array, wx: float, wz: float, q234: float, s5: float, slack:
     first = _wrap(heading + math.asin(k) - q234)
     second = _wrap(heading + math.pi - math.asin(k) - q234)
     shift = first if abs(first) <= abs(second) else second
-    off = s5 * abs(math.sin(shift)) if abs(shift) < 0.5 * math.pi else s5
-    return shift if off <= slack else 0.0
+    return shift if 2.0 * s5 * abs(math.sin(0.5 * shift)) <= slack else 0.0
 
 
 @njit(cache=True)

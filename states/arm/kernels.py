@@ -111,6 +111,109 @@ def slopes(base: Array, origins: Array, tip: Array, q: Array, found: Array) -> N
 
 
 @njit(cache=True)
+def missed(pose: Array, target: Array, miss: Array) -> float:
+    """Writes by how much a pose (4, 4) misses a target into miss (6,), m and rad; its square.
+
+    The rotation vector is that of `kinematics.rotation_vector`.
+    """
+    turn = np.empty((3, 3))
+    for i in range(3):
+        miss[i] = target[i, 3] - pose[i, 3]
+        for j in range(3):
+            turn[i, j] = (
+                target[i, 0] * pose[j, 0] + target[i, 1] * pose[j, 1] + target[i, 2] * pose[j, 2]
+            )
+    x, y, z = turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]
+    sine = 0.5 * math.sqrt(x * x + y * y + z * z)
+    angle = math.atan2(sine, 0.5 * (turn[0, 0] + turn[1, 1] + turn[2, 2] - 1.0))
+    if sine > 0.0:
+        share = 0.5 * angle / sine
+        miss[3], miss[4], miss[5] = share * x, share * y, share * z
+    else:
+        miss[3], miss[4], miss[5] = angle, 0.0, 0.0
+    square = 0.0
+    for i in range(6):
+        square += miss[i] * miss[i]
+    return square
+
+
+@njit(cache=True)
+def solved(matrix: Array, values: Array) -> None:
+    """Replaces values (6,) by the solution of matrix (6, 6) x = values, which is spoilt by it."""
+    for k in range(6):
+        pivot = k
+        for i in range(k + 1, 6):
+            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
+                pivot = i
+        if pivot != k:
+            for j in range(k, 6):
+                matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
+            values[k], values[pivot] = values[pivot], values[k]
+        for i in range(k + 1, 6):
+            share = matrix[i, k] / matrix[k, k]
+            for j in range(k + 1, 6):
+                matrix[i, j] -= share * matrix[k, j]
+            values[i] -= share * values[k]
+    for k in range(5, -1, -1):
+        for j in range(k + 1, 6):
+            values[k] -= matrix[k, j] * values[j]
+        values[k] /= matrix[k, k]
+
+
+@njit(cache=True)
+def damped_step(jac: Array, miss: Array, damping: float, normal: Array, step: Array) -> None:
+    """Writes the solution of (J^T J + damping I) step = J^T miss into step (6,)."""
+    for i in range(6):
+        step[i] = 0.0
+        for k in range(6):
+            step[i] += jac[k, i] * miss[k]
+        for j in range(i + 1):
+            square = 0.0
+            for k in range(6):
+                square += jac[k, i] * jac[k, j]
+            normal[i, j] = normal[j, i] = square
+        normal[i, i] += damping
+    solved(normal, step)
+
+
+@njit(cache=True)
+def descend(  # noqa: PLR0913 - a chain, a problem and its answer
+    base: Array,
+    origins: Array,
+    tip: Array,
+    targets: Array,
+    steps: int,
+    done: float,
+    q: Array,
+    worth: Array,
+) -> None:
+    """Moves joints (n, 6) towards targets (n, 4, 4), see `newton`; writes |e|^2 into worth (n,)."""
+    pose, jac = np.zeros((1, 4, 4)), np.empty((1, 6, 6))
+    miss, trial, new_miss = np.empty(6), np.empty((1, 6)), np.empty(6)
+    normal, step = np.empty((6, 6)), np.empty(6)
+    for n in range(len(q)):
+        place_tcp(base, origins, tip, q[n : n + 1], pose)
+        worth[n] = missed(pose[0], targets[n], miss)
+        damping, fresh = 100.0, True
+        for _ in range(steps):
+            if worth[n] <= done:
+                break
+            if fresh:
+                slopes(base, origins, tip, q[n : n + 1], jac)
+            damped_step(jac[0], miss, 1e-15 + damping * worth[n], normal, step)
+            for i in range(6):
+                trial[0, i] = q[n, i] + step[i]
+            place_tcp(base, origins, tip, trial, pose)
+            new_worth = missed(pose[0], targets[n], new_miss)
+            fresh = new_worth < worth[n]
+            if fresh:
+                worth[n] = new_worth
+                for i in range(6):
+                    q[n, i], miss[i] = trial[0, i], new_miss[i]
+            damping *= 0.3 if fresh else 3.0
+
+
+@njit(cache=True)
 def point_velocities(
     base: Array, origins: Array, links: Integers, local: Array, q: Array, slope: Array, found: Array
 ) -> None:

@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from states.arm.kernels import Array
-from states.arm.kinematics import KinematicChain, forward, jacobian, rotation_vector
+from states.arm.kernels import Array, descend
+from states.arm.kinematics import KinematicChain
 
 STEPS = 50
 MORE_STEPS = 200
@@ -28,7 +28,7 @@ def polish(chain: KinematicChain, joints: Array, poses: Array) -> Array:
     """Joints (n, b, 6) of b branches, moved as close to the poses (n, 4, 4) as they get."""
     branches = joints.shape[1]
     seeds = joints.reshape(-1, 6)
-    found, worth = _descend(chain, seeds, np.repeat(poses, branches, axis=0), STEPS)
+    found, worth = descended(chain, seeds, np.repeat(poses, branches, axis=0))
     found, best = found.reshape(joints.shape), worth.reshape(-1, branches).min(axis=1)
     again = np.flatnonzero((best > 1e-18) & (best <= RESEED_RANGE**2))
     if len(again):
@@ -53,39 +53,18 @@ def _along_self_motion(chain: KinematicChain, joints: Array, poses: Array) -> Ar
     n, branches, _ = joints.shape
     seeds = self_motion(joints)
     targets = np.repeat(poses, branches * seeds.shape[2], axis=0)
-    found, worth = _descend(chain, seeds.reshape(-1, 6), targets, MORE_STEPS)
+    found, worth = descended(chain, seeds.reshape(-1, 6), targets, MORE_STEPS)
     best = worth.reshape(n, branches, -1).argmin(axis=2)
     picked = np.take_along_axis(found.reshape(seeds.shape), best[..., None, None], axis=2)
     return np.asarray(picked[:, :, 0])
 
 
-def _descend(
-    chain: KinematicChain, seeds: Array, targets: Array, steps: int
+def descended(
+    chain: KinematicChain, seeds: Array, targets: Array, steps: int = STEPS
 ) -> tuple[Array, Array]:
-    q = seeds.copy()
-    miss, worth = _miss(chain, q, targets)
-    damping = np.full(len(q), 100.0)
-    for _ in range(steps):
-        busy = np.flatnonzero(worth > _DONE)
-        if not len(busy):
-            break
-        trial = q[busy] + _step(jacobian(chain, q[busy]), miss[busy], damping[busy] * worth[busy])
-        new_miss, new_worth = _miss(chain, trial, targets[busy])
-        better = new_worth < worth[busy]
-        won = busy[better]
-        q[won], miss[won], worth[won] = trial[better], new_miss[better], new_worth[better]
-        damping[busy] *= np.where(better, 0.3, 3.0)
+    """Joints (n, 6) moved from seeds towards targets (n, 4, 4), and |e|^2 there, (n,)."""
+    q, worth = np.array(seeds, dtype=np.float64, order="C"), np.empty(len(seeds))
+    descend(
+        chain.base, chain.origins, chain.tip, np.ascontiguousarray(targets), steps, _DONE, q, worth
+    )
     return q, worth
-
-
-def _step(jac: Array, miss: Array, damping: Array) -> Array:
-    transposed = np.swapaxes(jac, -1, -2)
-    normal = transposed @ jac + (1e-15 + damping)[:, None, None] * np.eye(6)
-    return np.asarray(np.linalg.solve(normal, transposed @ miss[..., None])[..., 0])
-
-
-def _miss(chain: KinematicChain, q: Array, targets: Array) -> tuple[Array, Array]:
-    reached = forward(chain, q)
-    turn = rotation_vector(reached, targets)
-    miss = np.concatenate([targets[:, :3, 3] - reached[:, :3, 3], turn], axis=1)
-    return miss, np.sum(miss * miss, axis=1)

@@ -15,6 +15,7 @@ from hw.room import Room
 from hw.samples import UserPose
 from states.arm import separation
 from states.arm.collision import Limb
+from states.arm.kinematics import forward
 from states.arm.person import ARM_RADIUS, ArmSituation, person_obstacles
 from states.arm.planning import Plan, ended, in_turn
 from states.arm.states import ParkArm, ReachDeep
@@ -189,6 +190,34 @@ def test_the_nearer_and_the_older_a_hand_the_slower_the_arm(
     assert share(5.2) > share(5.8) > share(5.9)
     assert share(5.8) > share(5.8, age=0.05) > 0.0
     assert share(5.8) > share(5.8, unsure=0.03)
+
+
+@pytest.mark.requirement(51)
+def test_a_hand_beside_the_way_of_the_tool_may_come_into_it(
+    tuned: Environment, reach: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The arm does not close on where it was seen, but may on where it has gone by now."""
+    chain = tuned.workspace.chain
+    q = reach.trajectory.at(np.array([0.4, 0.401]))[0]
+    tool, ahead = (forward(chain, joints)[:3, 3] for joints in q)
+    beside = np.cross(ahead - tool, (0.0, 0.0, 1.0))
+    beside /= np.linalg.norm(beside)
+
+    def share(away: float) -> float:
+        found = tuned.workspace.governor_of(reach, ArmSituation(BASE, USER, (0.0,) * 6), DEEP)
+        assert found is not None
+        hand, shoulder = (tool + off * beside for off in (away, away + 0.5))
+        ends = [(*BASE.transform(p[0], p[1]), float(p[2])) for p in (shoulder, hand)]
+        for k in range(4):
+            found.see(k * 33_333_333, USER, (Limb(*ends, ARM_RADIUS),))
+        given = found.pace(100_000_000, 0.4, 0.0, BASE)
+        assert given is not None
+        return given.share
+
+    near, far = share(0.25), share(0.7)
+    monkeypatch.setattr(separation, "_turned", lambda closing, *_: np.maximum(closing, 0.0))
+    assert near < share(0.25) - 0.05
+    assert far == share(0.7) == 1.0
 
 
 def test_a_limb_within_its_gap_stays_an_obstacle_and_one_that_is_touched_does_not(
