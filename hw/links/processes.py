@@ -197,7 +197,8 @@ def serve(
     except (OSError, ValueError) as error:
         if out.closed:
             raise
-        out.write(json.dumps({"error": str(error) or type(error).__name__}).encode() + b"\n")
+        with suppress(BrokenPipeError):  # the parent has gone meanwhile
+            out.write(json.dumps({"error": str(error) or type(error).__name__}).encode() + b"\n")
 
 
 def _signal(number: int) -> str:
