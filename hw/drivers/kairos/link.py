@@ -122,7 +122,7 @@ class KairosLink:
     def _why_old(self, now_ns: int, age_ns: int) -> str:
         """Why there is no timely odometry."""
         step_ns = self._clock.set_by_ns
-        if now_ns - self._heard_ns > ODOMETRY_OLD_NS:
+        if 2 * (now_ns - self._heard_ns) > ODOMETRY_OLD_NS:  # the last one was a little late, too
             why = ": nothing comes any more; is it the WLAN, or does the robot's PC hang?"
         elif step_ns is not None:
             host, _ = self._address
