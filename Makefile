@@ -3,7 +3,8 @@ PYTHON ?= $(or $(shell for p in python3 python3.13 python3.12 python3.11; do \
   $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done),python3)
 BIN := .venv/bin
 ALONE := $(BIN)/python -m pytest -q
-BESIDE := $(ALONE) -n auto --dist worksteal
+BESIDE := $(ALONE) -n auto --dist loadfile
+STOLEN := $(ALONE) -n auto --dist worksteal
 SLEEPERS := $(ALONE) -n 4 --dist loadfile
 LONG := $(if $(CI),slow,slow or hypothesis)
 THOROUGH := $(if $(CI),,THOROUGH=1)
@@ -19,6 +20,7 @@ demo: .venv/installed
 	@$(BIN)/cobodeck render out/demo.mcap -o out/demo.svg
 	@echo; echo "cobodeck is in $(BIN); to call it by its name: . $(BIN)/activate"
 
+# the tests of a file share what they compile and record, so that it stays with one worker;
 # what runs in real time has the machine to itself, files beside each other; it sleeps most of its time.
 # 5: nothing of it was asked for
 test: .venv/installed-dev
@@ -27,7 +29,7 @@ test: .venv/installed-dev
 
 # properties with all their examples, too; in CI these are what `test` has
 slow: .venv/installed-dev
-	@$(THOROUGH) $(BESIDE) -m "($(LONG)) and not realtime" $(PYTEST) || [ $$? = 5 ]
+	@$(THOROUGH) $(STOLEN) -m "($(LONG)) and not realtime" $(PYTEST) || [ $$? = 5 ]
 	@$(THOROUGH) $(ALONE) -m "($(LONG)) and realtime" $(PYTEST) || [ $$? = 5 ]
 
 check: .venv/installed-dev
