@@ -131,6 +131,18 @@ def test_what_ends_a_silence_is_known_before_the_tick_that_takes_it(ticked, stam
     assert b.arrived() == (b.slots["place"].roots if ends_a_silence else 0)
 
 
+@pytest.mark.parametrize("ages", [(150, 10_000), (10_000, 150)])
+def test_a_repeat_is_news_for_the_reader_that_accepts_the_least_age(ages: tuple[int, int]):
+    b = board()
+    for age in ages:
+        b.accept("first", age)
+    deliver(b, SAME, 0)
+    b.put("place", SAME, 150)
+    assert b.arrived() == 0
+    b.put("place", SAME, 151)
+    assert b.arrived() == b.slots["place"].roots
+
+
 class Wait(Monitor):
     """Ends when what it waits for has come; counts how often it was woken."""
 
