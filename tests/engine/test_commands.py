@@ -240,3 +240,86 @@ def test_rule_6_put_off_in_every_second_tick_is_no_busy_loop():
         bench.tick()
         assert bench.active == ["guard", "loop/a"]
     assert bench.records("note") == []
+
+
+ASKING = """
+chart: c
+outcomes: [x]
+states:
+  a: {do: Do, autonomy: {done: high}, next: {done: b, failed: .x, other: .x}}
+  b: {do: Do, next: {done: a, failed: .x, other: .x}}
+"""
+
+
+def rounds(bench: Bench, count: int = 2) -> None:
+    """Let both end again and again, so that what follows is known by heart."""
+    for _ in range(count):
+        for path in ("a", "b"):
+            bench.end(path, "done")
+            bench.tick()
+
+
+def test_rule_12_a_lock_holds_what_was_free_before_and_frees_it_again():
+    bench = Bench(ASKING)
+    bench.tick()
+    rounds(bench)
+    assert bench.operator.lock("a") is None
+    bench.end("a", "done")
+    bench.tick(2)
+    assert bench.operator.waiting() == {"a": "done"}
+    assert bench.operator.unlock("a") is None
+    bench.tick()
+    assert bench.active == ["b"]
+    bench.end("b", "done")
+    bench.tick()
+    rounds(bench)
+    assert bench.operator.waiting() == {}
+    assert bench.active == ["a"]
+
+
+def test_rule_12_a_level_holds_what_was_free_before_and_frees_what_waits():
+    bench = Bench(ASKING)
+    bench.tick()
+    rounds(bench)
+    assert bench.operator.set_level("high") is None
+    bench.end("a", "done")
+    bench.tick(2)
+    assert bench.operator.waiting() == {"a": "done"}
+    assert bench.operator.set_level("full") is None
+    bench.tick()
+    assert bench.active == ["b"]
+    bench.end("b", "done")
+    bench.tick()
+    rounds(bench)
+    assert bench.active == ["a"]
+
+
+class Spilling(Action):
+    """Has an output, and fails to clean up."""
+
+    outcomes = ("done",)
+    outputs = {"done": {"value": float}}
+
+    def run(self, ctx: Context) -> Run:
+        try:
+            while True:
+                yield
+        finally:
+            raise OSError("stuck")
+
+
+def test_rule_11_outputs_of_a_forced_node_that_fails_to_clean_up_are_not_written():
+    text = """
+chart: c
+outcomes: [x, wrong]
+outputs: {x: {d: number}, wrong: {d: number}}
+data: {d: {type: number, initial: 0}}
+states:
+  a: {do: Spilling, out: {value: d}, next: {done: .x, error: .wrong}}
+"""
+    bench = Bench(text, states=(Spilling,), scripted=False)
+    bench.tick()
+    assert bench.operator.force("a", "done", {"value": 1.5}) is None
+    bench.tick()
+    assert (bench.run.outcome, bench.run.results) == ("wrong", {"d": 0})
+    assert bench.records("data") == []
