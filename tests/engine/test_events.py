@@ -94,6 +94,17 @@ def test_a_state_that_waits_for_events_is_woken_after_a_pause_in_which_they_came
     assert HEARD == [[1]]
 
 
+@pytest.mark.parametrize("paused", [False, True])
+def test_rule_13_in_a_pause_nobody_wants_news(paused: bool):
+    bench = listening("{do: Hear, next: {heard: b}}")
+    bench.tick()
+    if paused:
+        bench.operator.pause()
+    bench.tick()
+    ring(bench, 1)
+    assert bench.run.schedule.wants_news() != paused
+
+
 def test_a_restarted_state_begins_at_its_entry_with_what_came_in_that_tick():
     bench = listening("{do: Hear, with: {sleep: 0.2 s}, next: {heard: a}}")
     ring(bench, 1)

@@ -313,3 +313,28 @@ all:
     b.tick()
     assert b.run.outcome == "done"
     assert b.run.results == {"d": 1.5, "e": 2.5}
+
+
+def test_rule_4_of_two_that_end_the_same_child_of_a_list_one_is_recorded_as_lost(bench):
+    text = """
+chart: c
+outcomes: [done]
+all:
+  inner:
+    any:
+      near: {watch: See, next: {seen: .on, lost: .on}}
+      deep:
+        any:
+          far: {watch: See, next: {seen: .on, lost: .on}}
+        next: {on: .on}
+  other: {do: Do}
+"""
+    b = bench(text)
+    b.tick()
+    b.end("inner/near", "seen")
+    b.end("inner/deep/far", "seen")
+    b.tick()
+    assert b.active == ["other"]
+    assert ("outcome", "inner/deep/far", "seen") in b.last()
+    assert ("exit", "inner/deep/far", "lost") in b.last()
+    assert ("exit", "inner/near", "outcome") in b.last()
