@@ -27,7 +27,7 @@ def faked(folder: Path) -> Path:
     given = yaml.safe_load((FOLDER / "kairos_rosbridge.yaml").read_text())
     peers = {name: entry | {"host": "loopback"} for name, entry in PEERS.items()}
     links, parts = given["links"], given["parts"]
-    del links["chain"]["observer"]
+    del links["chain"]["observer"], links["unity"]["peer"]
     hosts = (links["chain"], links["chain"]["hardware"], links["unity"], parts["arm"])
     for entry in (*hosts, parts["lidar"]):
         entry["host"] = "loopback"
