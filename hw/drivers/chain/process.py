@@ -34,7 +34,7 @@ ENDING_NS = 2000 * MS
 COLLECT_NS = 1000 * MS
 
 
-class Hears(Protocol):
+class Pollable(Protocol):
     """An `Intake`, or the observer's port."""
 
     def fileno(self) -> int:
@@ -53,7 +53,9 @@ class Hears(Protocol):
 class ChainProcess:
     """The loop around a `ChainCycle`: sockets, timing, and reports."""
 
-    def __init__(self, settings: ChainSettings, hardware: Hardware, intakes: list[Hears]) -> None:
+    def __init__(
+        self, settings: ChainSettings, hardware: Hardware, intakes: list[Pollable]
+    ) -> None:
         self._intakes = intakes
         self._period_ns = round(1e9 / settings.rate)
         self._outlet = Outlet([settings.engine])
@@ -152,7 +154,7 @@ def main(settings: ChainSettings, ready: Ready, parent: Parent) -> None:
     """Open the wheels, and guard them until the engine is gone."""
     signal.signal(signal.SIGTERM, _end)
     with ExitStack() as opened:
-        intakes: list[Hears] = [
+        intakes: list[Pollable] = [
             _bound(settings.address, partial(Intake, SOURCES, *settings.address, settings.secret))
         ]
         opened.callback(intakes[0].close)
@@ -171,7 +173,7 @@ def main(settings: ChainSettings, ready: Ready, parent: Parent) -> None:
         process.run(parent)
 
 
-def _bound(address: Address, bind: Callable[[], Hears]) -> Hears:
+def _bound(address: Address, bind: Callable[[], Pollable]) -> Pollable:
     try:
         return bind()
     except OSError as error:

@@ -17,7 +17,7 @@ from hw.drivers.unity.inbox import Checks, Inbox, TellUser
 from hw.drivers.unity.messages import BUILDS, Messages, stamp_of
 from hw.drivers.unity.services import Services
 from hw.drivers.unity.session import Session
-from hw.drivers.unity.sources import Sources
+from hw.drivers.unity.sources import TopicSources
 from hw.drivers.unity.topics import Topics, UnityTopic, plain_name, plain_type
 from hw.drivers.unity.view import shown
 from hw.drivers.unity.wire import (
@@ -70,7 +70,7 @@ class UnityBridge:
         self._settings, self._tell, self._wall_ns = settings, tell, wall_ns
         self._messages = Messages(settings.build, settings.definitions)
         self._inbox = Inbox(settings.checks, tell)
-        self._sources = Sources()
+        self._sources = TopicSources()
         self._now_ns, self._told_ns = 0, -LEVELS_EVERY_NS
         self._fault: tuple[int, str] | None = None
         topics = settings.topics

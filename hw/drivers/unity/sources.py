@@ -12,7 +12,7 @@ from __future__ import annotations
 from hw.drivers.unity.session import Session
 
 
-class Sources:
+class TopicSources:
     """See the module; topics are named as in `Topics`."""
 
     def __init__(self) -> None:
