@@ -118,8 +118,11 @@ class ChainCycle:
         """Stop the wheels until the reset; the first reason is kept."""
         if self.stopped is None:
             self.stopped = reason
-            with suppress(Exception):  # the cycles command standstill, too
-                self.hardware.stop()
+            self._stop_hardware()
+
+    def _stop_hardware(self) -> None:
+        with suppress(Exception):  # the cycles command standstill, too
+            self.hardware.stop()
 
     def cycle(self, now_ns: int) -> None:
         """Run one cycle; an exception of the hardware stops the wheels."""
@@ -224,7 +227,7 @@ class ChainCycle:
 
     def _refuse(self, now_ns: int, token: int, why: str) -> None:
         self._resetting = None
-        self.hardware.stop()
+        self._stop_hardware()
         self._outlet.send("chain.reset", now_ns, (token, why))
 
     # datagrams received

@@ -488,6 +488,19 @@ def test_a_driver_that_raises_stops_the_wheels_and_the_cycles_go_on(rig):
     assert rig.chain.stopped == "wheels: OSError: bus off"
 
 
+def test_wheels_that_refuse_to_stop_end_neither_chain_nor_reset(rig):
+    def refuse():
+        raise OSError("bus off")
+
+    rig.order("pull", "console")
+    rig.go(50)
+    rig.wheels.order("stop", refuse)
+    rig.order("reset", 7)
+    rig.order("pull", "observer")
+    assert rig.sent.values("chain.reset") == [(7, "observer")]
+    stays_stopped(rig, "console")
+
+
 # -- stops and resets
 
 
