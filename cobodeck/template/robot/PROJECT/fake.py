@@ -32,9 +32,12 @@ class FakeRover:
                 data, peer = self._socket.recvfrom(1024)
                 told = json.loads(data)
                 vx, vy, wz = (float(told[name]) for name in ("vx", "vy", "wz"))
-                self.velocity, heard = (vx, vy, wz), time.monotonic()
-            except (TimeoutError, ValueError, TypeError, LookupError):
-                pass  # nothing has come, or nothing of our driver
+                if math.isfinite(vx + vy + wz):
+                    self.velocity, heard = (vx, vy, wz), time.monotonic()
+            except TimeoutError:
+                pass
+            except (ValueError, TypeError, LookupError, OverflowError, RecursionError):
+                pass  # not from our driver
             now = time.monotonic()
             if now - heard > timeout_s:
                 self.velocity = (0.0, 0.0, 0.0)

@@ -1,5 +1,6 @@
 """The chart alone, on the simulated robot, and on the driver against its fake."""
 
+import json
 import socket
 import threading
 from pathlib import Path
@@ -80,6 +81,20 @@ def test_datagrams_of_others_are_not_heard():
         base.close()
     assert pose == ("base.pose", 5, Pose2(1.0, 2.0, 0.0))
     assert level == ("battery.level", 5, 0.5)
+
+
+def test_the_fake_goes_on_whatever_it_is_sent(fake):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as driver:
+        driver.connect(("127.0.0.1", fake.port))
+        driver.settimeout(10.0)
+        for number in (b"NaN", b"1" + b"0" * 400):
+            driver.send(b'{"vx": %s, "vy": 0, "wz": 0}' % number)
+        for datagram in NONSENSE:
+            driver.send(datagram)
+        driver.send(b'{"vx": 0.1, "vy": 0, "wz": 0}')
+        while json.loads(state := driver.recv(1024))["vx"] != 0.1:
+            assert b"NaN" not in state
+    assert b"NaN" not in state
 
 
 def test_nobody_there_is_told(tmp_path, monkeypatch):
