@@ -12,7 +12,8 @@ import socket
 import struct
 import sys
 
-LOOPBACK = "127.0.0.1"
+from hw.links.datagrams import LOOPBACK
+
 SO_ATTACH_FILTER = 26
 """Of Linux; `socket` does not name it."""
 FROM_LOOPBACK = (

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from ipaddress import ip_address, ip_network
 
 from hw.drivers.unity.session import Session
+from hw.links.datagrams import is_loopback
 
 MOST_CLIENTS, MOST_OF_ONE = 8, 4
 """Clients at a time, and of one address."""
@@ -26,7 +27,7 @@ def peers_of(peer: str | Sequence[str] | None, host: str) -> tuple[str, ...]:
         ValueError: one of them is no address.
     """
     if peer is None:
-        return (LOOPBACK if host == "localhost" or host.startswith("127.") else ANYBODY,)
+        return (LOOPBACK if is_loopback(host) else ANYBODY,)
     named = (peer,) if isinstance(peer, str) else tuple(peer)
     if not named:
         raise ValueError("peer: an empty list lets nobody connect; name the headset's address")
