@@ -25,14 +25,17 @@ import hmac
 import secrets
 import socket
 import time
+from collections import deque
 
 from hw.drivers.gates import OBSERVER_HEARD_NS
-from hw.links.datagrams import Address, Datagram, Reader, Seal, coded, key_of
+from hw.links.datagrams import Address, Datagram, Reader, Seal, coded, key_of, received
 
 PERIOD_S = 0.05
 """Period of the heartbeat, s."""
 TIMES = 3
 """Copies sent of a stop: datagrams from another machine may get lost."""
+OPEN = 20
+"""The newest questions, which may still be answered: that may take longer than PERIOD_S."""
 SOURCE = "observer"
 SHARED = 16
 """Length of random bytes, and of codes."""
@@ -49,7 +52,8 @@ class ObserverLink:
 
     def __init__(self, chain: Address, key: bytes) -> None:
         self._key = key
-        self._asked = self._start = b""
+        self._asked: deque[bytes] = deque(maxlen=OPEN)
+        self._start = b""
         self._session: tuple[Seal, bytes] | None = None
         self._stamp_ns, self._heard_ns = 0, -OBSERVER_HEARD_NS
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -68,14 +72,15 @@ class ObserverLink:
     def here(self) -> None:
         """Begin a heartbeat; `hear` ends it."""
         self.hear()
-        self._asked = secrets.token_bytes(SHARED)
-        self._send(coded(self._asked, key_of(self._key, "ask")))
+        asked = secrets.token_bytes(SHARED)
+        self._asked.append(asked)
+        self._send(coded(asked, key_of(self._key, "ask")))
 
     def hear(self) -> None:
         """Take the chain's answer, if there is one, and tell it that the observer is here."""
-        while (data := self._received()) is not None:
+        for data, _ in received(self._socket, LONGEST):
             if self._is_answer(data):
-                self._asked, self._heard_ns = b"", time.monotonic_ns()
+                self._heard_ns = time.monotonic_ns()
                 self._tell("observer.here", True)
 
     def pull(self, reason: str = "observer") -> None:
@@ -88,16 +93,24 @@ class ObserverLink:
         self._socket.close()
 
     def _is_answer(self, data: bytes) -> bool:
-        """Whether it answers what was asked last; then its contents are kept."""
-        body = data[SHARED:]
-        if not self._asked or not hmac.compare_digest(
-            data, coded(body, key_of(self._key, f"answer {self._asked.hex()}"))
-        ):
+        """Whether it answers an open question; then its contents are kept.
+
+        That question and those before it are not open any more.
+        """
+        asked = next((one for one in self._asked if self._answers(data, one)), None)
+        if asked is None:
             return False
+        while self._asked.popleft() != asked:
+            continue
+        body = data[SHARED:]
         start, self._stamp_ns = body[:SHARED], int.from_bytes(body[SHARED:], "big")
         if start != self._start:
             self._start, self._session = start, (Seal(), session_key(self._key, start))
         return True
+
+    def _answers(self, data: bytes, asked: bytes) -> bool:
+        key = key_of(self._key, f"answer {asked.hex()}")
+        return hmac.compare_digest(data, coded(data[SHARED:], key))
 
     def _tell(self, name: str, value: bool | str) -> None:
         if self._session is not None:
@@ -109,16 +122,6 @@ class ObserverLink:
             self._socket.send(data)
         except OSError:  # no network, or nobody there: it shows as silence
             return
-
-    def _received(self) -> bytes | None:
-        while True:
-            try:
-                return self._socket.recv(LONGEST)
-            except BlockingIOError:
-                return None
-            except OSError:  # an ICMP error for one of ours; or closed
-                if self.fileno() < 0:
-                    return None
 
 
 class ObserverPort:
@@ -148,15 +151,7 @@ class ObserverPort:
     def poll(self, most: int = 64) -> list[Datagram]:
         """Datagrams since the last call, oldest first, of at most `most` messages."""
         found: list[Datagram] = []
-        for _ in range(most):
-            try:
-                data, sender = self._socket.recvfrom(LONGEST)
-            except BlockingIOError:
-                break
-            except OSError:  # an ICMP error for one of ours; or closed
-                if self.fileno() < 0:
-                    break
-                continue
+        for data, sender in received(self._socket, LONGEST, most):
             if self._answered(data, sender):
                 continue
             one = self._reader.read(data)

@@ -22,7 +22,7 @@ import json
 import secrets
 import socket
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from hashlib import blake2b
 from typing import Any, NamedTuple, Protocol
 
@@ -188,15 +188,7 @@ class Intake:
     def poll(self, most: int = 256) -> list[Datagram]:
         """Datagrams since the last call, oldest first, of at most `most`; does not wait."""
         found: list[Datagram] = []
-        for _ in range(most):
-            try:
-                data = self._socket.recv(LONGEST)
-            except BlockingIOError:
-                break
-            except OSError:  # an ICMP error for one of ours; or closed
-                if self.fileno() < 0:
-                    break
-                continue
+        for data, _ in received(self._socket, LONGEST, most):
             one = self._reader.read(data)
             if one is None:
                 self.strange += 1
@@ -207,6 +199,22 @@ class Intake:
     def close(self) -> None:
         """Close the socket; nothing is received any more."""
         self._socket.close()
+
+
+def received(
+    receiver: socket.socket, longest: int, most: int = 256
+) -> Iterator[tuple[bytes, Address]]:
+    """What has come to a socket that does not block, with its senders; `most` at a time."""
+    for _ in range(most):
+        try:
+            found = receiver.recvfrom(longest)
+        except BlockingIOError:
+            return
+        except OSError:  # an ICMP error for one of ours; or closed
+            if receiver.fileno() < 0:
+                return
+            continue
+        yield found
 
 
 def is_loopback(host: str) -> bool:

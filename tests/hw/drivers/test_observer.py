@@ -116,6 +116,23 @@ def test_a_heartbeat_is_stamped_by_the_chain(scene):
     assert following.stamp_ns > here.stamp_ns
 
 
+def test_answers_may_take_longer_than_a_period(scene):
+    (observer,) = scene.observers
+    for _ in range(3):
+        observer.here()
+        scene.net.to_chain()
+        assert scene.heard() == []
+    stamps = []
+    for _ in range(3):
+        scene.net.to_observer()
+        observer.hear()
+        scene.net.to_chain()
+        stamps += [told.stamp_ns for told in scene.heard()]
+    assert len(set(stamps)) == 3
+    assert stamps == sorted(stamps)
+    assert observer.heard
+
+
 def test_a_stop_is_sent_several_times_since_some_may_be_lost(scene):
     scene.beat()
     scene.observers[0].pull("the observer")
