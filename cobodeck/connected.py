@@ -67,7 +67,7 @@ class Stops:
 
     def blame(self, fault: str) -> None:
         """Stop for a fault that was found; it is told even if something else stopped before."""
-        if self.reason is not None:
+        if self.reason not in (None, fault):
             self._tell(fault)
         self.pull(fault)
 
@@ -84,9 +84,9 @@ class Stops:
     def _refusal(self) -> str | None:
         """Why it cannot be reset; None: it is reset."""
         asked = [(n, part) for n, part in self._parts.items() if hasattr(part, "acknowledge")]
-        answers = [(name, part) for name, part in asked if not part.acknowledge()]
-        if answers:
-            name, part = answers[0]
+        refusing = [(name, part) for name, part in asked if not part.acknowledge()]
+        if refusing:
+            name, part = refusing[0]
             return fault_of(part) or f"part {name} is not ready"
         fault = None if self.health is None else self.health.fault
         if fault is not None:

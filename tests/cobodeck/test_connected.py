@@ -418,12 +418,18 @@ def test_what_is_out_of_order_stops_the_robot_is_named_and_stands_behind_a_refus
     scanner.fault = "front_laser: silent"
     line.pull("bumper")
     plant.advance(4)
+    scanner.fault = None
+    assert line.reset()
+    scanner.fault = "rear_laser: silent"
+    line.pull(scanner.fault)  # as a part does that stops at once
+    plant.advance(5)
     plant.close()
 
     assert told == [
         "stopped until the reset: front_laser: in standby", "not reset: front_laser: in standby",
         "not reset: front_laser: in standby",
         "stopped until the reset: bumper", "front_laser: silent",
+        "stopped until the reset: rear_laser: silent",
     ]  # fmt: skip
 
 
