@@ -153,7 +153,7 @@ def _reachable(entry: str, one: Listening) -> DoctorLine:
     """Say who is believed at a port that other machines reach."""
     believes = one.believes or "its driver does not say whom it believes"
     where = "at all addresses of this machine" if one.host in ANYWHERE else f"at {one.host}"
-    told = f"{one.kind.upper()} port {one.port} of {entry} is reached {where}: {believes}"
+    told = f"{one.kind.upper()} port {one.port} of {entry} can be reached {where}: {believes}"
     return "open port", MISSING if one.open else NOTE, told
 
 

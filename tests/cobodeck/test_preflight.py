@@ -191,16 +191,16 @@ def test_an_observer_without_the_key_that_is_needed_is_bad(
 
 VR = "hw.drivers.unity.link:Unity"
 OPEN = [
-    (VR, "port: 10000", MISSING, "TCP port 10000 of links.own is reached at all addresses of this "
-     "machine: the VR link has no password: whoever connects first, from anywhere, is the person; "
-     "write `peer: ADDRESS`"),
+    (VR, "port: 10000", MISSING, "TCP port 10000 of links.own can be reached at all addresses of "
+     "this machine: the VR link has no password: whoever connects first, from anywhere, is the "
+     "person; write `peer: ADDRESS`"),
     (VR, "port: 10000, peer: 10.0.0.7", NOTE,
      "the VR link has no password: the first headset at 10.0.0.7/32 is the person"),
     (VR, "port: 10000, host: 127.0.0.1", None, ""),
     (CHAIN, "port: 7400", None, ""),
     (CHAIN, "port: 7400, observer: {}", None, ""),
-    (CHAIN, "port: 7400, observer: {host: 0.0.0.0}", NOTE, "UDP port 7401 of links.own is reached "
-     "at all addresses of this machine: an observer who has the key"),
+    (CHAIN, "port: 7400, observer: {host: 0.0.0.0}", NOTE, "UDP port 7401 of links.own can be "
+     "reached at all addresses of this machine: an observer who has the key"),
     (HERE, "port: 47999", NOTE, "its driver does not say whom it believes"),
 ]  # fmt: skip
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from hw.drivers.clocks import StampedClock, set_by
-from hw.drivers.gates import ODOMETRY_OLD_NS
+from hw.drivers.gates import ODOMETRY_OLD_NS, SETTLING_NS
 from hw.drivers.ros.rosbridge import (
     CONNECTING_S,
     FIRST_S,
@@ -126,7 +126,8 @@ class KairosLink:
             why = ": nothing comes any more; is it the WLAN, or does the robot's PC hang?"
         elif step_ns is not None:
             host, _ = self._address
-            return f"the clock of {host} {set_by(step_ns)}; it counts again when looked at anew"
+            again = f"it counts again after {SETTLING_NS * 1e-9:g} s"
+            return f"the clock of {host} {set_by(step_ns)}; {again}"
         else:
             why = self._odd or ": its messages come late; is it the WLAN, or the robot's PC?"
         return f"odometry is {1e-6 * age_ns:.0f} ms old{why}"
