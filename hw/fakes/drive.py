@@ -31,9 +31,10 @@ COASTING = 400_000.0
 """Deceleration of a wheel without power, units/s2."""
 NO_RTR = 0x4000_0000
 UNIT_OBJECTS: Mapping[str, int] = {
-    "rpm": 0x00B4_4700, "0.1 rpm": 0xFFB4_4700, "mrpm": 0xFDB4_4700,
+    "rpm": 0x00B4_4700, "0.1 rpm": 0xFFB4_4700, "mrpm": 0xFDB4_4700, "rev/s": 0x00B4_0300,
+    "not told": 0,
 }  # fmt: skip
-"""Object 0x60A9 of drives that do not count increments."""
+"""Object 0x60A9 of drives that have it."""
 OBJECTS = (
     ("device type", 0x1000, U32, 0x0002_0192),
     ("error register", 0x1001, UNSIGNED8, 0),

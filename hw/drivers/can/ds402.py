@@ -67,7 +67,7 @@ class Setting:
     def writes(self, node: int) -> list[SdoCheck | SdoWrite]:
         """What to check and write; process data can be mapped only in state pre-operational."""
         return [
-            SdoCheck(0x60A9, 0, dict(self._other_units())),
+            SdoCheck(0x60A9, 0, self._fault_of_unit),
             SdoWrite(0x1017, 0, 2, 50),  # own heartbeat, ms
             self._write(0x1016, 1, 4, self.master << 16 | self.silence_ms),  # the master's
             self._write(0x1029, 1, 1, 1),  # master lost: keep reporting the velocity
@@ -93,10 +93,15 @@ class Setting:
         lack = f"{lack} with its maker's tool, then accept that (wheels: without: [0x{index:04X}])"
         return SdoWrite(index, subindex, size, value, 0, lack)
 
-    def _other_units(self) -> Iterator[tuple[int, str]]:
-        for unit, number in UNITS.items():
-            if unit != self.unit:
-                yield number, f"counts velocities in {unit}, and wheels: unit: is {self.unit!r}"
+    def _fault_of_unit(self, number: int) -> str | None:
+        """What is wrong with a drive whose object 0x60A9 is this number; 0: it says nothing."""
+        if number in (0, UNITS[self.unit]):
+            return None
+        known = next((unit for unit, one in UNITS.items() if one == number), None)
+        if known is not None:
+            return f"counts velocities in {known}, and wheels: unit: is {self.unit!r}"
+        right = f"0x{UNITS[self.unit]:08X} is {self.unit}"
+        return f"counts velocities in an unknown unit (object 0x60A9: 0x{number:08X}; {right})"
 
 
 def _mapped(communication: int, mapping: int, frame: int, *objects: int) -> list[SdoWrite]:

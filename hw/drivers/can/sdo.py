@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from canopen.sdo.exceptions import SdoAbortedError
@@ -55,11 +55,11 @@ class SdoWrite:
 
 @dataclass(frozen=True, slots=True)
 class SdoCheck:
-    """An object to read, if the node has it: `refused` are values that refuse it, and why."""
+    """An object to read, if the node has it: `fault` says what is wrong with a value, or None."""
 
     index: int
     subindex: int
-    refused: Mapping[int, str]
+    fault: Callable[[int], str | None]
 
 
 class Writer:
@@ -131,7 +131,7 @@ class Writer:
 
     def _have(self, step: SdoWrite | SdoCheck, value: int) -> None:
         if isinstance(step, SdoCheck):
-            self.fault = step.refused.get(value)
+            self.fault = step.fault(value)
             self._left.popleft()
         else:
             self._own = value

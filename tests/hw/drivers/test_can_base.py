@@ -3,6 +3,7 @@
 import logging
 import math
 import random
+import re
 
 import can
 import pytest
@@ -353,6 +354,14 @@ def test_drives_that_count_in_another_unit_are_refused(theirs, ours):
     told = f"counts velocities in {theirs}, and wheels: unit: is '{ours}'"
     with pytest.raises(OSError, match=told):
         Rig(traits=Traits(unit=theirs), wheels=WHEELS | {"unit": ours})
+
+
+def test_drives_of_a_unit_that_is_not_known_are_refused():
+    told = "counts velocities in an unknown unit (object 0x60A9: 0x00B40300; 0x00B50300 is incr"
+    with pytest.raises(OSError, match=re.escape(told)):
+        Rig(traits=Traits(unit="rev/s"))
+    with rig(traits=Traits(unit="not told")) as made:
+        made.ready()
 
 
 @pytest.mark.parametrize("identifier", [0x00, 0x80, 0x77F])

@@ -181,7 +181,7 @@ def test_an_optional_object_that_refuses_its_value_is_a_fault():
 def test_a_value_that_was_read_may_refuse_a_node(answer, fault):
     sent = Sent()
     writer = Writer(5, sent)
-    writer.begin([SdoCheck(0x60A9, 0, {0x00B44700: "rpm"}), SdoWrite(0x6060, 0, 1, 3)])
+    writer.begin([SdoCheck(0x60A9, 0, {0x00B44700: "rpm"}.get), SdoWrite(0x6060, 0, 1, 3)])
     writer.poll(0)
     writer.take(bytes.fromhex(answer), 1)
     assert writer.fault == fault
