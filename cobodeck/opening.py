@@ -143,7 +143,7 @@ def _opened(
     opening: RunInfo,
     beside: Mapping[str, Any],
 ) -> Any:
-    given = {key: _placed(value) for key, value in served.arguments.items()}
+    given = placed(served.arguments)
     given |= {key: beside[given[key]] for key in REFERS if given.get(key) in beside}
     offered = {"now": opening.now, "opening": opening}
     try:
@@ -154,12 +154,12 @@ def _opened(
         raise _problem(kind, name, served, error) from None
 
 
-def _placed(value: Any) -> Any:
+def placed(value: Any) -> Any:
     """A value of a connection file, with `loopback` replaced by this process's address."""
-    if isinstance(value, dict):
-        return {key: _placed(inner) for key, inner in value.items()}
+    if isinstance(value, Mapping):
+        return {key: placed(inner) for key, inner in value.items()}
     if isinstance(value, list):
-        return [_placed(inner) for inner in value]
+        return [placed(inner) for inner in value]
     return own_host() if value == OWN_HOST else value
 
 

@@ -17,6 +17,7 @@ from inspect import signature
 from typing import Any, NamedTuple
 
 from cobodeck.doctor import BAD, FIT, MISSING, DoctorLine
+from cobodeck.opening import OWN_HOST, placed
 from cobodeck.project import is_there
 from hw.connection import Connection, Listening
 from hw.drivers.access import can_hindrance, serial_hindrance
@@ -202,9 +203,9 @@ def _free(entry: str, address: Listening) -> DoctorLine:
 
 
 def observers(connection: Connection) -> Iterator[str]:
-    """The command of the observer, if the safety chain requires one."""
+    """The command of the observer of a run in this process, if the safety chain requires one."""
     for served in connection.links.values():
-        yield from (told for _, state, told in _observed(served.arguments) if state == NOTE)
+        yield from (told for _, state, told in _observed(placed(served.arguments)) if state == NOTE)
 
 
 def _observed(chain: Mapping[str, Any]) -> Iterator[DoctorLine]:
@@ -217,9 +218,11 @@ def _observed(chain: Mapping[str, Any]) -> Iterator[DoctorLine]:
     where, there = host, ""
     if host in ANYWHERE:
         where, there = "HOST", "; HOST is an address of this machine"
+    if host == OWN_HOST:
+        where, there = "HOST", "; HOST is another one in each run, which tells it"
     yield what, NOTE, f"somebody has to watch: cobodeck observe {where}:{port}{given}{there}"
     if "key" not in wanted:
-        if not is_loopback(host):
+        if host != OWN_HOST and not is_loopback(host):
             yield what, BAD, KEYLESS.format(host=host)
         return
     try:

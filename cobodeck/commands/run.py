@@ -124,6 +124,8 @@ def _look_first(args: argparse.Namespace, options: Options, setup: Setup) -> Non
     slow = None if options.mock else hindered()
     if slow is not None:
         complain(slow)
+    for told in observers(connection):
+        complain(told)
     if not connection.real:
         return
     from cobodeck.doctor import BAD
@@ -136,7 +138,5 @@ def _look_first(args: argparse.Namespace, options: Options, setup: Setup) -> Non
     if bad:
         listed = "\n".join(bad)
         raise Problem(f"{connection.name} is not ready (`cobodeck doctor`):\n{listed}", REFUSED)
-    for told in observers(connection):
-        complain(told)
     if connection.proven is None:
         complain(f"{connection.name}: {NEVER}")

@@ -63,6 +63,8 @@ CHAIN_SILENT_NS = 100 * MS
 """Silence after which the engine takes the chain for lost; it reports every 20 ms."""
 OBSERVER_HEARD_NS = 1_000 * MS
 """Silence after which an observer's program says that the chain does not answer."""
+OBSERVER_STOPS_NS = 700 * MS
+"""For so long an observer who stops says nothing else: longer than any chain waits for them."""
 ARM_SILENT_NS = 50 * MS
 """Silence after which the chain takes the link to the arm for lost: two of its periods of 24 ms."""
 

@@ -17,6 +17,9 @@ Codes under keys made of the shared one are in all of them. The last, and a `pul
 (`hw.links.datagrams`) under a key that is made of the shared one and the chain's start, so that no
 message is of use for another start. The chain counts the age of a heartbeat from its own time in
 it: one that was held up is old, whatever the clocks of both machines say.
+
+A stop may get lost in a network. So for a while after it the observer gives no heartbeat, but the
+stop again: whatever gets lost, the chain hears of the stop, or nothing, and stops.
 """
 
 from __future__ import annotations
@@ -27,7 +30,7 @@ import socket
 import time
 from collections import deque
 
-from hw.drivers.gates import OBSERVER_HEARD_NS
+from hw.drivers.gates import OBSERVER_HEARD_NS, OBSERVER_STOPS_NS
 from hw.links.datagrams import Address, Datagram, Reader, Seal, coded, key_of, received
 
 PERIOD_S = 0.05
@@ -54,6 +57,7 @@ class ObserverLink:
         self._key = key
         self._asked: deque[bytes] = deque(maxlen=OPEN)
         self._start = b""
+        self._stop, self._stop_ns = "", -1 - OBSERVER_STOPS_NS
         self._session: tuple[Seal, bytes] | None = None
         self._stamp_ns, self._heard_ns = 0, -OBSERVER_HEARD_NS
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -64,6 +68,11 @@ class ObserverLink:
     def heard(self) -> bool:
         """True while the chain answers, so that a stop reaches it."""
         return time.monotonic_ns() - self._heard_ns <= OBSERVER_HEARD_NS
+
+    @property
+    def stopping(self) -> bool:
+        """True for a while after a stop, which is said again instead of a heartbeat."""
+        return time.monotonic_ns() - self._stop_ns <= OBSERVER_STOPS_NS
 
     def fileno(self) -> int:
         """For `select`."""
@@ -77,14 +86,19 @@ class ObserverLink:
         self._send(coded(asked, key_of(self._key, "ask")))
 
     def hear(self) -> None:
-        """Take the chain's answer, if there is one, and tell it that the observer is here."""
+        """Take the chain's answers, and tell it that the observer is here, or has stopped it."""
         for data, _ in received(self._socket, LONGEST):
-            if self._is_answer(data):
-                self._heard_ns = time.monotonic_ns()
+            if not self._is_answer(data):
+                continue
+            self._heard_ns = time.monotonic_ns()
+            if self.stopping:
+                self._tell("pull", self._stop)
+            else:
                 self._tell("observer.here", True)
 
     def pull(self, reason: str = "observer") -> None:
         """Stop the robot until the operator's reset; in vain while the chain is not `heard`."""
+        self._stop, self._stop_ns = reason, time.monotonic_ns()
         for _ in range(TIMES):
             self._tell("pull", reason)
 

@@ -16,6 +16,7 @@ from cobodeck import preflight as looked
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK
 from cobodeck.doctor import BAD, FIT, MISSING
+from cobodeck.opening import own_host
 from cobodeck.preflight import NEVER, NOTE, Endpoint, addresses_in, preflight
 from hw.connection import connection_names, load_connection
 from hw.drivers.access import can_hindrance
@@ -166,6 +167,17 @@ def test_who_has_to_watch_is_told_what_to_type(tmp_path: Path) -> None:
         "cobodeck observe HOST:7401; HOST is an address of this machine",
     )
     assert "observer" not in checks(tmp_path, f"{head}links: {{chain: {{driver: '{HERE}'}}}}\n")
+
+
+def test_an_observer_of_fakes_is_told_the_address_of_this_run(tmp_path: Path) -> None:
+    link = f"driver: '{CHAIN}', host: loopback, port: 7400, observer: {{timeout: 0.5}}"
+    text = f"parts: {{base: {{driver: '{HERE}', link: chain}}}}\nlinks: {{chain: {{{link}}}}}\n"
+
+    [(state, told)] = all_checks(tmp_path, text)["observer"]
+    [here] = looked.observers(load_connection(tmp_path / "own.yaml"))
+
+    assert (state, told.partition("observe ")[2][:10]) == (NOTE, "HOST:7401;")
+    assert here == f"somebody has to watch: cobodeck observe {own_host()}:7401"
 
 
 @pytest.mark.parametrize(

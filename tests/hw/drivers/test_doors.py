@@ -118,7 +118,7 @@ def stopped_by_the_observer(rig):
 def goes_on(rig):
     """The operator resets it, and it drives."""
     assert rig.chain.stopped == "the observer"
-    assert rig.meanwhile(rig.chain.reset), rig.chain.why
+    rig.until(lambda: not rig.observer.stopping and rig.meanwhile(rig.chain.reset))
     rig.driving()
 
 

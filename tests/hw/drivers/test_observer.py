@@ -9,6 +9,8 @@ import time
 import pytest
 
 from hw.drivers.chain.links import Heartbeat
+from hw.drivers.chain.settings import OBSERVER_S
+from hw.drivers.gates import OBSERVER_STOPS_NS
 from hw.drivers.observer import ObserverLink, ObserverPort
 from hw.links.datagrams import Seal, coded
 from tests.hw.drivers.rigs import OBSERVER_KEY, PATIENCE_S, own_address
@@ -138,6 +140,23 @@ def test_a_stop_is_sent_several_times_since_some_may_be_lost(scene):
     scene.observers[0].pull("the observer")
     scene.net.to_chain(times=3)
     assert {(told.name, told.value) for told in scene.heard()} == {("pull", "the observer")}
+
+
+def test_a_stop_that_gets_lost_is_repeated_and_no_heartbeat_hides_it(scene, monkeypatch):
+    """A gap in the network swallows all copies: then the stop is heard with the next answer."""
+    now = [time.monotonic_ns()]
+    monkeypatch.setattr(time, "monotonic_ns", lambda: now[0])
+    scene.beat()
+    scene.observers[0].pull("the observer")
+    scene.net.to_chain(times=3, pass_on=False)
+    waits_ns = round(OBSERVER_S * 1e9)
+    for _ in range(waits_ns // (50 * MS) + 1):
+        assert [(told.name, told.value) for told in scene.beat()] == [("pull", "the observer")]
+        now[0] += 50 * MS
+    assert scene.observers[0].stopping
+    now[0] += OBSERVER_STOPS_NS
+    assert [told.name for told in scene.beat()] == ["observer.here"]
+    assert waits_ns + 100 * MS < OBSERVER_STOPS_NS
 
 
 def test_whatever_was_recorded_is_believed_neither_now_nor_after_a_restart(scene):
