@@ -104,7 +104,10 @@ def _link(args: argparse.Namespace) -> ObserverLink:
         raise Problem(f"{host} is another machine: --key FILE, the key of its robot", USAGE)
     try:
         return ObserverLink((address, port), key_in(args.key))
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        where = error.filename or f"{host}:{port}"
+        raise Problem(f"{where}: {error.strerror or error}", FAILED) from None
+    except ValueError as error:
         raise Problem(str(error), FAILED) from None
 
 

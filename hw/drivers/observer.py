@@ -62,7 +62,11 @@ class ObserverLink:
         self._stamp_ns, self._heard_ns = 0, -OBSERVER_HEARD_NS
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
-        self._socket.connect(chain)  # nobody else's messages are received
+        try:
+            self._socket.connect(chain)  # nobody else's messages are received
+        except OSError:
+            self._socket.close()
+            raise
 
     @property
     def heard(self) -> bool:

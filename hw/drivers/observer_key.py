@@ -43,7 +43,9 @@ def read_key(path: Path) -> bytes:
     if os.name == "posix" and mode & OTHERS:
         raise ValueError(f"{path}: others may read or change it; `chmod 600 {path}` ends that")
     if not re.fullmatch(rb"[0-9a-f]{%d}\s*" % (2 * SIZE), text):
-        raise ValueError(f"{path}: it has no key; `cobodeck observe --new-key FILE` makes one")
+        raise ValueError(
+            f"{path}: it has no key; remove it: `cobodeck observe --new-key {path}` makes one"
+        )
     return bytes.fromhex(text.decode())
 
 
@@ -53,10 +55,14 @@ def key_in(file: str | Path | None) -> bytes:
     Raises:
         OSError, ValueError: see `read_key`.
     """
+    path = OWN if file is None else Path(file)
+    try:
+        path = path.expanduser()
+    except RuntimeError:
+        raise ValueError(f"{path}: this user has no home; set HOME, or name another file") from None
     if file is not None:
-        return read_key(Path(file).expanduser())
-    own = OWN.expanduser()
-    own.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        return read_key(path)
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     with suppress(FileExistsError):
-        make_key(own)
-    return read_key(own)
+        make_key(path)
+    return read_key(path)

@@ -195,7 +195,7 @@ def test_a_key_is_made_once_for_its_owner_alone(
     [
         (0o640, "00" * 32, "others may read or change it; `chmod 600"),
         (0o602, "00" * 32, "others may read or change it; `chmod 600"),
-        (0o600, "00" * 31, "it has no key; `cobodeck observe --new-key FILE` makes one"),
+        (0o600, "00" * 31, "it has no key; remove it: `cobodeck observe --new-key"),
         (0o600, "xy" * 32, "it has no key"),
         (0o600, "", "it has no key"),
     ],
@@ -208,6 +208,23 @@ def test_a_key_that_is_none_or_that_others_can_read_is_refused(
     file.chmod(mode)
 
     assert main(["observe", "127.0.0.1:7401", "--key", str(file)]) == FAILED
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (("127.0.0.1:7401", "--key", "/no/such/key"), "cobodeck: /no/such/key: No such file"),
+        (("255.255.255.255:7401",), "cobodeck: 255.255.255.255:7401: Permission denied"),
+        (("127.0.0.1:7401", "--key", "~nobody-has-this/key"), "this user has no home; set HOME"),
+    ],
+)
+def test_what_cannot_be_had_is_said_with_its_place(
+    call: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    key = () if "--key" in call else ("--key", key_file())
+
+    assert main(["observe", *call, *key]) == FAILED
     assert message in capsys.readouterr().err
 
 
