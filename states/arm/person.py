@@ -94,11 +94,12 @@ class ArmSituation:
         x, y = self.user.transform(0.0, side * SHOULDER_HALF_WIDTH)
         return x, y, SHOULDER_HEIGHT if self.head is None else self.head[2] - BELOW_HEAD
 
-    def limbs(self) -> tuple[Limb, ...]:
-        """Head and arms as far as they are tracked, in the map; arms begin at the shoulder."""
+    def limbs(self) -> tuple[Limb | None, ...]:
+        """Head, left and right arm, from the shoulder on, in the map; None: it is not tracked."""
         if self.user is None or not any(self._limbs):
             return ()
-        return person_obstacles(self, None).limbs
+        tracked = iter(person_obstacles(self, None).limbs)
+        return tuple([None if point is None else next(tracked) for point in self._limbs])
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,8 @@ seen.
 
 Tracked limbs count as well, in three dimensions: the head, and the arms from the shoulder to the
 hand. A hand may set off at any instant, also one that waits at the DEEP, so v_h is `HAND_SPEED`
-there, less towards the shoulder, and T goes from the instant at which it was seen.
+there, less towards the shoulder, and T goes from the instant at which it was seen. So one that is
+not tracked any more slows the arm down the farther around where it was last seen the longer ago.
 
 Slower than `SLOW` a capsule need not be: at that speed a touch is harmless, and a person who
 stands before the DEEP does not stop the prop, nor does a hand that meets it there.
@@ -86,7 +87,7 @@ class _Meeting(NamedTuple):
     """Capsules of the arm and parts of the person: k pairs at n instants ahead.
 
     Gap, m, closing speeds of the arm and of the person, m/s, (n, k) each; t_s at full pace and how
-    much faster the arm may be by what it can still slow down until then, (n,); T, s; C, m, (k,).
+    much faster the arm may be by what it can still slow down until then, (n,); T, s, C, m, (k,).
     Where it `slows` only, the arm has to be slow, not at rest, once the gap is used up.
     """
 
@@ -95,7 +96,7 @@ class _Meeting(NamedTuple):
     coming: Array
     stopping: Array
     later: Array
-    reaction: float
+    reaction: Array
     clearance: Array
     slows: bool = False
 
@@ -107,7 +108,7 @@ class _Meeting(NamedTuple):
         share = np.maximum(self._largest(room, least), slow) + self.later[:, None]
         deciding = share if share.min() < 1.0 else room
         at = n, k = np.unravel_index(deciding.argmin(), share.shape)
-        v, v_h, late = float(self.closing[at]), float(self.coming[at]), self.reaction
+        v, v_h, late = float(self.closing[at]), float(self.coming[at]), float(self.reaction[k])
 
         def told(pace: float) -> ArmPace:
             stop = max(0.0, pace - float(least[at])) * float(self.stopping[n])
@@ -165,7 +166,7 @@ class Governor:
         self._clearance = np.where(links >= _WRIST, TOUCH_CLEARANCE, CLEARANCE)
         self._quick, self._steady = Motion(QUICK), Motion(STEADY)
         self._stamp_ns: int | None = None
-        self._at, self._limbs = Pose2(0.0, 0.0), tuple[Limb, ...]()
+        self._at, self._limbs = Pose2(0.0, 0.0), dict[int, tuple[int, Limb]]()
         self._share = 1.0
 
     def expect(self, body: Pose2) -> None:
@@ -176,12 +177,13 @@ class Governor:
         self._radii = self._own + slimmed(body.distance_to(self._met))
         self._expected = True
 
-    def see(self, stamp_ns: int, body: Pose2, limbs: tuple[Limb, ...] = ()) -> None:
-        """Take a pose of the person and of their limbs, in the map."""
+    def see(self, stamp_ns: int, body: Pose2, limbs: tuple[Limb | None, ...] = ()) -> None:
+        """Take a pose of the person and of their limbs, in the map; None: not tracked now."""
         if not self._expected:
             self.expect(body)
         if self._stamp_ns is None or stamp_ns > self._stamp_ns:
-            self._stamp_ns, self._at, self._limbs = stamp_ns, body, limbs
+            self._stamp_ns, self._at = stamp_ns, body
+            self._limbs |= {n: (stamp_ns, limb) for n, limb in enumerate(limbs) if limb is not None}
             self._quick.see(stamp_ns, body.x, body.y)
             self._steady.see(stamp_ns, body.x, body.y)
 
@@ -200,7 +202,7 @@ class Governor:
         moved = self._quick.velocity if age <= OLD_S else None
         met = [self._body_met(since, base, age, moved)]
         if self._limbs:
-            met.append(self._limbs_met(since, base, age, moved))
+            met.append(self._limbs_met(now_ns, since, base, moved))
         floor = TOUCH_SPEED if self._granted and self._stands() else SLOW
         wanted, _, told = min((one.paced(floor) for one in met), key=itemgetter(0, 1))
         fastest = self._brakes.stop * float(met[0].stopping[0])
@@ -239,23 +241,25 @@ class Governor:
             self._coming(towards, base, age, moved),
             stopping,
             np.maximum(0.0, AHEAD_S - REACTION_S) / stopping,
-            REACTION_S if moved is not None else REACTION_S + age,
+            np.full(len(self._own), REACTION_S if moved is not None else REACTION_S + age),
             self._clearance,
         )
 
-    def _limbs_met(self, since: float, base: Pose2, age: float, moved: Twist2 | None) -> _Meeting:
+    def _limbs_met(self, now_ns: int, since: float, base: Pose2, moved: Twist2 | None) -> _Meeting:
         """The arm and each of the person's limbs, which may have gone anywhere since then."""
         q, velocity, stopping = self._ahead(since, HANDS_AHEAD_S)
-        seen = [limb.seen_from(base) for limb in self._limbs]
+        stamps, limbs = zip(*self._limbs.values(), strict=True)
+        ages = np.maximum(0.0, (now_ns - np.array(stamps)) * 1e-9)
+        seen = [limb.seen_from(base) for limb in limbs]
         axes = np.array([(limb.start, limb.end) for limb in seen])
         radii = self._own[:, None] + [limb.radius + self._unsure for limb in seen]
         distance, closing, speed, along = np.empty((4, len(q), *radii.shape))
         approaching_limbs(
             self._body, self._body.first, q, velocity, axes, distance, closing, speed, along
         )
-        walking = _unknown(age) if moved is None else moved.speed
-        coming = walking + along * (HAND_SPEED - walking)
-        reaction = HAND_REACTION_S + age
+        walking = [_unknown(age) if moved is None else moved.speed for age in ages]
+        coming = walking + along * (HAND_SPEED - np.array(walking))
+        reaction = HAND_REACTION_S + ages
         closing = _turned(closing, speed, reaction * coming / distance)
         pairs = len(q), radii.size
         return _Meeting(
@@ -264,7 +268,7 @@ class Governor:
             coming.reshape(pairs),
             stopping,
             np.maximum(0.0, HANDS_AHEAD_S - HAND_REACTION_S) / stopping,
-            reaction,
+            np.tile(reaction, len(self._own)),
             np.repeat(self._clearance, len(seen)),
             slows=True,
         )

@@ -163,11 +163,35 @@ def test_what_touches_somebody_who_appears_during_the_reach_closes_slowly(
 def test_head_and_arms_that_are_tracked_are_limbs() -> None:
     hand = Pose3(5.8, 4.0, 1.2)
     seen = UserPose(USER, 0.0, head=Pose3(5.1, 4.0, 1.7), right_hand=hand)
-    head, right = ArmSituation.of(BASE, seen, (0.0,) * 6).limbs()
+    head, left, right = ArmSituation.of(BASE, seen, (0.0,) * 6).limbs()
+    assert left is None
     assert head == Limb((5.1, 4.0, 1.7), (5.1, 4.0, 1.7), 0.15)
     assert right == Limb((5.0, 3.81, 1.45), (5.8, 4.0, 1.2), ARM_RADIUS)
     assert ArmSituation.of(BASE, UserPose(USER, 0.0), (0.0,) * 6).limbs() == ()
     assert ArmSituation.of(BASE, None, (0.0,) * 6).limbs() == ()
+
+
+@pytest.mark.requirement(51, 149)
+def test_a_hand_that_is_not_tracked_any_more_may_be_anywhere_around_where_it_was_seen(
+    tuned: Environment, reach: Plan
+) -> None:
+    """Of the limbs each counts by its own age: one that is seen does not replace another."""
+    here, there = (
+        Limb((USER.x, y, 1.4), (5.95, y, 1.2), ARM_RADIUS) for y in (4.0, 5.5)
+    )  # one beside the way, one far off
+    situation, tick = ArmSituation(BASE, USER, (0.0,) * 6), 33_333_333
+    lost, kept = (tuned.workspace.governor_of(reach, situation, DEEP) for _ in range(2))
+    assert lost is not None
+    assert kept is not None
+    shares = []
+    for k in range(40):
+        lost.see(k * tick, USER, (None, here if k < 8 else None, there if k >= 8 else None))
+        kept.see(k * tick, USER, (None, here, None))
+        paces = [one.pace(k * tick, 0.3, 0.033, BASE) for one in (lost, kept)]
+        shares.append([0.0 if pace is None else pace.share for pace in paces])
+    assert 0.0 < shares[-1][1] < 0.9
+    assert all(of_lost <= of_kept for of_lost, of_kept in shares)
+    assert shares[-1][0] < 0.5 * shares[-1][1]
 
 
 @pytest.mark.requirement(51)
