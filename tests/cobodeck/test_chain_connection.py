@@ -80,7 +80,7 @@ class Rig:
 
     @property
     def chain(self) -> ChainLink:
-        (chain,) = self.plant._beside
+        (chain,) = self.plant.beside
         assert isinstance(chain, ChainLink)
         return chain
 
