@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from behaviors.aside import time_aside
 from behaviors.rollout import STEP_S, Array
+from hw.compiled import compiled
 from hw.room import Point
 from states.navigation.clearance import distance_to_nearest
 
@@ -20,7 +20,7 @@ EFFORT = 0.5
 """Cost of driving, per m."""
 
 
-@njit(cache=True)
+@compiled
 def crowding(
     trajectories: Array,
     predictions: Array,
@@ -51,10 +51,10 @@ def crowding(
     return found
 
 
-_time_aside = njit(cache=True)(time_aside)
+_time_aside = compiled(time_aside)
 
 
-@njit(cache=True)
+@compiled
 def lateness(
     trajectories: Array, predictions: Array, contact: float, reaction: float, acceleration: float
 ) -> Array:
@@ -91,7 +91,7 @@ def lateness(
     return found
 
 
-@njit(cache=True)
+@compiled
 def haste(trajectories: Array, user: Point, keep: float, acceleration: float) -> Array:
     """How much too fast the robot closes in on where the user is now, (n,), m2/s2.
 
@@ -111,7 +111,7 @@ def haste(trajectories: Array, user: Point, keep: float, acceleration: float) ->
     return found
 
 
-@njit(cache=True)
+@compiled
 def efforts(places: Array, x: float, y: float, walls: Array) -> Array:
     """Cost of driving from x, y to each place (n, 2), and of its nearness to walls, (n,)."""
     found = np.empty(len(places))

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from behaviors.situation import Situation
+from hw.compiled import compiled, compiled_like_numpy
 from hw.geometry import Outline
 from hw.people.person import RADIUS
 from hw.room import Point
@@ -146,10 +146,10 @@ def _around_robot(now: Situation, outline: Outline | None) -> Outline:
     return outline
 
 
-_chord = njit(cache=True)(chord)
+_chord = compiled(chord)
 
 
-@njit(cache=True)
+@compiled
 def _predictions(predictors: Array, state: Array, robot: Array, walls: Array) -> Array:
     """`Predictor.at` for each predictor (a row with its parameters) and each step, up to a wall."""
     found = np.empty((len(predictors), STEPS, 3))
@@ -178,7 +178,7 @@ def _predictions(predictors: Array, state: Array, robot: Array, walls: Array) ->
     return found
 
 
-@njit(cache=True)
+@compiled
 def _is_walled_off(px: float, py: float, qx: float, qy: float, walls: Array) -> bool:
     """True if the straight line from p to q crosses a wall."""
     for i in range(len(walls)):  # noqa: SIM110  compiled generators are slow
@@ -187,7 +187,7 @@ def _is_walled_off(px: float, py: float, qx: float, qy: float, walls: Array) -> 
     return False
 
 
-@njit(cache=True)
+@compiled
 def _evaluate(
     trajectories: Array,
     predictions: Array,
@@ -231,7 +231,7 @@ def _evaluate(
     return safe_after, gap, gap_soon, touch_after
 
 
-@njit(cache=True)
+@compiled
 def _pursued(
     trajectories: Array,
     user: tuple[float, float, float],
@@ -259,7 +259,7 @@ def _pursued(
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled_like_numpy
 def _roll_out(
     state: tuple[float, float, float, float], max_speed: float, acceleration: float, goals: Array
 ) -> Array:
@@ -300,7 +300,7 @@ def _roll_out(
     return trajectories
 
 
-@njit(cache=True)
+@compiled
 def _rest_places(trajectory: Array, acceleration: float) -> Array:
     """Where the robot would come to rest if it braked after the steps BREAK_OFF."""
     places = np.empty((len(BREAK_OFF), 2))

@@ -11,11 +11,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from behaviors.rollout import Array
 from behaviors.situation import Situation
+from hw.compiled import compiled
 from hw.room import Point
 
 DIRECTIONS = 36
@@ -74,7 +74,7 @@ def way_risks(now: Situation, places: Array, apart: float, times: Array) -> Arra
     return chances
 
 
-@njit(cache=True)
+@compiled
 def _lengths(x: float, y: float, angles: Array, walls: Array) -> Array:
     """Length of the free ray from x, y in each direction, m, at most LONGEST."""
     found = np.empty(len(angles))
@@ -93,7 +93,7 @@ def _lengths(x: float, y: float, angles: Array, walls: Array) -> Array:
     return found
 
 
-@njit(cache=True)
+@compiled
 def _ways(
     places: Array, user: tuple[float, float, float], angles: Array, lengths: Array, contact: float
 ) -> Array:
@@ -121,7 +121,7 @@ def _ways(
     return found[:count]
 
 
-@njit(cache=True)
+@compiled
 def _asides(places: Array, angles: Array, ways: Array, contact: float) -> Array:
     """Where the robot would move aside to, (ways, 2 sides, 2), in the map.
 
@@ -138,7 +138,7 @@ def _asides(places: Array, angles: Array, ways: Array, contact: float) -> Array:
     return found
 
 
-@njit(cache=True)
+@compiled
 def _risks(
     count: int,
     ways: Array,

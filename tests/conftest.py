@@ -33,7 +33,7 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 # before each run the collector looks at all there is, at thousands of collected tests, too: what is
 # alive then stays frozen here
 gc.unfreeze = lambda: None
-gc.set_threshold(20_000, 10, 50)
+gc.set_threshold(100_000, 10, 50)
 
 HERE = Path(__file__).parent
 REAL_TIME = [

@@ -12,10 +12,10 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from cobodeck.avoidable.shapes import Array, meets_walls, way_distance
+from hw.compiled import compiled
 
 PHASES = 3
 TINY = 1e-9
@@ -64,7 +64,7 @@ class Task(NamedTuple):
     enough: float
 
 
-@njit(cache=True)
+@compiled
 def moved(task: Task, state: Any, action: Any) -> Any:
     """x, y, vx, vy after one step; exact but for the step in which the largest speed is reached."""
     x, y, vx, vy = state
@@ -84,7 +84,7 @@ def moved(task: Task, state: Any, action: Any) -> Any:
     return x + 0.5 * h * (vx + wx), y + 0.5 * h * (vy + wy), wx, wy
 
 
-@njit(cache=True)
+@compiled
 def value(task: Task, n: int, before: Any, after: Any) -> float:
     """How good step n is, m, by the task's aim; minus infinity if a wall is touched."""
     c0, s0 = task.headings[n]
@@ -107,7 +107,7 @@ def value(task: Task, n: int, before: Any, after: Any) -> float:
     )
 
 
-@njit(cache=True)
+@compiled
 def beyond_zones(zones: Any, qx: float, qy: float, view: float) -> float:
     """Distance of the robot beyond the reach of the zone in its direction, m; negative inside.
 
@@ -120,7 +120,7 @@ def beyond_zones(zones: Any, qx: float, qy: float, view: float) -> float:
     return away - reach
 
 
-@njit(cache=True)
+@compiled
 def stops_free(task: Task, state: Any) -> bool:
     """True if braking at the horizon ends before a wall."""
     x, y, vx, vy = state
@@ -130,7 +130,7 @@ def stops_free(task: Task, state: Any) -> bool:
     return not meets_walls(task.outline[2], task.outline[3], before, after, task.walls)
 
 
-@njit(cache=True)
+@compiled
 def explore(task: Task, left: int, state: Any, known: Array, best: Array) -> None:
     """Try all motions that go on from `state` with exactly `left` more phases.
 

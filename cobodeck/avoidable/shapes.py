@@ -11,21 +11,22 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from hw.compiled import compiled
 
 Array = NDArray[np.float64]
 WAY_M, TINY = 0.02, 1e-9
 """Step in which free ways are measured, and distances that do not count, m."""
 
 
-@njit(cache=True)
+@compiled
 def point_distance(a: float, b: float, x: float, y: float) -> float:
     """Distance of a point to the rectangle; 0 inside."""
     return math.hypot(max(abs(x) - a, 0.0), max(abs(y) - b, 0.0))
 
 
-@njit(cache=True)
+@compiled
 def way_distance(a: float, b: float, x0: float, y0: float, x1: float, y1: float) -> float:
     """Least distance to the rectangle of a point that moves from (x0, y0) to (x1, y1).
 
@@ -48,7 +49,7 @@ def way_distance(a: float, b: float, x0: float, y0: float, x1: float, y1: float)
     return least
 
 
-@njit(cache=True)
+@compiled
 def way_meets(a: float, b: float, x0: float, y0: float, x1: float, y1: float) -> bool:
     """True if a point that moves from (x0, y0) to (x1, y1) meets the rectangle.
 
@@ -61,7 +62,7 @@ def way_meets(a: float, b: float, x0: float, y0: float, x1: float, y1: float) ->
     return off
 
 
-@njit(cache=True)
+@compiled
 def ways_cross(first: Any, second: Any) -> bool:
     """True if two segments (x0, y0, x1, y1) have a point in common, but for parallel ones."""
     ax, ay = first[2] - first[0], first[3] - first[1]
@@ -75,7 +76,7 @@ def ways_cross(first: Any, second: Any) -> bool:
     return meet
 
 
-@njit(cache=True)
+@compiled
 def meets_walls(a: float, b: float, before: Any, after: Any, walls: Array) -> bool:
     """True if the rectangle, moving from one pose to the next, touches a wall.
 
@@ -107,7 +108,7 @@ def meets_walls(a: float, b: float, before: Any, after: Any, walls: Array) -> bo
     return False
 
 
-@njit(cache=True)
+@compiled
 def segment_distance(segment: Any, x: float, y: float) -> float:
     """Distance of a point to a segment (x0, y0, x1, y1)."""
     dx, dy = segment[2] - segment[0], segment[3] - segment[1]
@@ -117,7 +118,7 @@ def segment_distance(segment: Any, x: float, y: float) -> float:
     return math.hypot(px - along * dx, py - along * dy)
 
 
-@njit(cache=True)
+@compiled
 def overlaps_walls(a: float, b: float, pose: Any, walls: Array) -> bool:
     """True if the standing rectangle at (x, y, cos yaw, sin yaw) has a wall's edge in it."""
     x, y, c, s = pose
@@ -128,7 +129,7 @@ def overlaps_walls(a: float, b: float, pose: Any, walls: Array) -> bool:
     return False
 
 
-@njit(cache=True)
+@compiled
 def free_way(walls: Array, start: Any, heading: Any, keep: float, longest: float) -> float:
     """How far one can go straight from `start` (x, y) until a wall is nearer than `keep`.
 

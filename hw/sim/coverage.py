@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from hw.room import Room, edges
 from hw.sim.errors import ViveErrors
 from hw.sim.shapes import Shapes
@@ -62,7 +62,7 @@ class Coverage:
         return count >= self._least, border
 
 
-@njit(cache=True)
+@compiled
 def count_seeing(
     x: float,
     y: float,
@@ -97,7 +97,7 @@ def count_seeing(
     return count
 
 
-@njit(cache=True)
+@compiled
 def _walled(x: float, y: float, dx: float, dy: float, segments: Floats) -> bool:
     for k in range(segments.shape[0]):
         ax, ay = segments[k, 0] - x, segments[k, 1] - y
@@ -112,7 +112,7 @@ def _walled(x: float, y: float, dx: float, dy: float, segments: Floats) -> bool:
     return False
 
 
-@njit(cache=True)
+@compiled
 def _hidden(  # noqa: PLR0913 - plain numbers are what a kernel takes at once
     x: float,
     y: float,
@@ -135,7 +135,7 @@ def _hidden(  # noqa: PLR0913 - plain numbers are what a kernel takes at once
     return share < 1.0 and z + share * dz < height
 
 
-@njit(cache=True)
+@compiled
 def within(x: float, y: float, border: Floats) -> tuple[bool, float]:
     """Whether a place is inside a ring of (n, 4) sides, and its distance to the nearest, m.
 

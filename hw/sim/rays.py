@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from hw.compiled import compiled
 
 Floats = NDArray[np.float64]
 _TURN = 2.0 * math.pi
@@ -19,7 +20,7 @@ _EDGE = 1e-9
 """Share by which segments are extended, so that no ray slips through a corner."""
 
 
-@njit(cache=True)
+@compiled
 def beams(
     knots: Floats, mount: Floats, start: float, step: float, spacing: float, n: int
 ) -> Floats:
@@ -56,7 +57,7 @@ def beams(
     return found
 
 
-@njit(cache=True)
+@compiled
 def _to_segment(ray: Floats, segment: Floats) -> float:
     """Length of a ray to a segment, m; inf if it misses.
 
@@ -74,7 +75,7 @@ def _to_segment(ray: Floats, segment: Floats) -> float:
     return way if way >= 0.0 else math.inf
 
 
-@njit(cache=True)
+@compiled
 def _to_disc(ray: Floats, x: float, y: float, radius: float) -> float:
     """Length of a ray to a disc, m; inf if it misses or starts inside.
 
@@ -88,7 +89,7 @@ def _to_disc(ray: Floats, x: float, y: float, radius: float) -> float:
     return along - math.sqrt(radius * radius - aside * aside)
 
 
-@njit(cache=True)
+@compiled
 def _bearings(px: float, py: float, segment: Floats, spread: float) -> tuple[float, float, float]:
     """First bearing, angular width and padding of a segment around (px, py), rad."""
     ax, ay = segment[0] - px, segment[1] - py
@@ -108,7 +109,7 @@ def _bearings(px: float, py: float, segment: Floats, spread: float) -> tuple[flo
     return (begin if width >= 0.0 else end), abs(width), pad
 
 
-@njit(cache=True)
+@compiled
 def _cast_disc(ranges: Floats, rays: Floats, disc: Floats) -> None:
     n = ranges.shape[0]
     for i in range(n):
@@ -118,7 +119,7 @@ def _cast_disc(ranges: Floats, rays: Floats, disc: Floats) -> None:
         ranges[i] = min(ranges[i], _to_disc(rays[i], x, y, disc[4]))
 
 
-@njit(cache=True)
+@compiled
 def cast(rays: Floats, segments: Floats, discs: Floats, start: float, step: float) -> Floats:
     """Lengths of all beams to the first hit, m; inf without one.
 
@@ -151,7 +152,7 @@ def cast(rays: Floats, segments: Floats, discs: Floats, start: float, step: floa
     return ranges
 
 
-@njit(cache=True)
+@compiled
 def measured(
     ranges: Floats, noise: Floats, chance: Floats, limits: Floats, sigma: float, outliers: float
 ) -> Floats:

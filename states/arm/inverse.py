@@ -25,9 +25,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from hw.compiled import compiled
 from states.arm.kernels import Array
 from states.arm.kinematics import (
     KinematicChain,
@@ -255,7 +255,7 @@ def _has_copy(chain: KinematicChain, joints: Array) -> NDArray[np.bool_]:
     return np.asarray(np.all(low <= high, axis=-1))
 
 
-@njit(cache=True)
+@compiled
 def _solve(dh: Array, flange: Array, reach: float, joints: Array, valid: NDArray[np.bool_]) -> int:
     """Solves all poses; returns the index of one that is no rigid pose, -1 if all are."""
     turn = np.empty((3, 3))
@@ -276,7 +276,7 @@ def _solve(dh: Array, flange: Array, reach: float, joints: Array, valid: NDArray
     return -1
 
 
-@njit(cache=True)
+@compiled
 def _drop_twins(joints: Array, valid: NDArray[np.bool_]) -> None:
     """Leaves out branches (8, 6) that equal one before: a straight wrist has no two sides."""
     for k in range(1, BRANCHES):
@@ -288,7 +288,7 @@ def _drop_twins(joints: Array, valid: NDArray[np.bool_]) -> None:
                 valid[k] = False
 
 
-@njit(cache=True)
+@compiled
 def _orthonormal(pose: Array, turn: Array) -> float:
     """One Newton step towards the nearest rotation, R (3 I - R^T R) / 2; the largest |R^T R - I|.
 
@@ -307,7 +307,7 @@ def _orthonormal(pose: Array, turn: Array) -> float:
     return off
 
 
-@njit(cache=True)
+@compiled
 def _solve_one(
     dh: Array,
     turn: Array,
@@ -352,7 +352,7 @@ def _solve_one(
         valid[branch] = math.hypot(miss, shoulder_miss) <= reach
 
 
-@njit(cache=True)
+@compiled
 def _elbow(dh: Array, wx: float, wz: float, q234: float, up: float, q: Array) -> float:
     """Writes q2, q3, q4 of the planar arm; returns how far the wrist is out of its reach, m.
 
@@ -377,7 +377,7 @@ def _elbow(dh: Array, wx: float, wz: float, q234: float, up: float, q: Array) ->
     return miss
 
 
-@njit(cache=True)
+@compiled
 def _self_motion(dh: Array, wx: float, wz: float, q234: float, s5: float, slack: float) -> float:
     """The least change of q234 that brings the elbow into reach, where the wrist allows it; else 0.
 
@@ -406,6 +406,6 @@ def _self_motion(dh: Array, wx: float, wz: float, q234: float, s5: float, slack:
     return shift if 2.0 * s5 * abs(math.sin(0.5 * shift)) <= slack else 0.0
 
 
-@njit(cache=True)
+@compiled
 def _wrap(angle: float) -> float:
     return angle - _TURN * round(angle / _TURN)

@@ -10,8 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from hw.compiled import compiled
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -55,7 +56,7 @@ class ArmObstacles(NamedTuple):
     thickness: Array
 
 
-@njit(cache=True)
+@compiled
 def place_links(base: Array, origins: Array, q: Array, frames: Array) -> None:
     """Writes rover_from_link of base and links 1 to 6 into frames (7, 4, 4), upper rows only."""
     for i in range(3):
@@ -74,7 +75,7 @@ def place_links(base: Array, origins: Array, q: Array, frames: Array) -> None:
             here[i, 3] = before[i, 3] + a * origin[0, 3] + b * origin[1, 3] + d * origin[2, 3]
 
 
-@njit(cache=True)
+@compiled
 def place_tcp(base: Array, origins: Array, tip: Array, q: Array, poses: Array) -> None:
     """Writes rover_from_tcp of joints (n, 6) into poses (n, 4, 4), which must be zero."""
     frames = np.empty((7, 4, 4))
@@ -88,7 +89,7 @@ def place_tcp(base: Array, origins: Array, tip: Array, q: Array, poses: Array) -
         poses[n, 3, 3] = 1.0
 
 
-@njit(cache=True)
+@compiled
 def slopes(base: Array, origins: Array, tip: Array, q: Array, found: Array) -> None:
     """Writes the geometric Jacobian of joints (n, 6) into found (n, 6, 6).
 
@@ -110,7 +111,7 @@ def slopes(base: Array, origins: Array, tip: Array, q: Array, found: Array) -> N
             found[n, 3, k], found[n, 4, k], found[n, 5, k] = zx, zy, zz
 
 
-@njit(cache=True)
+@compiled
 def missed(pose: Array, target: Array, miss: Array) -> float:
     """Writes by how much a pose (4, 4) misses a target into miss (6,), m and rad; its square.
 
@@ -137,7 +138,7 @@ def missed(pose: Array, target: Array, miss: Array) -> float:
     return square
 
 
-@njit(cache=True)
+@compiled
 def solved(matrix: Array, values: Array) -> None:
     """Replaces values (6,) by the solution of matrix (6, 6) x = values, which is spoilt by it."""
     for k in range(6):
@@ -160,7 +161,7 @@ def solved(matrix: Array, values: Array) -> None:
         values[k] /= matrix[k, k]
 
 
-@njit(cache=True)
+@compiled
 def damped_step(jac: Array, miss: Array, damping: float, normal: Array, step: Array) -> None:
     """Writes the solution of (J^T J + damping I) step = J^T miss into step (6,)."""
     for i in range(6):
@@ -176,7 +177,7 @@ def damped_step(jac: Array, miss: Array, damping: float, normal: Array, step: Ar
     solved(normal, step)
 
 
-@njit(cache=True)
+@compiled
 def descend(  # noqa: PLR0913 - a chain, a problem and its answer
     base: Array,
     origins: Array,
@@ -213,7 +214,7 @@ def descend(  # noqa: PLR0913 - a chain, a problem and its answer
             damping *= 0.3 if fresh else 3.0
 
 
-@njit(cache=True)
+@compiled
 def point_velocities(
     base: Array, origins: Array, links: Integers, local: Array, q: Array, slope: Array, found: Array
 ) -> None:
@@ -250,7 +251,7 @@ def point_velocities(
             found[n, i, 2] = u[2] + turn[0] * dy - turn[1] * dx
 
 
-@njit(cache=True)
+@compiled
 def greatest_speeds(
     base: Array, origins: Array, links: Integers, local: Array, q: Array, slope: Array, found: Array
 ) -> None:
@@ -265,7 +266,7 @@ def greatest_speeds(
         found[n] = math.sqrt(most)
 
 
-@njit(cache=True)
+@compiled
 def place_capsules(
     base: Array, origins: Array, links: Integers, local: Array, q: Array, frames: Array, ends: Array
 ) -> None:
@@ -279,7 +280,7 @@ def place_capsules(
                 ends[i, e, k] = frame[k, 0] * x + frame[k, 1] * y + frame[k, 2] * z + frame[k, 3]
 
 
-@njit(cache=True)
+@compiled
 def meets_disc(ends: Array, radii: Array, x: float, y: float, radius: float) -> bool:
     """True if a capsule, seen from above, touches a disc about (x, y) in the rover frame; m."""
     for i in range(len(radii)):
@@ -294,7 +295,7 @@ def meets_disc(ends: Array, radii: Array, x: float, y: float, radius: float) -> 
     return False
 
 
-@njit(cache=True)
+@compiled
 def approaching(  # noqa: PLR0913 - it writes three results
     body: CapsuleSet,
     first: int,
@@ -336,7 +337,7 @@ def approaching(  # noqa: PLR0913 - it writes three results
             distance[n, i], closing[n, i] = away, vx * nx + vy * ny
 
 
-@njit(cache=True)
+@compiled
 def approaching_limbs(  # noqa: PLR0913 - it writes three results
     body: CapsuleSet,
     first: int,
@@ -378,14 +379,14 @@ def approaching_limbs(  # noqa: PLR0913 - it writes three results
                 speed[n, i, j], along[n, i, j] = math.sqrt(fast), t
 
 
-@njit(cache=True)
+@compiled
 def pair_gap(pairs: Integers, radii: Array, ends: Array, pair: int) -> float:
     """Distance between the surfaces of two capsules, negative where they overlap, m."""
     i, j = pairs[pair, 0], pairs[pair, 1]
     return float(segment_distance(ends, i, ends, j) - radii[i] - radii[j])
 
 
-@njit(cache=True)
+@compiled
 def outer_gap(  # noqa: PLR0913 - a tuple would cost more than a distance
     radii: Array,
     boxes: Array,
@@ -420,7 +421,7 @@ def outer_gap(  # noqa: PLR0913 - a tuple would cost more than a distance
     return float(gap - radii[i])
 
 
-@njit(cache=True)
+@compiled
 def gaps(body: CapsuleSet, around: ArmObstacles, q: Array, found: Array, which: Integers) -> None:
     """Writes the least gap of each of n joint sets and where it is: a pair, or p + a capsule."""
     # unpacked once: passing a tuple to another kernel costs more than a distance
@@ -441,7 +442,7 @@ def gaps(body: CapsuleSet, around: ArmObstacles, q: Array, found: Array, which: 
         found[n], which[n] = least, where
 
 
-@njit(cache=True)
+@compiled
 def room_within(
     body: CapsuleSet, q: Array, half_length: float, half_width: float, found: Array
 ) -> None:
@@ -459,7 +460,7 @@ def room_within(
                 found[n] = min(found[n], room - body.radii[i])
 
 
-@njit(cache=True)
+@compiled
 def free_from(
     body: CapsuleSet,
     around: ArmObstacles,
@@ -509,7 +510,7 @@ def free_from(
                     break
 
 
-@njit(cache=True)
+@compiled
 def sweep(
     body: CapsuleSet, around: ArmObstacles, piece: Array, length: float, margin: float, budget: int
 ) -> tuple[float, int]:
@@ -553,7 +554,7 @@ def sweep(
     return min(x, length * (1.0 - 1e-12)), checks
 
 
-@njit(cache=True)
+@compiled
 def gap_rates(links: Integers, pairs: Integers, reach: Array, piece: Array, length: float) -> Array:
     """Bound on the rate at which each gap can shrink along a piece, m per unit of x.
 
@@ -572,7 +573,7 @@ def gap_rates(links: Integers, pairs: Integers, reach: Array, piece: Array, leng
     return rates
 
 
-@njit(cache=True)
+@compiled
 def segment_places(ends: Array, i: int, others: Array, j: int) -> tuple[float, float]:
     """Where axis i of ends (m, 2, 3) and axis j of others are nearest, as shares of both, 0 to 1.
 
@@ -604,7 +605,7 @@ def segment_places(ends: Array, i: int, others: Array, j: int) -> tuple[float, f
     return s, t
 
 
-@njit(cache=True)
+@compiled
 def segment_distance(ends: Array, i: int, others: Array, j: int) -> float:
     """Distance between axis i of ends (m, 2, 3) and axis j of others; an axis may be a point."""
     s, t = segment_places(ends, i, others, j)
@@ -616,7 +617,7 @@ def segment_distance(ends: Array, i: int, others: Array, j: int) -> float:
     return math.sqrt(square)
 
 
-@njit(cache=True)
+@compiled
 def wall_distance(ax: float, ay: float, bx: float, by: float, walls: Array, k: int) -> float:
     """Distance between the segment a-b and a wall, seen from above; 0 where they cross."""
     cx, cy, dx, dy = walls[k, 0], walls[k, 1], walls[k, 2], walls[k, 3]
@@ -630,7 +631,7 @@ def wall_distance(ax: float, ay: float, bx: float, by: float, walls: Array, k: i
     return float(min(from_arm, from_wall))
 
 
-@njit(cache=True)
+@compiled
 def point_distance(px: float, py: float, ax: float, ay: float, bx: float, by: float) -> float:
     """Distance of a point from the segment a-b in the plane."""
     ux, uy = bx - ax, by - ay
@@ -639,7 +640,7 @@ def point_distance(px: float, py: float, ax: float, ay: float, bx: float, by: fl
     return math.hypot(px - ax - t * ux, py - ay - t * uy)
 
 
-@njit(cache=True)
+@compiled
 def box_distance(ends: Array, i: int, boxes: Array, k: int, enough: float) -> float:
     """Distance between a capsule's axis and a box, to 1e-6 of its length and never too large.
 
@@ -668,7 +669,7 @@ def box_distance(ends: Array, i: int, boxes: Array, k: int, enough: float) -> fl
     return max(math.sqrt(square) - 1e-6 * math.sqrt(length), 0.0)
 
 
-@njit(cache=True)
+@compiled
 def clamp(t: float) -> float:
     """The value moved into [0, 1]."""
     return min(max(t, 0.0), 1.0)

@@ -8,14 +8,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from hw.compiled import compiled
 from states.arm.kernels import Array
 
 _TINY = 1e-12
 
 
-@njit(cache=True)
+@compiled
 def line_times(most: Array, gain: Array, found: Array) -> None:
     """Writes the times of lines from share 0 to 1 whose squared rate is bounded by most (k, n).
 
@@ -34,7 +34,7 @@ def line_times(most: Array, gain: Array, found: Array) -> None:
             found[k] += 2.0 / (n - 1) / (math.sqrt(most[k, i - 1]) + math.sqrt(most[k, i]))
 
 
-@njit(cache=True)
+@compiled
 def passes(
     steps: Array, slope: Array, bend: Array, limit: Array, most: Array, squares: Array
 ) -> None:
@@ -54,7 +54,7 @@ def passes(
         squares[k + 1] = min(max(squares[k] + 2.0 * steps[k] * up, 0.0), reach[k + 1])
 
 
-@njit(cache=True)
+@compiled
 def _largest(
     slope: Array, bend: Array, limit: Array, step: float, most: float, after: float
 ) -> float:
@@ -79,7 +79,7 @@ def _largest(
     return x
 
 
-@njit(cache=True)
+@compiled
 def _window(
     slope: Array, bend: Array, limit: Array, step: float, x: float, after: float
 ) -> tuple[float, float, float, float]:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from states.floors.space import LEAST_PIECE, Passage
 from states.maps.cells import Mask
 from states.maps.distance import distances
@@ -148,7 +148,7 @@ def _quarter(cells: int, angle: float) -> Array:
     return quarter
 
 
-@njit(cache=True)
+@compiled
 def _root(parents: RegionLabels, cell: int) -> int:
     while parents[cell] != cell:
         parents[cell] = parents[parents[cell]]
@@ -156,7 +156,7 @@ def _root(parents: RegionLabels, cell: int) -> int:
     return cell
 
 
-@njit(cache=True)
+@compiled
 def _planted(pieces: RegionLabels) -> tuple[RegionLabels, RegionLabels]:
     """Parents and owners of cells when each piece is a set with one root (union-find)."""
     parents = np.full(pieces.size, -1, np.int64)
@@ -172,7 +172,7 @@ def _planted(pieces: RegionLabels) -> tuple[RegionLabels, RegionLabels]:
     return parents, owners
 
 
-@njit(cache=True)
+@compiled
 def _meetings(labels: RegionLabels, order: RegionLabels) -> RegionLabels:
     """Cells at which growing pieces meet, with cells added widest first (a watershed).
 

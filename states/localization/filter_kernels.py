@@ -13,8 +13,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from hw.compiled import compiled
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -44,7 +45,7 @@ class News(NamedTuple):
     trusted: bool
 
 
-@njit(cache=True)
+@compiled
 def planar_step(state: Array, dt: float, noise: Array, news: News, out: Array) -> tuple[float, int]:
     """Predicts a planar state (7, 6) by dt and corrects it; writes `out`.
 
@@ -60,7 +61,7 @@ def planar_step(state: Array, dt: float, noise: Array, news: News, out: Array) -
     return _corrected(out, news, 2, 3)
 
 
-@njit(cache=True)
+@compiled
 def spatial_step(
     state: Array, dt: float, noise: Array, news: News, out: Array
 ) -> tuple[float, int]:
@@ -79,7 +80,7 @@ def spatial_step(
     return _corrected(out, news, 3, 6)
 
 
-@njit(cache=True)
+@compiled
 def covariance_of(state: Array) -> Array:
     """P = U D Uᵀ (n, n) of a state, exactly symmetric."""
     n = state.shape[1]
@@ -95,7 +96,7 @@ def covariance_of(state: Array) -> Array:
     return whole
 
 
-@njit(cache=True)
+@compiled
 def planar_motion(mean: Array, dt: float, moved: Array, transition: Array) -> None:
     """The exact arc of a steady body velocity, and its Jacobian F; `transition` starts as identity.
 
@@ -129,7 +130,7 @@ def planar_motion(mean: Array, dt: float, moved: Array, transition: Array) -> No
     transition[2, 5] = dt
 
 
-@njit(cache=True)
+@compiled
 def planar_noise(mean: Array, dt: float, noise: Array, inputs: Array, weights: Array) -> None:
     """Process noise G W Gᵀ: inputs G (6, 6), which start as zeros, and weights W (6,).
 
@@ -156,7 +157,7 @@ def planar_noise(mean: Array, dt: float, noise: Array, inputs: Array, weights: A
         weights[i] += weights[3 + i] * dt * dt / 12.0
 
 
-@njit(cache=True)
+@compiled
 def spatial_motion(mean: Array, dt: float, moved: Array, transition: Array) -> None:
     """One step of robot_localization's model, and its Jacobian; `transition` starts as identity.
 
@@ -196,7 +197,7 @@ def spatial_motion(mean: Array, dt: float, moved: Array, transition: Array) -> N
         transition[6 + i, 12 + i] = dt
 
 
-@njit(cache=True)
+@compiled
 def _turn_in_space(mean: Array, dt: float, moved: Array, transition: Array) -> None:
     """Roll, pitch and yaw by rates of turn in the body (Euler angle kinematics)."""
     sr, cr = math.sin(mean[3]), math.cos(mean[3])
@@ -223,14 +224,14 @@ def _turn_in_space(mean: Array, dt: float, moved: Array, transition: Array) -> N
     transition[5, 10], transition[5, 11] = dt * sr * secant, dt * cr * secant
 
 
-@njit(cache=True)
+@compiled
 def _weigh(noise: Array, dt: float, speed: float, rate: float, weights: Array) -> None:
     """Variances (n,) of a step: noise (3, n) has them per second, per metre and per radian."""
     for i in range(len(weights)):
         weights[i] = dt * (noise[0, i] + speed * noise[1, i] + rate * noise[2, i])
 
 
-@njit(cache=True)
+@compiled
 def _propagated(
     factors: Array, transition: Array, inputs: Array, weights: Array, out: Array
 ) -> None:
@@ -267,7 +268,7 @@ def _propagated(
             out[i, j], out[j, i] = share, 0.0
 
 
-@njit(cache=True)
+@compiled
 def _corrected(state: Array, news: News, first_angle: int, angles_end: int) -> tuple[float, int]:
     """Correct a state in place; returns squared Mahalanobis distance and number of axes used.
 
@@ -302,7 +303,7 @@ def _corrected(state: Array, news: News, first_angle: int, angles_end: int) -> t
     return distance, m
 
 
-@njit(cache=True)
+@compiled
 def _take(factors: Array, row: Array, variance: float, missed: float, shift: Array) -> float:
     """Take one scalar measurement (Bierman); adds to `shift`, returns its squared distance.
 
@@ -331,7 +332,7 @@ def _take(factors: Array, row: Array, variance: float, missed: float, shift: Arr
     return rest * (rest / spread)
 
 
-@njit(cache=True)
+@compiled
 def _usable(
     mean: Array, news: News, first_angle: int, angles_end: int
 ) -> tuple[Integers, Array, Array]:
@@ -356,7 +357,7 @@ def _usable(
     return used, missed, spread
 
 
-@njit(cache=True)
+@compiled
 def _decorrelated(spread: Array, missed: Array) -> Array:
     """The rows of inv(L) for the covariance R = L D Lᵀ, of which the lower half is given.
 
@@ -385,12 +386,12 @@ def _decorrelated(spread: Array, missed: Array) -> Array:
     return rows
 
 
-@njit(cache=True)
+@compiled
 def _norm(vector: Array) -> float:
     return math.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
 
 
-@njit(cache=True)
+@compiled
 def _wrapped(angle: float) -> float:
     """The angle in [-pi, pi]; an angle already inside is returned unchanged."""
     if abs(angle) <= math.pi:

@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
+from hw.compiled import compiled
 from hw.geometry import Pose2, wrap
 from states.localization.scan_tracker import TrackerValues, match
 from states.maps.cells import Mask
@@ -139,7 +139,7 @@ def points_in(map_from_base: Pose2, points: Array) -> Array:
     return moved
 
 
-@njit(cache=True)
+@compiled
 def _brush(nearest: Array, places: Array, cell: float) -> None:
     """Lower the distances around the cells at `places` (n, 2), given in units of cells.
 

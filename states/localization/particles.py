@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from states.maps.distance import Array
 from states.maps.field import Table, distance_at
 
@@ -24,7 +24,7 @@ _YAW_BINS = round(_TURN / BIN_RAD)
 _ROW = 1 << 20
 
 
-@njit(cache=True)
+@compiled
 def log_likelihoods(
     table: Table, cell: float, sigma: float, most: float, hit: float, floor: float
 ) -> Array:
@@ -42,7 +42,7 @@ def log_likelihoods(
     return found
 
 
-@njit(cache=True)
+@compiled
 def move(particles: Array, moved: Array, spread: Array, normals: Array) -> None:
     """Move particles in place by the odometry since the last update, each with its own error.
 
@@ -59,7 +59,7 @@ def move(particles: Array, moved: Array, spread: Array, normals: Array) -> None:
         particles[i, 2] = wrapped(particles[i, 2] + moved[2] + spread[2] * normals[i, 2])
 
 
-@njit(cache=True)
+@compiled
 def weigh(particles: Array, points: Array, likelihoods: Array, cell: float, out: Array) -> None:
     """Write the sum of the log-likelihoods of all points (m, 2) for each particle."""
     rows, columns = likelihoods.shape
@@ -79,7 +79,7 @@ def weigh(particles: Array, points: Array, likelihoods: Array, cell: float, out:
         out[i] = total
 
 
-@njit(cache=True)
+@compiled
 def normalise(logs: Array) -> tuple[Array, float]:
     """Weights with sum 1 from their logarithms, and the effective number of particles.
 
@@ -90,7 +90,7 @@ def normalise(logs: Array) -> tuple[Array, float]:
     return weights, 1.0 / np.sum(weights * weights)
 
 
-@njit(cache=True)
+@compiled
 def drawn(weights: Array, count: int, offset: float) -> Integers:
     """Systematic resampling: `count` indices, of each particle its share of them to within one.
 
@@ -107,7 +107,7 @@ def drawn(weights: Array, count: int, offset: float) -> Integers:
     return chosen
 
 
-@njit(cache=True)
+@compiled
 def bins(particles: Array) -> Integers:
     """The bin of each particle, encoded as one number."""
     found = np.empty(len(particles), np.int64)
@@ -119,7 +119,7 @@ def bins(particles: Array) -> Integers:
     return found
 
 
-@njit(cache=True)
+@compiled
 def bin_count(particles: Array, chosen: Integers) -> int:
     """Number of bins that hold chosen particles."""
     return len(np.unique(bins(particles)[np.unique(chosen)]))
@@ -139,7 +139,7 @@ def kld_count(bins_: int, error: float, quantile: float) -> float:
     return (bins_ - 1) / (2.0 * error) * (1.0 - part + math.sqrt(part) * quantile) ** 3
 
 
-@njit(cache=True)
+@compiled
 def clusters(particles: Array) -> Integers:
     """Cluster number of each particle; bins that touch, also at corners, form one cluster."""
     own = bins(particles)
@@ -167,7 +167,7 @@ def clusters(particles: Array) -> Integers:
     return label[np.searchsorted(kinds, own)]
 
 
-@njit(cache=True)
+@compiled
 def moments(particles: Array, weights: Array, chosen: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Mean (3,) and covariance (3, 3) of the chosen particles, about the circular mean of yaw.
 
@@ -200,7 +200,7 @@ def moments(particles: Array, weights: Array, chosen: NDArray[np.bool_]) -> tupl
     return mean, covariance
 
 
-@njit(cache=True)
+@compiled
 def wrapped(angle: float) -> float:
     """The angle in [-pi, pi]."""
     if abs(angle) <= math.pi:

@@ -23,10 +23,10 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numba import njit
 
 from engine.files.units import Length
 from engine.files.values import Range
+from hw.compiled import compiled
 from hw.geometry import Pose2, wrap
 from states.maps.distance import Array
 from states.maps.field import Field, Table, distance_at, is_floor
@@ -129,7 +129,7 @@ def _turned(yaw: float) -> Array | None:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-@njit(cache=True)
+@compiled
 def _matched(
     points: Array,
     predicted: tuple[float, float, float],
@@ -182,7 +182,7 @@ def _matched(
     return x, y, yaw, information, inliers, step, done
 
 
-@njit(cache=True)
+@compiled
 def _normal_equations(
     points: Array,
     pose: tuple[float, float, float],
@@ -234,7 +234,7 @@ def _normal_equations(
     return spread, inliers
 
 
-@njit(cache=True)
+@compiled
 def _behind_walls(
     points: Array, pose: tuple[float, float, float], table: Table, distance: float
 ) -> int:
@@ -249,7 +249,7 @@ def _behind_walls(
     return count
 
 
-@njit(cache=True)
+@compiled
 def _solve(matrix: Array, right: Array) -> None:
     """Solve a symmetric positive definite 3 x 3 system in place, by Cholesky factorisation."""
     for j in range(3):
@@ -270,6 +270,6 @@ def _solve(matrix: Array, right: Array) -> None:
         right[i] /= matrix[i, i]
 
 
-@njit(cache=True)
+@compiled
 def _wrapped(angle: float) -> float:
     return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)

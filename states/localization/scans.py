@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from hw.compiled import compiled
 from hw.geometry import STILL, Pose2, Twist2
 from hw.samples import Scan
 from hw.sensing import Sensing
@@ -72,7 +72,7 @@ def _values(pose: Pose2) -> tuple[float, float, float]:
     return pose.x, pose.y, pose.yaw
 
 
-@njit(cache=True)
+@compiled
 def points_of(
     ranges: Array,
     angles: tuple[float, float],

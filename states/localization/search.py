@@ -13,8 +13,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
+from hw.compiled import compiled
 from hw.geometry import Pose2, wrap
 from hw.samples import PoseSigma
 from states.localization.amcl import Amcl, AmclValues
@@ -176,7 +176,7 @@ def _same(one: Pose2, other: Pose2) -> bool:
     return one.distance_to(other) < ONE[0] and abs(wrap(one.yaw - other.yaw)) < ONE[1]
 
 
-@njit(cache=True)
+@compiled
 def _fit(
     points: Array,
     pose: tuple[float, float, float],
@@ -198,7 +198,7 @@ def _fit(
     return total
 
 
-@njit(cache=True)
+@compiled
 def _apart(particles: Array, count: int, metres: float, radians: float) -> Array:
     """At most `count` of the particles (n, 3), in order, each apart from those chosen before."""
     chosen = np.empty((count, 3))

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from hw.geometry import Pose2
 from hw.room import Point
 from states.maps.distance import Array
@@ -84,7 +84,7 @@ def room_map(
     return OccupancyMap(values, resolution, Pose2(grid.x, grid.y))
 
 
-@njit(cache=True)
+@compiled
 def is_inside_rings(x: float, y: float, sides: Array) -> bool:
     """True inside the outer ring and outside all others, by the even-odd rule per ring."""
     ring, odd = 0.0, False
@@ -101,7 +101,7 @@ def is_inside_rings(x: float, y: float, sides: Array) -> bool:
     return odd == (ring == 0.0)
 
 
-@njit(cache=True)
+@compiled
 def _fill(xs: Array, ys: Array, sides: Array) -> Mask:
     mask = np.zeros((len(ys), len(xs)), np.bool_)
     for row in range(len(ys)):

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from hw.compiled import compiled
 
 Array = NDArray[np.float64]
 SquaredCells = NDArray[np.int64]
@@ -21,7 +22,7 @@ NOTHING_NEAR = np.int64(2) ** 40
 _FAR = 2**20
 
 
-@njit(cache=True)
+@compiled
 def squared_distances(occupied: NDArray[np.bool_]) -> SquaredCells:
     """Squared distance to the nearest occupied cell, in cells, (rows, columns).
 
@@ -47,7 +48,7 @@ def squared_distances(occupied: NDArray[np.bool_]) -> SquaredCells:
     return squared
 
 
-@njit(cache=True)
+@compiled
 def _lower_envelope(
     heights: SquaredCells, squared: SquaredCells, owner: SquaredCells, begins: SquaredCells
 ) -> None:

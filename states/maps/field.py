@@ -13,9 +13,9 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from hw.geometry import Pose2
 from hw.room import Room
 from states.maps.cells import Grid, Mask, fill_rings
@@ -119,7 +119,7 @@ def _faces(values: Values) -> Mask:
     return faces if faces.any() else occupied
 
 
-@njit(cache=True)
+@compiled
 def distance_at(x: float, y: float, table: Table) -> tuple[float, float, float]:
     """Distance of a place to the nearest wall, m, and its gradient.
 
@@ -148,7 +148,7 @@ def distance_at(x: float, y: float, table: Table) -> tuple[float, float, float]:
     return distance, -table.sides[side, 3], table.sides[side, 2]
 
 
-@njit(cache=True)
+@compiled
 def is_floor(x: float, y: float, table: Table) -> bool:
     """Is the centre of the place's cell on the floor? True if the floor is unknown."""
     if len(table.floor) == 0:
@@ -159,7 +159,7 @@ def is_floor(x: float, y: float, table: Table) -> bool:
     return bool(table.floor[int(row), int(column)])
 
 
-@njit(cache=True)
+@compiled
 def distances_of(points: Array, x: float, y: float, yaw: float, table: Table) -> Array:
     """`distance_at` of points (n, 2) seen from a pose, (n,), m."""
     found = np.empty(len(points))
@@ -170,7 +170,7 @@ def distances_of(points: Array, x: float, y: float, yaw: float, table: Table) ->
     return found
 
 
-@njit(cache=True)
+@compiled
 def _off(x: float, y: float, side: Array) -> tuple[float, float]:
     """Vector from the nearest point of a side to a place."""
     dx, dy = x - side[0], y - side[1]
@@ -178,7 +178,7 @@ def _off(x: float, y: float, side: Array) -> tuple[float, float]:
     return dx - along * side[2], dy - along * side[3]
 
 
-@njit(cache=True)
+@compiled
 def _interpolated(x: float, y: float, table: Table) -> tuple[float, float, float]:
     u, v = x / table.cell - 0.5, y / table.cell - 0.5
     column, row = math.floor(u), math.floor(v)
@@ -193,7 +193,7 @@ def _interpolated(x: float, y: float, table: Table) -> tuple[float, float, float
     return low + v * (high - low), slope / table.cell, (high - low) / table.cell
 
 
-@njit(cache=True)
+@compiled
 def _candidates(
     sides: Array, cell: float, rows: int, columns: int, reach: float
 ) -> tuple[Indices, Indices]:

@@ -11,9 +11,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from hw.geometry import Pose2
 from states.maps.distance import Array
 from states.maps.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap
@@ -119,7 +119,7 @@ def _more(lacking: int) -> int:
     return lacking + _ROOM if lacking > 0 else 0
 
 
-@njit(cache=True)
+@compiled
 def _count(counts: Counts, start: Array, ends: Array, scan: int, farthest: float) -> None:
     """Count a scan, end points first, so that its beams do not count as passing through them."""
     for i in range(len(ends)):
@@ -132,7 +132,7 @@ def _count(counts: Counts, start: Array, ends: Array, scan: int, farthest: float
         _pass(counts, start, ends[i], scan, farthest)
 
 
-@njit(cache=True)
+@compiled
 def _pass(counts: Counts, start: Array, end: Array, scan: int, farthest: float) -> None:
     """Traverse the cells of a beam, all but the last (Amanatides and Woo 1987)."""
     dx, dy = end[0] - start[0], end[1] - start[1]

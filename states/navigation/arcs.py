@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from hw.compiled import compiled
 from states.navigation.clearance import TOLERANCE, Array, is_clear
 from states.navigation.shortest import PathQuery, make_query, shortest
 from states.navigation.tangents import InflatedRoom, Integers, UserDisc, sweep_between
@@ -15,7 +15,7 @@ DRAWING_ERROR = 5e-4
 """Largest distance of the polyline outside an arc of usual size, m."""
 
 
-@njit(cache=True)
+@compiled
 def parts_of_arc(disc: Array, start: float, sweep: float, query: PathQuery) -> int:
     """Number of tangents with which an arc is drawn; more where another inflation is close.
 
@@ -43,7 +43,7 @@ def parts_of_arc(disc: Array, start: float, sweep: float, query: PathQuery) -> i
     return parts
 
 
-@njit(cache=True)
+@compiled
 def draw(lines: Array, states: Integers, query: PathQuery) -> Array:
     """The path as points and the radius of the bend from each to the next, (k, 3).
 
@@ -80,7 +80,7 @@ def draw(lines: Array, states: Integers, query: PathQuery) -> Array:
     return points[: count + 1]
 
 
-@njit(cache=True)
+@compiled
 def shortest_path(
     world: InflatedRoom, user: UserDisc, start: tuple[float, float], goal: tuple[float, float]
 ) -> tuple[float, Array]:

@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from hw.geometry import Outline
 from states.navigation.clearance import Array
 
@@ -71,7 +71,7 @@ class Marks(NamedTuple):
     last: Cells
 
 
-@njit(cache=True)
+@compiled
 def sensor_at(sweep: ScanSweep, beam: float) -> tuple[float, float, float]:
     """The sensor's position at a beam, and the beam's direction in the map."""
     part = beam / max(1, len(sweep.ranges) - 1)
@@ -79,7 +79,7 @@ def sensor_at(sweep: ScanSweep, beam: float) -> tuple[float, float, float]:
     return sweep.x + part * sweep.dx, sweep.y + part * sweep.dy, direction
 
 
-@njit(cache=True)
+@compiled
 def news(sweep: ScanSweep, walls: Array, cut: Cut, ignored: Ignored) -> tuple[Array, Cells]:
     """End points of beams that hit something unknown, (k, 2), and their indices, (k,)."""
     rows, columns = walls.shape
@@ -110,13 +110,13 @@ def news(sweep: ScanSweep, walls: Array, cut: Cut, ignored: Ignored) -> tuple[Ar
     return ends[:count], beams[:count]
 
 
-@njit(cache=True)
+@compiled
 def in_window(x: float, y: float, cut: Cut) -> bool:
     """True if a position is in the window."""
     return abs(x - cut.x) <= cut.half_width and abs(y - cut.y) <= cut.half_height
 
 
-@njit(cache=True)
+@compiled
 def is_own(far: float, angle: float, ignored: Ignored) -> bool:
     """True if a beam ends within the robot's own outline."""
     turned = ignored.mount[2] + angle
@@ -126,7 +126,7 @@ def is_own(far: float, angle: float, ignored: Ignored) -> bool:
     return -back <= x <= front and -right <= y <= left
 
 
-@njit(cache=True)
+@compiled
 def hit_together(i: int, ends: Array, beams: Cells) -> bool:
     """True if enough neighbouring beams end near this one to mark its cell at once."""
     together = 1
@@ -139,7 +139,7 @@ def hit_together(i: int, ends: Array, beams: Cells) -> bool:
     return together >= SURE
 
 
-@njit(cache=True)
+@compiled
 def mark(ends: Array, beams: Cells, cut: Cut, now: int, marks: Marks, count: int) -> int:
     """Count the hits of a scan; returns the number of active cells."""
     hits, last = marks.hits, marks.last
@@ -162,7 +162,7 @@ def mark(ends: Array, beams: Cells, cut: Cut, now: int, marks: Marks, count: int
     return count
 
 
-@njit(cache=True)
+@compiled
 def tend(
     sweep: ScanSweep, cut: Cut, now: int, ages: tuple[int, int], marks: Marks, count: int
 ) -> int:
@@ -186,7 +186,7 @@ def tend(
     return kept
 
 
-@njit(cache=True)
+@compiled
 def is_seen_through(x: float, y: float, half: float, sweep: ScanSweep) -> bool:
     """True if at least one beam goes towards the cell, and all that do pass through it."""
     if sweep.step == 0.0:

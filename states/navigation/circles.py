@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from hw.compiled import compiled
 from states.navigation.clearance import (
     TOLERANCE,
     TURN,
@@ -20,7 +20,7 @@ _THIN = 1e-5  # an arc blocked over less than this, rad, is 1e-10 m deep: touche
 _ANGLE_TOLERANCE = 1e-9
 
 
-@njit(cache=True)
+@compiled
 def near(x: float, y: float, reach: float, discs: Array, sides: Array) -> tuple[Array, Array]:
     """The corners and sides whose inflation comes within `reach` of a point."""
     near_discs = np.empty((len(discs), 3))
@@ -38,7 +38,7 @@ def near(x: float, y: float, reach: float, discs: Array, sides: Array) -> tuple[
     return near_discs[:count], near_sides[:side_count]
 
 
-@njit(cache=True)
+@compiled
 def circle_crossings(
     x: float, y: float, radius: float, discs: Array, sides: Array, slack: float
 ) -> Array:
@@ -75,7 +75,7 @@ def circle_crossings(
     return np.sort(angles[:count])
 
 
-@njit(cache=True)
+@compiled
 def blocked_arcs(
     x: float, y: float, radius: float, discs: Array, sides: Array
 ) -> tuple[Array, bool]:
@@ -109,7 +109,7 @@ def blocked_arcs(
     return arcs[:count], some_free
 
 
-@njit(cache=True)
+@compiled
 def arc_is_free(start: float, sweep: float, arcs: Array) -> bool:
     """True if the arc from `start` counter-clockwise over `sweep`, rad, meets no blocked arc."""
     for i in range(len(arcs)):

@@ -14,9 +14,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from states.maps.cells import is_inside_rings as is_inside_rings
 
 Array = NDArray[np.float64]
@@ -37,13 +37,13 @@ def check_radius(radius: float) -> None:
         raise ValueError(f"inflation of {radius:g} m; a finite length of 0 m or more is needed")
 
 
-@njit(cache=True)
+@compiled
 def turn_between(first: float, second: float) -> float:
     """Angle from one direction to another, in [-pi, pi), rad."""
     return (second - first + math.pi) % TURN - math.pi
 
 
-@njit(cache=True)
+@compiled
 def distance_to_segment(x: float, y: float, x1: float, y1: float, x2: float, y2: float) -> float:
     """Distance of a point to the segment between two others, m."""
     dx, dy = x2 - x1, y2 - y1
@@ -54,13 +54,13 @@ def distance_to_segment(x: float, y: float, x1: float, y1: float, x2: float, y2:
     return math.hypot(x - x1 - along * dx, y - y1 - along * dy)
 
 
-@njit(cache=True)
+@compiled
 def distance_to_side(x: float, y: float, side: Array) -> float:
     """Distance of a point to a side, m."""
     return float(distance_to_segment(x, y, side[0], side[1], side[2], side[3]))
 
 
-@njit(cache=True)
+@compiled
 def distance_to_nearest(x: float, y: float, sides: Array) -> float:
     """Distance of a point to the nearest side, m."""
     nearest = math.inf
@@ -69,7 +69,7 @@ def distance_to_nearest(x: float, y: float, sides: Array) -> float:
     return nearest
 
 
-@njit(cache=True)
+@compiled
 def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
     """True if far enough from every corner and side, whether inside or outside the rings."""
     for i in range(len(discs)):
@@ -89,13 +89,13 @@ def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
     return True
 
 
-@njit(cache=True)
+@compiled
 def is_free(x: float, y: float, discs: Array, sides: Array) -> bool:
     """True if inside the outer ring, outside all others, and far enough from all sides."""
     return is_inside_rings(x, y, sides) and is_clear(x, y, discs, sides)
 
 
-@njit(cache=True)
+@compiled
 def are_free(places: Array, discs: Array, sides: Array) -> NDArray[np.bool_]:
     """`is_free` of each of the places (n, 2): (n,)."""
     found = np.empty(len(places), dtype=np.bool_)
@@ -104,7 +104,7 @@ def are_free(places: Array, discs: Array, sides: Array) -> NDArray[np.bool_]:
     return found
 
 
-@njit(cache=True)
+@compiled
 def passes_disc(
     px: float, py: float, qx: float, qy: float, x: float, y: float, reach: float
 ) -> bool:
@@ -122,7 +122,7 @@ def passes_disc(
     return fx * fx + fy * fy >= reach * reach
 
 
-@njit(cache=True)
+@compiled
 def sees(
     px: float, py: float, qx: float, qy: float, discs: Array, sides: Array, limit: float
 ) -> bool:
@@ -151,7 +151,7 @@ def sees(
     return True
 
 
-@njit(cache=True)
+@compiled
 def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, slack: float) -> bool:
     """True if p-q keeps from each side its radius less `slack`, or p's own distance if less.
 
@@ -184,7 +184,7 @@ def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, sl
     return True
 
 
-@njit(cache=True)
+@compiled
 def is_beside(x: float, y: float, side: Array) -> bool:
     """True if the nearest point of a side to (x, y) is none of its ends."""
     dx, dy = side[2] - side[0], side[3] - side[1]
@@ -192,7 +192,7 @@ def is_beside(x: float, y: float, side: Array) -> bool:
     return bool(0.0 < along < dx * dx + dy * dy)
 
 
-@njit(cache=True)
+@compiled
 def distance_at_corner(px: float, py: float, x: float, y: float, sides: Array) -> float:
     """Distance of p to the nearest of the sides that end in the corner (x, y), m."""
     nearest = math.inf
@@ -203,7 +203,7 @@ def distance_at_corner(px: float, py: float, x: float, y: float, sides: Array) -
     return nearest
 
 
-@njit(cache=True)
+@compiled
 def line_comes_no_nearer(line: Array, around: tuple[float, float, float], sides: Array) -> bool:
     """True if each leg of a line keeps the distances to all sides and to the disc `around`.
 
@@ -221,7 +221,7 @@ def line_comes_no_nearer(line: Array, around: tuple[float, float, float], sides:
     return True
 
 
-@njit(cache=True)
+@compiled
 def lines_cross(px: float, py: float, qx: float, qy: float, side: Array) -> bool:
     """True if the segment p-q crosses a side.
 

@@ -14,8 +14,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from hw.compiled import compiled
 from states.navigation.clearance import Array
 from states.navigation.speed import SpeedLimits, travel_time
 from states.navigation.tangents import sweep_between, tangent
@@ -47,7 +47,7 @@ class Bend(NamedTuple):
     rest: int
 
 
-@njit(cache=True)
+@compiled
 def first_bend(line: Array) -> Bend | None:
     """The first bend of a line that begins straight or on the bend; None if there is no bend."""
     if len(line) < 3:
@@ -73,7 +73,7 @@ def first_bend(line: Array) -> Bend | None:
     return Bend(x, y, radius, turn, entry, sweep_between(entry, leave, turn), last + 1)
 
 
-@njit(cache=True)
+@compiled
 def widen_into(new: Array, line: Array, rest: int, turn: float, circle: Array) -> bool:
     """Write the way around a circle to the point `rest` into a line; False if it has no tangent.
 
@@ -101,7 +101,7 @@ def widen_into(new: Array, line: Array, rest: int, turn: float, circle: Array) -
     return True
 
 
-@njit(cache=True)
+@compiled
 def room_to_widen(line: Array, rest: int) -> Array:
     """A line for `widen_into`, with all that follows the circle."""
     new = np.empty((ARC_PARTS + 3 + len(line) - rest, 3))
@@ -109,14 +109,14 @@ def room_to_widen(line: Array, rest: int) -> Array:
     return new
 
 
-@njit(cache=True)
+@compiled
 def widened(line: Array, rest: int, turn: float, circle: Array) -> Array | None:
     """The line around a circle (x, y, radius) to its point `rest`; None if there is no tangent."""
     new = room_to_widen(line, rest)
     return new if widen_into(new, line, rest, turn, circle) else None
 
 
-@njit(cache=True)
+@compiled
 def time_from(line: Array, vx: float, vy: float, pace: SpeedLimits) -> float:
     """Time to the end from the robot's present velocity, s.
 
@@ -137,7 +137,7 @@ def time_from(line: Array, vx: float, vy: float, pace: SpeedLimits) -> float:
     return float(loss + travel_time(line, max(0.0, along), pace))
 
 
-@njit(cache=True)
+@compiled
 def touch(bend: Bend, rho: float, apex: float, circle: Array) -> None:
     """Set the circle (x, y, radius) that contains the bend's disc and touches it at the apex."""
     circle[0] = bend.x - (rho - bend.radius) * math.cos(apex)
@@ -145,7 +145,7 @@ def touch(bend: Bend, rho: float, apex: float, circle: Array) -> None:
     circle[2] = rho
 
 
-@njit(cache=True)
+@compiled
 def circle_time(
     circle: Array,
     line: Array,
@@ -163,7 +163,7 @@ def circle_time(
     return time_from(new, motion[0], motion[1], pace)
 
 
-@njit(cache=True)
+@compiled
 def circles_ahead(line: Array, bend: Bend, motion: tuple[float, float]) -> Array:
     """Circles, (k, 2) radius and apex, that the present velocity leads onto without a kink.
 
@@ -195,7 +195,7 @@ def circles_ahead(line: Array, bend: Bend, motion: tuple[float, float]) -> Array
     return found[:count]
 
 
-@njit(cache=True)
+@compiled
 def fastest_circles(
     line: Array, bend: Bend, motion: tuple[float, float], pace: SpeedLimits, before: Array
 ) -> Array:
@@ -242,7 +242,7 @@ def fastest_circles(
     return tried[np.argsort(tried[:count, 0])]
 
 
-@njit(cache=True)
+@compiled
 def fastest_turns(line: Array, motion: tuple[float, float], pace: SpeedLimits) -> Array:
     """Circles on which a robot with another heading turns onto a line; as `fastest_circles`.
 

@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from hw.room import Disc, Point
 from states.maps.cells import Grid, room_map
 from states.maps.distance import distances
@@ -218,7 +218,7 @@ class NavfnPlanner(GridPlanner):
         )
 
 
-@njit(cache=True)
+@compiled
 def _are_free(
     free: NDArray[np.bool_], corner: tuple[float, float], resolution: float, places: Array
 ) -> NDArray[np.bool_]:
@@ -231,7 +231,7 @@ def _are_free(
     return found
 
 
-@njit(cache=True)
+@compiled
 def _nearest_free(
     free: NDArray[np.bool_], passable: NDArray[np.bool_], px: float, py: float, user: Array
 ) -> tuple[float, float]:
@@ -263,7 +263,7 @@ def _nearest_free(
     return found_x, found_y
 
 
-@njit(cache=True)
+@compiled
 def interpolated(field: Array, x: float, y: float) -> float:
     """Bilinear interpolation between the centres of cells; border values extend outwards."""
     rows, columns = field.shape
@@ -275,7 +275,7 @@ def interpolated(field: Array, x: float, y: float) -> float:
     return float((1.0 - v) * low + v * high)
 
 
-@njit(cache=True)
+@compiled
 def comes_no_nearer(field: Array, px: float, py: float, qx: float, qy: float, slack: float) -> bool:
     """True if the segment p-q, in cells, keeps p's distance to lethal cells less `slack`, m."""
     rows, columns = field.shape

@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from states.navigation.clearance import Array, check_radius
 
 FREE = 0
@@ -54,7 +54,7 @@ class Inflation:
         return reach, kept, factor, self.inflate_unknown
 
 
-@njit(cache=True)
+@compiled
 def inflate(
     costs: Costs,
     distances: Array,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from hw.compiled import compiled
 from states.navigation.circles import circle_crossings, near
 from states.navigation.clearance import (
     TOLERANCE,
@@ -19,7 +19,7 @@ from states.navigation.clearance import (
 )
 
 
-@njit(cache=True)
+@compiled
 def notches(discs: Array, sides: Array) -> Array:
     """Free points where the edges of two inflations meet, (k, 2).
 
@@ -51,7 +51,7 @@ def notches(discs: Array, sides: Array) -> Array:
     return found[:count].copy()
 
 
-@njit(cache=True)
+@compiled
 def circle_points(x: float, y: float, radius: float, angles: Array) -> Array:
     """Points of a circle at the given angles, (k, 2)."""
     points = np.empty((len(angles), 2))
@@ -61,7 +61,7 @@ def circle_points(x: float, y: float, radius: float, angles: Array) -> Array:
     return points
 
 
-@njit(cache=True)
+@compiled
 def band_meetings(side: Array, sides: Array) -> Array:
     """Where the two edges of one side's band cross those of the others, (k, 2)."""
     points = np.empty((4 * len(sides), 2))
@@ -84,7 +84,7 @@ def band_meetings(side: Array, sides: Array) -> Array:
     return points[:count]
 
 
-@njit(cache=True)
+@compiled
 def candidates(x: float, y: float, discs: Array, sides: Array) -> Array:
     """The nearest points to (x, y) on the edge of each single inflation, (k, 2)."""
     points = np.empty((len(discs) + 2 * len(sides), 2))
@@ -108,7 +108,7 @@ def candidates(x: float, y: float, discs: Array, sides: Array) -> Array:
     return points[:count]
 
 
-@njit(cache=True)
+@compiled
 def on_right_side(x: float, y: float, sides: Array) -> Array:
     """The sides of the rings on whose free side (x, y) is: in the outer one, outside the others."""
     kept = np.empty_like(sides)
@@ -126,7 +126,7 @@ def on_right_side(x: float, y: float, sides: Array) -> Array:
     return kept[:count]
 
 
-@njit(cache=True)
+@compiled
 def nearest_free(
     x: float, y: float, discs: Array, sides: Array, meetings: Array, user: Array
 ) -> Array:

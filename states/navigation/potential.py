@@ -12,8 +12,8 @@ import heapq
 import math
 
 import numpy as np
-from numba import njit
 
+from hw.compiled import compiled
 from states.navigation.clearance import Array
 from states.navigation.inflation import NO_INFORMATION, Costs
 
@@ -24,7 +24,7 @@ STEP = 0.5
 """Length of one step down the gradient, cells."""
 
 
-@njit(cache=True)
+@compiled
 def crossing_cost(cost: int, lethal_cost: int, allow_unknown: bool) -> float:
     """Cost of crossing a cell; infinite if it is blocked."""
     if cost >= lethal_cost - 1 and not (allow_unknown and cost == NO_INFORMATION):
@@ -32,7 +32,7 @@ def crossing_cost(cost: int, lethal_cost: int, allow_unknown: bool) -> float:
     return float(min(COST_FACTOR * cost + NEUTRAL_COST, lethal_cost - 1.0))
 
 
-@njit(cache=True)
+@compiled
 def arrival(potential: Array, row: int, column: int, cost: float) -> float:
     """Potential of a cell from its neighbours: arrival of a plane wave, by a parabola.
 
@@ -53,7 +53,7 @@ def arrival(potential: Array, row: int, column: int, cost: float) -> float:
     return float(low + cost * (-0.2301 * part * part + 0.5307 * part + 0.7040))
 
 
-@njit(cache=True)
+@compiled
 def potential_from(crossing: Array, start: tuple[int, int], goal: tuple[int, int]) -> Array:
     """Potential of every cell until the goal's neighbours are reached; infinite elsewhere."""
     rows, columns = crossing.shape
@@ -85,7 +85,7 @@ def potential_from(crossing: Array, start: tuple[int, int], goal: tuple[int, int
     return potential
 
 
-@njit(cache=True)
+@compiled
 def slope(potential: Array, row: int, column: int) -> tuple[float, float]:
     """Unit vector down the potential at a cell's centre, x and y; (0, 0) if it has none."""
     rows, columns = potential.shape
@@ -100,7 +100,7 @@ def slope(potential: Array, row: int, column: int) -> tuple[float, float]:
     return dx / length, dy / length
 
 
-@njit(cache=True)
+@compiled
 def gradient_at(potential: Array, x: float, y: float) -> tuple[float, float]:
     """Direction down the potential at a place in cells, interpolated between four centres.
 
@@ -125,7 +125,7 @@ def gradient_at(potential: Array, x: float, y: float) -> tuple[float, float]:
     return (gx / length, gy / length) if length > 1e-6 else (0.0, 0.0)
 
 
-@njit(cache=True)
+@compiled
 def lowest_neighbour(potential: Array, row: int, column: int) -> tuple[int, int]:
     """The lowest of a cell and its 8 neighbours, without diagonal steps past a blocked cell."""
     rows, columns = potential.shape
@@ -140,7 +140,7 @@ def lowest_neighbour(potential: Array, row: int, column: int) -> tuple[int, int]
     return best
 
 
-@njit(cache=True)
+@compiled
 def descend(potential: Array, ends: Array) -> Array:
     """The path from start to goal, (k, 2) in cells, descended from the goal; empty if it fails."""
     start_x, start_y = ends[0]
@@ -172,7 +172,7 @@ def descend(potential: Array, ends: Array) -> Array:
     return path[: count + 1][::-1].copy()
 
 
-@njit(cache=True)
+@compiled
 def crossing_costs(costs: Costs, lethal_cost: int, allow_unknown: bool) -> Array:
     """Cost of crossing each cell; the outermost cells are blocked."""
     rows, columns = costs.shape

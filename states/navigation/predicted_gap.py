@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from hw.compiled import compiled
 from hw.room import Disc, Point
 from states.navigation.clearance import Array, distance_to_segment
 from states.navigation.speed import SpeedLimits, braking_speeds, reachable_speed, step_length
@@ -24,19 +23,19 @@ WalkerState = tuple[float, float, float, float, float, float]
 grows for the uncertainty of the velocity, m/s."""
 
 
-@njit(cache=True)
+@compiled
 def seen_from_user(x: float, y: float, time: float, walker: WalkerState) -> tuple[float, float]:
     """Position in the map relative to where the user will be after `time` s."""
     return x - walker[0] - time * walker[3], y - walker[1] - time * walker[4]
 
 
-@njit(cache=True)
+@compiled
 def nearest_between(first: tuple[float, float], second: tuple[float, float]) -> float:
     """Least distance to the user on a straight line between two positions relative to them, m."""
     return float(distance_to_segment(0.0, 0.0, first[0], first[1], second[0], second[1]))
 
 
-@njit(cache=True)
+@compiled
 def least_gap_standing(x: float, y: float, since: float, walker: WalkerState) -> float:
     """Least distance to the user, less the growth of their disc, while standing until HORIZON."""
     least, parts = math.inf, 5
@@ -50,7 +49,7 @@ def least_gap_standing(x: float, y: float, since: float, walker: WalkerState) ->
     return least
 
 
-@njit(cache=True)
+@compiled
 def least_gap_on(line: Array, speed: float, walker: WalkerState, pace: SpeedLimits) -> float:
     """Least gap while driving a line, starting at `speed`, until HORIZON."""
     limits = braking_speeds(line, pace, 0.0)
@@ -81,7 +80,7 @@ def least_gap_on(line: Array, speed: float, walker: WalkerState, pace: SpeedLimi
     return min(least, least_gap_standing(line[-1, 0], line[-1, 1], time, walker)) - walker[2]
 
 
-@njit(cache=True)
+@compiled
 def least_gap_braking(
     x: float, y: float, vx: float, vy: float, walker: WalkerState, pace: SpeedLimits
 ) -> float:

@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from states.navigation.circles import arc_is_free, blocked_arcs
 from states.navigation.clearance import TOLERANCE, TURN, Array, sees
 from states.navigation.tangents import (
@@ -57,7 +57,7 @@ class SearchTree(NamedTuple):
 _UNKNOWN, _OPEN, _BLOCKED = 0, 1, 2
 
 
-@njit(cache=True)
+@compiled
 def make_query(
     world: InflatedRoom, user: UserDisc, start: tuple[float, float], goal: tuple[float, float]
 ) -> PathQuery:
@@ -85,7 +85,7 @@ def make_query(
     return PathQuery(world, user, discs, user_arcs, user_on_disc)
 
 
-@njit(cache=True)
+@compiled
 def turn_is_free(disc: int, first: float, sweep: float, query: PathQuery) -> bool:
     """True if an arc, counter-clockwise from `first`, meets neither walls nor user nor the ray."""
     count = len(query.world.corners)
@@ -104,7 +104,7 @@ def turn_is_free(disc: int, first: float, sweep: float, query: PathQuery) -> boo
     return sweep == 0.0 or not arc_crosses_ray(query.discs[disc], first, sweep, query.user)
 
 
-@njit(cache=True)
+@compiled
 def passes_walls(line: Array, source: int, target: int, query: PathQuery) -> bool:
     """True if a tangent from disc `source` to disc `target` keeps clear of all walls."""
     if not turn_is_free(source, line[4], 0.0, query):
@@ -115,7 +115,7 @@ def passes_walls(line: Array, source: int, target: int, query: PathQuery) -> boo
     return sees(line[0], line[1], line[2], line[3], world.discs, world.sides, math.inf)
 
 
-@njit(cache=True)
+@compiled
 def line_of(slot: int, query: PathQuery, tree: SearchTree) -> Array:
     """The tangent of a slot, as `tangents.tangent` gives it."""
     links = query.world.links
@@ -123,7 +123,7 @@ def line_of(slot: int, query: PathQuery, tree: SearchTree) -> Array:
     return line
 
 
-@njit(cache=True)
+@compiled
 def try_slots(
     begin: int,
     end: int,
@@ -176,7 +176,7 @@ def try_slots(
         heapq.heappush(heap, (cost + rest, slot))
 
 
-@njit(cache=True)
+@compiled
 def expand(origin: int, query: PathQuery, tree: SearchTree, heap: list[tuple[float, int]]) -> None:
     """Relax everything that can follow the tangent `origin`.
 
@@ -203,7 +203,7 @@ def expand(origin: int, query: PathQuery, tree: SearchTree, heap: list[tuple[flo
         try_slots(to_user, to_user + 2, 2 * user, origin, query, tree, heap)
 
 
-@njit(cache=True)
+@compiled
 def trace(slot: int, query: PathQuery, tree: SearchTree) -> tuple[Array, Integers]:
     """The tangents from the start to a slot, and the states they lead to."""
     count, walker = 0, slot
@@ -216,7 +216,7 @@ def trace(slot: int, query: PathQuery, tree: SearchTree) -> tuple[Array, Integer
     return lines, states
 
 
-@njit(cache=True)
+@compiled
 def shortest(query: PathQuery) -> tuple[float, Array, Integers]:
     """A* over the tangents; those that are not links are checked against walls when reached.
 

@@ -14,8 +14,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from hw.compiled import compiled
 from states.navigation.clearance import Array, turn_between
 
 TOO_FAST = 4.0
@@ -35,7 +35,7 @@ class SpeedLimits(NamedTuple):
     corner_error: float
 
 
-@njit(cache=True)
+@compiled
 def bend_speed(radius: float, pace: SpeedLimits) -> float:
     """Largest speed in a bend, m/s."""
     if radius == math.inf:
@@ -43,7 +43,7 @@ def bend_speed(radius: float, pace: SpeedLimits) -> float:
     return min(pace.speed, math.sqrt(pace.bend_share * pace.acceleration * radius))
 
 
-@njit(cache=True)
+@compiled
 def corner_speed(before: Array, corner: Array, after: Array, pace: SpeedLimits) -> float:
     """Largest speed at a corner that is rounded by an arc within the allowed deviation, m/s.
 
@@ -61,7 +61,7 @@ def corner_speed(before: Array, corner: Array, after: Array, pace: SpeedLimits) 
     return bend_speed(pace.corner_error * half / (1.0 - half), pace)
 
 
-@njit(cache=True)
+@compiled
 def reachable_speed(speed: float, step: float, radius: float, pace: SpeedLimits) -> float:
     """The speed from which `speed` can be reached by braking over `step` (or vice versa), m/s.
 
@@ -75,13 +75,13 @@ def reachable_speed(speed: float, step: float, radius: float, pace: SpeedLimits)
     return math.sqrt(top * math.sin(min(0.5 * math.pi, phase)))
 
 
-@njit(cache=True)
+@compiled
 def step_length(line: Array, i: int) -> float:
     """Distance from point i to the next, m."""
     return math.hypot(line[i + 1, 0] - line[i, 0], line[i + 1, 1] - line[i, 1])
 
 
-@njit(cache=True)
+@compiled
 def point_speed(line: Array, i: int, pace: SpeedLimits) -> float:
     """Largest speed at point i, by the bends before and after it, m/s."""
     if i == 0:
@@ -92,7 +92,7 @@ def point_speed(line: Array, i: int, pace: SpeedLimits) -> float:
     return bend_speed(radius, pace)
 
 
-@njit(cache=True)
+@compiled
 def braking_speeds(line: Array, pace: SpeedLimits, end_speed: float) -> Array:
     """Backward pass: largest speed at each point that bends and the end ahead allow, m/s."""
     count = len(line)
@@ -106,7 +106,7 @@ def braking_speeds(line: Array, pace: SpeedLimits, end_speed: float) -> Array:
     return speeds
 
 
-@njit(cache=True)
+@compiled
 def stretch_time(step: float, start: float, end: float, radius: float, pace: SpeedLimits) -> float:
     """Time for one stretch between two speeds that are reachable from each other, s.
 
@@ -126,7 +126,7 @@ def stretch_time(step: float, start: float, end: float, radius: float, pace: Spe
     return (2.0 * top - start - end) / a + cruise / top
 
 
-@njit(cache=True)
+@compiled
 def travel_time(line: Array, speed: float, pace: SpeedLimits) -> float:
     """Time from the first point to a stop at the last, starting at `speed` along the line, s."""
     speeds = braking_speeds(line, pace, 0.0)
@@ -154,7 +154,7 @@ def rest_to_rest(length: Array | float, speed: float, acceleration: float) -> Ar
     return found
 
 
-@njit(cache=True)
+@compiled
 def speed_before(rest: float, end: float, radius: float, period: float, pace: SpeedLimits) -> float:
     """The speed for the end of this period from which `end` can be met in the distance `rest`.
 
@@ -171,7 +171,7 @@ def speed_before(rest: float, end: float, radius: float, period: float, pace: Sp
     return speed
 
 
-@njit(cache=True)
+@compiled
 def next_speed(line: Array, speed: float, pace: SpeedLimits, period: float) -> float:
     """The speed to send for the end of this period, so that all bends and the end are still met.
 
@@ -192,13 +192,13 @@ def next_speed(line: Array, speed: float, pace: SpeedLimits, period: float) -> f
     return 0.0
 
 
-@njit(cache=True)
+@compiled
 def stretch_heading(line: Array, i: int) -> float:
     """Direction from point i to the next, rad."""
     return math.atan2(line[i + 1, 1] - line[i, 1], line[i + 1, 0] - line[i, 0])
 
 
-@njit(cache=True)
+@compiled
 def bend_heading(line: Array, i: int) -> float:
     """Tangent direction at point i of a bend drawn as a polyline, rad."""
     if i == 0 or step_length(line, i - 1) < 1e-9:
@@ -209,7 +209,7 @@ def bend_heading(line: Array, i: int) -> float:
     return before + 0.5 * turn_between(before, after)
 
 
-@njit(cache=True)
+@compiled
 def heading_after(line: Array, distance: float) -> float:
     """Direction of the line at a distance from its start, rad."""
     heading = 0.0

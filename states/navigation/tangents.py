@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from states.navigation.circles import arc_is_free
 from states.navigation.clearance import TOLERANCE, TURN, Array, passes_disc, sees
 
@@ -49,7 +49,7 @@ class UserDisc(NamedTuple):
     ray_y: float
 
 
-@njit(cache=True)
+@compiled
 def tangent(first: Array, turn: float, second: Array, next_turn: float, line: Array) -> bool:
     """The tangent that leaves a disc turning one way and meets another; turns: +1 ccw, -1 cw.
 
@@ -79,14 +79,14 @@ def tangent(first: Array, turn: float, second: Array, next_turn: float, line: Ar
     return True
 
 
-@njit(cache=True)
+@compiled
 def sweep_between(start: float, end: float, turn: float) -> float:
     """Angle swept from one angle to another in a sense of turning, in [0, 2 pi)."""
     sweep = (turn * (end - start)) % TURN
     return 0.0 if TURN - sweep < 1e-9 else sweep
 
 
-@njit(cache=True)
+@compiled
 def link_world(
     corners: Array, discs: Array, sides: Array, arc_at: Integers, arcs: Array
 ) -> InflatedRoom:
@@ -120,7 +120,7 @@ def link_world(
     )
 
 
-@njit(cache=True)
+@compiled
 def line_crosses_ray(px: float, py: float, qx: float, qy: float, user: UserDisc) -> bool:
     """True if the segment p-q crosses the ray that separates the two sides of the user."""
     one = user.ray_x * (py - user.y) - user.ray_y * (px - user.x)
@@ -132,7 +132,7 @@ def line_crosses_ray(px: float, py: float, qx: float, qy: float, user: UserDisc)
     return x * user.ray_x + y * user.ray_y > 0.0
 
 
-@njit(cache=True)
+@compiled
 def passes_user(px: float, py: float, qx: float, qy: float, user: UserDisc) -> bool:
     """True if the segment p-q keeps clear of the user, on the allowed side."""
     if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
@@ -140,7 +140,7 @@ def passes_user(px: float, py: float, qx: float, qy: float, user: UserDisc) -> b
     return not line_crosses_ray(px, py, qx, qy, user)
 
 
-@njit(cache=True)
+@compiled
 def goes_straight(
     px: float, py: float, qx: float, qy: float, user: UserDisc, discs: Array, sides: Array
 ) -> bool:
@@ -148,7 +148,7 @@ def goes_straight(
     return passes_user(px, py, qx, qy, user) and sees(px, py, qx, qy, discs, sides, math.inf)
 
 
-@njit(cache=True)
+@compiled
 def arc_crosses_ray(disc: Array, start: float, sweep: float, user: UserDisc) -> bool:
     """True if an arc, counter-clockwise from `start`, crosses the ray."""
     if user.ray_x == 0.0 and user.ray_y == 0.0:

@@ -16,9 +16,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from states.navigation.clearance import Array, distance_to_side, turn_between
 
 Integers = NDArray[np.int64]
@@ -100,19 +100,19 @@ class TebScene(NamedTuple):
     holonomic: bool
 
 
-@njit(cache=True)
+@compiled
 def outside(value: float, low: float, high: float, epsilon: float) -> float:
     """How far a value is outside the interval [low + epsilon, high - epsilon]; 0 inside."""
     return max(0.0, low + epsilon - value, value - (high - epsilon))
 
 
-@njit(cache=True)
+@compiled
 def below(value: float, low: float, epsilon: float) -> float:
     """How far a value is below low + epsilon; 0 above."""
     return max(0.0, low + epsilon - value)
 
 
-@njit(cache=True)
+@compiled
 def velocity(band: Array, i: int, holonomic: bool) -> tuple[float, float, float]:
     """Velocity from pose i to the next, in its frame; signed by a steep sigmoid if differential."""
     dx, dy = band[i + 1, 0] - band[i, 0], band[i + 1, 1] - band[i, 1]
@@ -126,14 +126,14 @@ def velocity(band: Array, i: int, holonomic: bool) -> tuple[float, float, float]
     return math.hypot(dx, dy) / dt * scaled / (1.0 + abs(scaled)), 0.0, omega
 
 
-@njit(cache=True)
+@compiled
 def turned(motion: tuple[float, float, float], angle: float) -> tuple[float, float, float]:
     """A velocity given in a frame that is turned by `angle`, expressed in the unturned frame."""
     c, s = math.cos(angle), math.sin(angle)
     return c * motion[0] - s * motion[1], s * motion[0] + c * motion[1], motion[2]
 
 
-@njit(cache=True)
+@compiled
 def motion_rows(band: Array, i: int, v: TebValues, holonomic: bool, row: Array) -> None:
     """Time, length, velocity limits and kinematics between pose i and the next."""
     dx, dy = band[i + 1, 0] - band[i, 0], band[i + 1, 1] - band[i, 1]
@@ -162,7 +162,7 @@ def motion_rows(band: Array, i: int, v: TebValues, holonomic: bool, row: Array) 
         row[ROTATION] = math.sqrt(v.weight_prefer_rotdir) * below(turned, 0.0, 0.0)
 
 
-@njit(cache=True)
+@compiled
 def acceleration_rows(
     first: tuple[float, float, float],
     second: tuple[float, float, float],
@@ -185,7 +185,7 @@ def acceleration_rows(
     )
 
 
-@njit(cache=True)
+@compiled
 def distance_to(obstacle: Array, x: float, y: float, time: float) -> float:
     """Distance to an obstacle at its position after `time`, less its radius."""
     x -= obstacle[5] * time
@@ -193,7 +193,7 @@ def distance_to(obstacle: Array, x: float, y: float, time: float) -> float:
     return float(distance_to_side(x, y, obstacle) - obstacle[4])
 
 
-@njit(cache=True)
+@compiled
 def obstacle_rows(band: Array, i: int, v: TebValues, scene: TebScene, row: Array) -> None:
     """Distances to the obstacles of pose i, and the speed allowed near the nearest."""
     nearest = math.inf
@@ -224,7 +224,7 @@ def obstacle_rows(band: Array, i: int, v: TebValues, scene: TebScene, row: Array
         row[NEAR_VELOCITY + 1] = weight * outside(omega, -turning, turning, 0.0)
 
 
-@njit(cache=True)
+@compiled
 def residuals(band: Array, v: TebValues, scene: TebScene) -> Array:
     """Residuals times the roots of their weights, (n, ROWS); their squares add up to the cost."""
     count = len(band)

@@ -12,8 +12,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from hw.compiled import compiled
 from states.navigation.clearance import Array, turn_between
 from states.navigation.teb import (
     NEAR,
@@ -30,7 +30,7 @@ _STEP = 1e-6
 _LEAST_DT = 1e-3
 
 
-@njit(cache=True)
+@compiled
 def resized(band: Array, v: TebValues) -> Array:
     """The band with poses inserted and removed, until each dt is near dt_ref."""
     for _ in range(100):
@@ -66,7 +66,7 @@ def resized(band: Array, v: TebValues) -> Array:
     return band
 
 
-@njit(cache=True)
+@compiled
 def nearest_obstacles(band: Array, obstacles: Array) -> tuple[Integers, Array]:
     """The NEAR nearest obstacles of each pose, and when each pose is reached, s."""
     near = np.full((len(band), NEAR), -1, np.int64)
@@ -83,7 +83,7 @@ def nearest_obstacles(band: Array, obstacles: Array) -> tuple[Integers, Array]:
     return near, times
 
 
-@njit(cache=True)
+@compiled
 def derivatives(band: Array, rows: Array, v: TebValues, scene: TebScene) -> Array:
     """D row / d variable, (n, ROWS, 12): variables of the row's pose and the two after it.
 
@@ -109,7 +109,7 @@ def derivatives(band: Array, rows: Array, v: TebValues, scene: TebScene) -> Arra
     return slopes
 
 
-@njit(cache=True)
+@compiled
 def normal_equations(rows: Array, slopes: Array) -> tuple[Array, Array]:
     """J'J as lower diagonals, (4 n, 12), and -J'r, (4 n,)."""
     count = len(rows)
@@ -126,7 +126,7 @@ def normal_equations(rows: Array, slopes: Array) -> tuple[Array, Array]:
     return diagonals, right
 
 
-@njit(cache=True)
+@compiled
 def solved(diagonals: Array, right: Array, damping: float) -> Array:
     """Solution of (A + damping) x = right by a banded Cholesky decomposition."""
     size = len(right)
@@ -153,7 +153,7 @@ def solved(diagonals: Array, right: Array, damping: float) -> Array:
     return x
 
 
-@njit(cache=True)
+@compiled
 def iterated(band: Array, v: TebValues, scene: TebScene, iterations: int) -> Array:
     """The band after some steps of Levenberg-Marquardt with Nielsen's rule for the damping."""
     rows = residuals(band, v, scene)
@@ -185,7 +185,7 @@ def iterated(band: Array, v: TebValues, scene: TebScene, iterations: int) -> Arr
     return band
 
 
-@njit(cache=True)
+@compiled
 def optimized(
     band: Array, ends: Array, obstacles: Array, via: Array, holonomic: bool, v: TebValues
 ) -> Array:

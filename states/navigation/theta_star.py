@@ -11,9 +11,9 @@ import heapq
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hw.compiled import compiled
 from states.navigation.clearance import TOLERANCE, Array, passes_disc
 from states.navigation.tangents import UserDisc, line_crosses_ray
 
@@ -21,7 +21,7 @@ Mask = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 
 
-@njit(cache=True)
+@compiled
 def line_is_free(free: Mask, px: float, py: float, qx: float, qy: float) -> bool:
     """True if all cells that the segment p-q passes through are free; corners may be touched."""
     column, row = math.floor(px), math.floor(py)
@@ -48,7 +48,7 @@ def line_is_free(free: Mask, px: float, py: float, qx: float, qy: float) -> bool
     return True
 
 
-@njit(cache=True)
+@compiled
 def may_go(free: Mask, px: float, py: float, qx: float, qy: float, user: UserDisc) -> bool:
     """True if the line is free of blocked cells and of the user, on the allowed side."""
     if not passes_disc(px, py, qx, qy, user.x, user.y, user.radius - TOLERANCE):
@@ -58,7 +58,7 @@ def may_go(free: Mask, px: float, py: float, qx: float, qy: float, user: UserDis
     return line_is_free(free, px, py, qx, qy)
 
 
-@njit(cache=True)
+@compiled
 def place_of(node: int, columns: int, ends: Array) -> tuple[float, float]:
     """Position of a node: its cell's centre, or the goal in the goal's cell; -1 is the start."""
     if node < 0:
@@ -68,7 +68,7 @@ def place_of(node: int, columns: int, ends: Array) -> tuple[float, float]:
     return node % columns + 0.5, node // columns + 0.5
 
 
-@njit(cache=True)
+@compiled
 def settle(
     node: int, free: Mask, cost: Array, parent: Integers, closed: Mask, ends: Array, user: UserDisc
 ) -> bool:
@@ -91,7 +91,7 @@ def settle(
     return best < math.inf
 
 
-@njit(cache=True)
+@compiled
 def neighbour(node: int, step: int, free: Mask) -> int:
     """The free cell one step away (0..7 round the node), or -1; no diagonal past a blocked cell."""
     rows, columns = free.shape
@@ -106,7 +106,7 @@ def neighbour(node: int, step: int, free: Mask) -> int:
     return int(to_row * columns + to_column)
 
 
-@njit(cache=True)
+@compiled
 def theta_star(free: Mask, ends: Array, user: UserDisc) -> Array:
     """The path from start to goal, (k, 2); empty if there is none.
 
@@ -148,7 +148,7 @@ def theta_star(free: Mask, ends: Array, user: UserDisc) -> Array:
     return np.empty((0, 2))
 
 
-@njit(cache=True)
+@compiled
 def walk_back(node: int, columns: int, parent: Integers, ends: Array) -> Array:
     """Start, the corners from start to the node's parent, goal."""
     count, walker = 0, parent[node]
@@ -163,7 +163,7 @@ def walk_back(node: int, columns: int, parent: Integers, ends: Array) -> Array:
     return path
 
 
-@njit(cache=True)
+@compiled
 def shortcut(free: Mask, path: Array, user: UserDisc) -> Array:
     """The path without corners whose neighbours see each other."""
     kept = path.copy()

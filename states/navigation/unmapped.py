@@ -13,10 +13,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from hw.compiled import compiled
 from hw.room import Ring
 from states.maps.cells import Grid, Mask
 from states.maps.distance import distances
@@ -167,7 +167,7 @@ class ShownObstacles:
             self.obstacles = Obstacles(grid, cells, self._nothing.reach)
 
 
-@njit(cache=True)
+@compiled
 def holds(marked: Cells, before: Cells, known: Mask, columns: int) -> bool:
     """True if each marked cell is known, and each one marked before has one within a cell of it."""
     for cell in marked:
