@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from states.arm.inverse import BRANCHES, EXACT, inverse
 from states.arm.kernels import Array
 from states.arm.kinematics import KinematicChain, forward, jacobian
-from states.arm.newton import descended
+from states.arm.newton import ALONG_STEPS, descended
 from states.arm.path import JointPath
 from states.arm.timing_kernels import line_times
 from states.arm.trajectory import ArmLimits, SlowZone
@@ -138,7 +138,8 @@ def _branches(
 ) -> tuple[Array, NDArray[np.int64]]:
     """Joints (k, n + 1, 6) along poses (k, n, 4, 4), and the last knot that each line reaches.
 
-    A line ends where no branch is near the one before, or its joints leave their limits.
+    A line ends where no branch is near the one before, or its joints leave their limits. On a
+    calibrated chain that is at most n ALONG_STEPS Newton steps for each line.
     """
     k, n = poses.shape[:2]
     near_by = _nominal_candidates(chain, poses) if chain.nominal else None
@@ -148,7 +149,7 @@ def _branches(
     for i in range(n):
         before = knots[:, i, None]
         if near_by is None:  # a calibrated chain: a few Newton steps from the knot before
-            found, worth = descended(chain, before[:, 0], poses[:, i])
+            found, worth = descended(chain, before[:, 0], poses[:, i], ALONG_STEPS)
             found, missing = found[:, None], np.where(worth <= EXACT**2, 0.0, np.inf)[:, None]
         else:
             found, missing = near_by[0][:, i], near_by[1][:, i]

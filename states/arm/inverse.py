@@ -37,7 +37,7 @@ from states.arm.kinematics import (
     jacobian,
     link_frames,
 )
-from states.arm.newton import polish, self_motion
+from states.arm.newton import MORE_STEPS, STEPS, polish, self_motion, settled
 
 BRANCHES = 8
 SEED_REACH = 0.05
@@ -190,7 +190,8 @@ def _calibrated(chain: KinematicChain, poses: Array) -> tuple[Array, NDArray[np.
     chain, and joints turned along the wrist's self-motion.
     """
     seeds, near = _closed_form(chain, poses, SEED_REACH)
-    joints, valid = _distinct(*_polished(chain, seeds, poses))
+    joints, off = _settled(chain, seeds, poses, STEPS)
+    joints, valid = _distinct(joints, off <= EXACT)
     bent = np.abs(np.sin(seeds[..., 4])).min(axis=1) < SEED_BENT
     few = np.flatnonzero((valid.sum(axis=1) < near.sum(axis=1)) | bent)
     if not len(few):
@@ -198,19 +199,19 @@ def _calibrated(chain: KinematicChain, poses: Array) -> tuple[Array, NDArray[np.
     moved, _ = _closed_form(chain, _moved(chain, poses[few]).reshape(-1, 4, 4), math.inf)
     turned = self_motion(seeds[few]).reshape(len(few), -1, 6)
     more = np.concatenate([moved.reshape(len(few), -1, 6), turned], axis=1)
-    found, exact = _polished(chain, more, poses[few])
-    joints[few], valid[few] = _distinct(
-        np.concatenate([joints[few], found], axis=1), np.concatenate([valid[few], exact], axis=1)
-    )
+    found, off_too = _settled(chain, more, poses[few], MORE_STEPS)
+    off = np.concatenate([off[few], off_too], axis=1)
+    exact = off <= EXACT
+    meets = exact | ((off <= ROUNDED) & ~exact.any(axis=1, keepdims=True))
+    joints[few], valid[few] = _distinct(np.concatenate([joints[few], found], axis=1), meets)
     return joints, valid
 
 
-def _polished(chain: KinematicChain, seeds: Array, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Joints (n, k, 6) from seeds, and which of them meet their pose."""
-    joints = polish(chain, seeds, poses)
-    off = np.maximum(*deviation(forward_all(chain, joints), poses[:, None]))
-    exact = off <= EXACT
-    return joints, exact | ((off <= ROUNDED) & ~exact.any(axis=1, keepdims=True))
+def _settled(chain: KinematicChain, seeds: Array, poses: Array, steps: int) -> tuple[Array, Array]:
+    """Joints (n, k, 6) from seeds, and by how much they miss their pose, m or rad, (n, k)."""
+    joints, _ = settled(chain, seeds, poses, steps)
+    distance, angle = deviation(forward_all(chain, joints), poses[:, None])
+    return joints, np.maximum(distance, angle)
 
 
 def _moved(chain: KinematicChain, poses: Array) -> Array:

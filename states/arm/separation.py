@@ -15,6 +15,8 @@ Tracked limbs count as well, in three dimensions: the head, and the arms from th
 hand. A hand may set off at any instant, also one that waits at the DEEP, so v_h is `HAND_SPEED`
 there, less towards the shoulder, and T goes from the instant at which it was seen. So one that is
 not tracked any more slows the arm down the farther around where it was last seen the longer ago.
+The arm itself is known as it is now: S is taken where it will be before its next pace, and s v T is
+not counted again.
 
 Slower than `SLOW` a capsule need not be: at that speed a touch is harmless, and a person who
 stands before the DEEP does not stop the prop, nor does a hand that meets it there.
@@ -57,8 +59,8 @@ HAND_SPEED = 2.0
 """Speed that a hand may have at any instant, m/s (ISO 13855, K within arm's length)."""
 HAND_REACTION_S = 0.05
 """From the newest pose of a hand to an arm that slows down: a tick, and a cycle of the arm, s."""
-HANDS_AHEAD_S = np.array((0.0, HAND_REACTION_S, 0.15, 0.3))
-"""As `AHEAD_S`: also what is reached before the next pace, as there is no room for it, s."""
+HANDS_AHEAD_S = np.array((0.0, HAND_REACTION_S))
+"""As `AHEAD_S`: now, and what is reached before the next pace, s."""
 STANDS = 0.1
 """A person slower than this stands still, m/s."""
 STEP_S = 0.01
@@ -87,8 +89,10 @@ class _Meeting(NamedTuple):
     """Capsules of the arm and parts of the person: k pairs at n instants ahead.
 
     Gap, m, closing speeds of the arm and of the person, m/s, (n, k) each; t_s at full pace and how
-    much faster the arm may be by what it can still slow down until then, (n,); T, s, C, m, (k,).
-    Where it `slows` only, the arm has to be slow, not at rest, once the gap is used up.
+    much faster the arm may be by what it can still slow down until then, (n,); T of the person and,
+    as far as the gaps do not show it yet, of the arm, s, C, m, and the speed below which a touch is
+    harmless, m/s, (k,). Where it `slows` only, the arm has to be slow, not at rest, once the
+    gap is used up.
     """
 
     gap: Array
@@ -97,13 +101,15 @@ class _Meeting(NamedTuple):
     stopping: Array
     later: Array
     reaction: Array
+    lag: Array
     clearance: Array
+    floor: Array
     slows: bool = False
 
-    def paced(self, floor: float) -> tuple[float, float, Callable[[float], ArmPace]]:
+    def paced(self) -> tuple[float, float, Callable[[float], ArmPace]]:
         """The largest pace, how near the pair is that decides it, and what is told of it."""
         room = self.gap - self.clearance
-        slow = np.minimum(1.0, floor / np.maximum(self.closing, _NOTHING))
+        slow = np.minimum(1.0, self.floor / np.maximum(self.closing, _NOTHING))
         least = slow if self.slows else np.zeros_like(slow)
         share = np.maximum(self._largest(room, least), slow) + self.later[:, None]
         deciding = share if share.min() < 1.0 else room
@@ -112,7 +118,7 @@ class _Meeting(NamedTuple):
 
         def told(pace: float) -> ArmPace:
             stop = max(0.0, pace - float(least[at])) * float(self.stopping[n])
-            needed = v_h * (late + stop) + pace * v * (late + 0.5 * stop)
+            needed = v_h * (late + stop) + pace * v * (float(self.lag[k]) + 0.5 * stop)
             needed += 0.5 * float(least[at]) * v * stop
             return ArmPace(pace, float(self.gap[at]), needed + float(self.clearance[k]))
 
@@ -124,11 +130,11 @@ class _Meeting(NamedTuple):
         For s = r + e, with the pace r to slow down to, e is the root of v t_s / 2 e^2 + (v_h t_s +
         v T + r v t_s) e = S - C - v_h T - r v T, without cancellation.
         """
-        stopping, reaction = self.stopping[:, None], self.reaction
-        left = room - self.coming * reaction - least * self.closing * reaction
-        lag = self.coming * stopping + self.closing * (reaction + least * stopping)
-        root = np.sqrt(lag * lag + 2.0 * self.closing * stopping * np.maximum(left, 0.0))
-        more = np.where(left > 0.0, 2.0 * left / np.maximum(lag + root, _NOTHING), 0.0)
+        stopping = self.stopping[:, None]
+        left = room - self.coming * self.reaction - least * self.closing * self.lag
+        slope = self.coming * stopping + self.closing * (self.lag + least * stopping)
+        root = np.sqrt(slope * slope + 2.0 * self.closing * stopping * np.maximum(left, 0.0))
+        more = np.where(left > 0.0, 2.0 * left / np.maximum(slope + root, _NOTHING), 0.0)
         return np.asarray(np.minimum(least + more, 1.0))
 
 
@@ -200,11 +206,11 @@ class Governor:
             return None
         age = max(0.0, (now_ns - self._stamp_ns) * 1e-9)
         moved = self._quick.velocity if age <= OLD_S else None
-        met = [self._body_met(since, base, age, moved)]
+        floor = np.full(len(self._own), TOUCH_SPEED if self._granted and self._stands() else SLOW)
+        met = [self._body_met(since, base, age, moved, floor)]
         if self._limbs:
-            met.append(self._limbs_met(now_ns, since, base, moved))
-        floor = TOUCH_SPEED if self._granted and self._stands() else SLOW
-        wanted, _, told = min((one.paced(floor) for one in met), key=itemgetter(0, 1))
+            met.append(self._limbs_met(now_ns, since, base, moved, floor))
+        wanted, _, told = min((one.paced() for one in met), key=itemgetter(0, 1))
         fastest = self._brakes.stop * float(met[0].stopping[0])
         self._share = min(wanted, self._share + span * self._brakes.speed_up / fastest)
         return told(self._share)
@@ -221,7 +227,9 @@ class Governor:
         moved = self._steady.velocity
         return moved is not None and moved.speed < STANDS
 
-    def _body_met(self, since: float, base: Pose2, age: float, moved: Twist2 | None) -> _Meeting:
+    def _body_met(
+        self, since: float, base: Pose2, age: float, moved: Twist2 | None, floor: Array
+    ) -> _Meeting:
         """The arm and the body's cylinder, seen from above.
 
         A person whose speed is known has gone on for `age`: from where they were seen an arm that
@@ -233,6 +241,7 @@ class Governor:
         at = self._at
         if moved is not None:
             at = Pose2(at.x + moved.vx * age, at.y + moved.vy * age)
+        late = np.full(len(self._own), REACTION_S if moved is not None else REACTION_S + age)
         x, y = base.inverse().transform(at.x, at.y)
         approaching(self._body, self._body.first, q, velocity, x, y, towards, distance, closing)
         return _Meeting(
@@ -241,12 +250,21 @@ class Governor:
             self._coming(towards, base, age, moved),
             stopping,
             np.maximum(0.0, AHEAD_S - REACTION_S) / stopping,
-            np.full(len(self._own), REACTION_S if moved is not None else REACTION_S + age),
+            late,
+            late,
             self._clearance,
+            floor,
         )
 
-    def _limbs_met(self, now_ns: int, since: float, base: Pose2, moved: Twist2 | None) -> _Meeting:
-        """The arm and each of the person's limbs, which may have gone anywhere since then."""
+    def _limbs_met(
+        self, now_ns: int, since: float, base: Pose2, moved: Twist2 | None, floor: Array
+    ) -> _Meeting:
+        """The arm and each of the person's limbs, which may have gone anywhere since then.
+
+        Of a link that a hand may have gone along, not the nearest point is met, but a faster one:
+        only prop and wrist, which are short, have TOUCH_SPEED.
+        """
+        floor = np.where(self._clearance == TOUCH_CLEARANCE, floor, SLOW)
         q, velocity, stopping = self._ahead(since, HANDS_AHEAD_S)
         stamps, limbs = zip(*self._limbs.values(), strict=True)
         ages = np.maximum(0.0, (now_ns - np.array(stamps)) * 1e-9)
@@ -267,9 +285,11 @@ class Governor:
             closing.reshape(pairs),
             coming.reshape(pairs),
             stopping,
-            np.maximum(0.0, HANDS_AHEAD_S - HAND_REACTION_S) / stopping,
+            np.zeros(len(q)),
             np.tile(reaction, len(self._own)),
+            np.zeros(radii.size),
             np.repeat(self._clearance, len(seen)),
+            np.repeat(floor, len(seen)),
             slows=True,
         )
 

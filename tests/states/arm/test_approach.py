@@ -15,10 +15,11 @@ from hw.geometry import Pose2, Pose3, wrap
 from hw.robot import load_robot
 from hw.room import Room
 from hw.samples import UserPose
+from states.arm import approach, newton
 from states.arm.approach import STEEPEST, rungs, tool_lines
 from states.arm.collision import outline
-from states.arm.inverse import inverse
-from states.arm.kinematics import KinematicChain
+from states.arm.inverse import inverse, inverse_near
+from states.arm.kinematics import KinematicChain, forward
 from states.arm.motion import CLOSE, Workspace
 from states.arm.person import ARM_RADIUS, HEAD_RADIUS, ArmSituation, person_obstacles
 from states.arm.planning import NoPlan, Plan, Query, ended, in_turn
@@ -218,6 +219,37 @@ def test_a_line_ends_before_it_gets_steep(chain: KinematicChain) -> None:
             assert np.abs(line.steep).max() <= STEEPEST
             short += not rungs(line, [0.12])
     assert short > 20
+
+
+def test_goals_and_lines_of_a_calibrated_chain_take_bounded_work(
+    arm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Newton steps that are allowed, also for poses at the border of reach; one takes 0.6 us."""
+    chain, taken = KinematicChain.of(arm.calibrated(load_calibration())), [0]
+
+    def counted(chain, seeds, targets, steps=newton.STEPS):
+        taken[0] += len(seeds) * steps
+        return descended(chain, seeds, targets, steps)
+
+    descended, most = newton.descended, {"goals": 0, "near": 0, "lines": 0}
+    monkeypatch.setattr(newton, "descended", counted)
+    monkeypatch.setattr(approach, "descended", counted)
+    rng = np.random.default_rng(30)
+    for k in range(16):
+        joints = rng.uniform(-3.0, 3.0, 6)
+        joints[2] = rng.normal(0.0, 0.01) if k % 2 else joints[2]  # stretched
+        deep = forward(chain, joints)
+        away = deep[:3, 3] - (0.0, 0.0, 0.6)
+        deep[:3, 3] += away / np.linalg.norm(away) * rng.uniform(0.0, 0.012) * (k % 2)
+        goals = inverse(chain, deep).of()
+        most["goals"], taken[0] = max(most["goals"], taken[0]), 0
+        inverse_near(chain, deep)
+        most["near"], taken[0] = max(most["near"], taken[0]), 0
+        tool_lines(chain, goals, 0.12)
+        most["lines"], taken[0] = max(most["lines"], taken[0]), 0
+    assert 0 < most["lines"] <= 960
+    assert 400 < most["goals"] <= 8400
+    assert 400 < most["near"] <= 6000
 
 
 def test_the_lines_of_a_calibrated_chain_are_straight(arm) -> None:
