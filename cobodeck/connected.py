@@ -87,7 +87,7 @@ class Stops:
         refusing = [(name, part) for name, part in asked if not part.acknowledge()]
         if refusing:
             name, part = refusing[0]
-            return fault_of(part) or f"part {name} is not ready"
+            return f"{fault_of(part) or f'part {name} is not ready'}; reset again once it is"
         fault = None if self.health is None else self.health.fault
         if fault is not None:
             return fault

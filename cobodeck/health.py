@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from hw.links.processes import AGAIN
+
 
 class Health:
     """Watches what a connection has opened: peers, links and parts, by name.
@@ -35,7 +37,10 @@ class Health:
 def fault_of(one: Any) -> str | None:
     """Why something that was opened does not work; None if it does, or cannot tell."""
     try:
-        of_process = getattr(getattr(one, "child", None), "fault", None)
+        child = getattr(one, "child", None)
+        of_process = getattr(child, "fault", None)
+        if child is not None and of_process and not child.alive and not hasattr(one, "acknowledge"):
+            of_process += f"; {AGAIN}"
         found = of_process or getattr(one, "fault", None)
     except Exception as error:  # noqa: BLE001  a driver may raise anything
         return f"{type(one).__name__}: {type(error).__name__}: {error}"

@@ -38,6 +38,8 @@ CLOSING_S = 2.0
 """Time for a child to end by itself before it is killed, s."""
 TOLD = 1 << 16
 """Most that is read at once of what a parent tells, bytes."""
+AGAIN = "no reset helps, start the run again"
+"""What an operator does about a process that has ended for good."""
 _SIZE = struct.Struct("<Q")
 
 Ready = Callable[[Mapping[str, Any]], None]
@@ -79,7 +81,8 @@ class Child:
         if not line:
             late = f"{self.name} is silent"
             if readable:
-                self._process.wait(CLOSING_S)
+                with suppress(subprocess.TimeoutExpired):  # it goes on, but closed its output
+                    self._process.wait(CLOSING_S)
                 late = self.fault or late
             self.kill()
             raise OSError(f"{late} before it was ready")

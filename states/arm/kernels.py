@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.compiled import compiled
+from hw.compiled import compiled, compiled_like_numpy
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -138,7 +138,7 @@ def missed(pose: Array, target: Array, miss: Array) -> float:
     return square
 
 
-@compiled
+@compiled_like_numpy
 def solved(matrix: Array, values: Array) -> None:
     """Replaces values (6,) by the solution of matrix (6, 6) x = values, which is spoilt by it."""
     for k in range(6):

@@ -42,7 +42,7 @@ from hw.drivers.gates import CHAIN_SILENT_NS
 from hw.geometry import STILL, Twist2
 from hw.interfaces import DriveMode
 from hw.links.datagrams import LOOPBACK, Address, Datagram, Door, Outlet, is_loopback
-from hw.links.processes import Child
+from hw.links.processes import AGAIN, Child
 from hw.samples import BumperHit, Odometry, Sample
 
 MODULE = "hw.drivers.chain.process"
@@ -113,6 +113,7 @@ class ChainLink:
         self._dead: str | None = None
         self._told = self._closing = False
         self._tokens, self._answer = count(1), threading.Condition()
+        self._one_reset = threading.Lock()
         self._asked: int | None = None
         self._answered: tuple[int, str | None] = (-1, None)
         try:
@@ -185,16 +186,18 @@ class ChainLink:
         if self.stopped is None:
             return True
         if self._dead is not None:
-            self.why = self._dead
+            self.why = f"{self._dead}; {AGAIN}"
             return False
-        token = next(self._tokens)
-        with self._answer:
+        with self._one_reset, self._answer:
+            if self.stopped is None:  # by another reset, meanwhile
+                return True
+            token = next(self._tokens)
             self._asked = token
             self._child.tell("reset", token)
             heard = self._answer.wait_for(lambda: self._answered[0] == token, RESET_S)
             self._asked = None
             self.why = self._answered[1] if heard else "no answer"
-        return heard and self.why is None and self._dead is None
+            return heard and self.why is None and self._dead is None
 
     def close(self) -> None:
         """Stop the wheels, switch them off, and end the process.

@@ -196,7 +196,8 @@ def test_a_chain_that_is_killed_is_noticed_and_not_trusted_again(rig):
     reason = rig.pulled[0][1]
     assert reason == "the safety chain has ended (killed by signal 9, SIGKILL)"
     assert not rig.base.reset(0)
-    assert rig.chain.fault == rig.chain.why == rig.line.why == reason
+    assert rig.chain.fault == reason
+    assert rig.chain.why == rig.line.why == f"{reason}; no reset helps, start the run again"
     assert [sample.value for sample in rig.line.samples(0)] == [reason]
 
 
