@@ -38,6 +38,8 @@ FOUND_AGAIN_NS = 600 * MS
 """A person seen elsewhere for longer is taken to be there; the safety chain has latched by then."""
 FRESH_NS = 150 * MS
 """Greatest difference of the stamps of two poses that belong to one person's pose."""
+HAND_NS = 35 * MS
+"""The same of a hand: the way that it may have gone since, 7 cm at 2 m/s, is counted by nobody."""
 LINK_SILENT_NS = 500 * MS
 """Silence after which a process that reports its state every 100 ms is lost."""
 KEEPALIVE_NS = 500 * MS

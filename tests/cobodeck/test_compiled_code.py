@@ -85,6 +85,7 @@ def test_where_it_is_kept_is_described(
     assert described({"XDG_CACHE_HOME": str(LOCKED)}).startswith("nowhere")
 
 
+@pytest.mark.slow
 def test_numba_goes_by_it(tmp_path: Path) -> None:
     """What a run of an installed program compiles goes to the cache and to no other folder."""
     program = (

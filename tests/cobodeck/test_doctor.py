@@ -63,6 +63,7 @@ def looked_at(
     ("profile", "angle", "tolerance"),
     [("paper", 60, 0.2), ("tuned", 60, 0.05)],
 )
+@pytest.mark.few(1)
 def test_the_wall_distance_a_user_needs_is_told(
     capsys: pytest.CaptureFixture[str], profile: str, angle: int, tolerance: float
 ) -> None:
@@ -162,6 +163,7 @@ def test_the_arm_of_a_scene_or_a_connection_is_told_with_what_a_reach_asks_of_it
         assert 20 < power < 300
 
 
+@pytest.mark.slow
 def test_an_arm_beyond_its_installation_is_bad(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -101,6 +101,7 @@ def test_a_failed_escape_is_judged_without_the_sign() -> None:
 
 
 @pytest.mark.requirement(149)
+@pytest.mark.slow
 def test_a_robot_that_has_lost_the_person_can_only_brake(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(judged, "EVERY_S", 0.5)  # when it was too late is not asked here
     run = walked(-3.0, contacts=((2.8, "person"),))

@@ -53,6 +53,7 @@ def test_figures_are_json(log, capsys):
     assert set(figures["trajectory"][0]) == {"t", "pose", "sigma", "status", "wall_m", "error"}
 
 
+@pytest.mark.slow
 def test_a_map_that_was_saved_is_localized_in(log, tmp_path, capsys):
     told(capsys, log, "--save-map", tmp_path / "map.yaml")
     for where in (["--global"], ["--start", "2,2,0.5"], []):

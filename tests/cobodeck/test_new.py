@@ -62,6 +62,7 @@ def test_its_tests_pass(project: Path) -> None:
     assert "3 passed" in result.stdout
 
 
+@pytest.mark.slow
 def test_its_chart_runs_by_name(project: Path) -> None:
     result = python(project, "-m", "cobodeck", "simulate", "greet", "--duration", "100")
 

@@ -158,6 +158,7 @@ def test_of_two_own_ones_the_first_counts_and_that_is_told(project: Path, told: 
     assert err == f"cobodeck: scene 'office' is {first}; rename the other one, {file}\n"
 
 
+@pytest.mark.slow
 def test_a_test_of_a_project_finds_them_too(project: Path) -> None:
     (project / "test_own.py").write_text(
         "def test_it(sim):\n"

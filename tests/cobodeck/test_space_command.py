@@ -160,6 +160,7 @@ def test_a_map_is_measured_by_its_cells(folder, capsys):
 
 @pytest.mark.parametrize("place", ["lab_b", "map"])
 @pytest.mark.parametrize("form", ["svg", "png"])
+@pytest.mark.few(2)
 def test_a_picture_is_drawn_and_is_the_same_each_time(folder, capsys, place, form):
     if place == "map":
         room = load_scene("lab_b").room

@@ -213,7 +213,7 @@ class Inbox:
 
     def _person(self, body: _Source) -> str | None:
         assert body.pose is not None
-        head = self._beside("head", body)
+        head = self._beside("head", body, gates.FRESH_NS)
         if not self._upright:
             if head is None:
                 return "no matching pose of the head"
@@ -227,8 +227,8 @@ class Inbox:
             return "it has jumped, faster than a person can move"
         there = body.pose.flat()
         view = there.yaw if head is None else head.yaw
-        hands = self._beside("left_hand", body), self._beside("right_hand", body)
-        self.tell("user.pose", body.at_ns, UserPose(there, view, head, *hands))
+        hands = [self._beside(hand, body, gates.HAND_NS) for hand in ("left_hand", "right_hand")]
+        self.tell("user.pose", body.at_ns, UserPose(there, view, head, hands[0], hands[1]))
         return None
 
     def _jumped(self, body: Pose3, at_ns: int) -> bool:
@@ -243,9 +243,9 @@ class Inbox:
         self._believed, self._strange = seen, None
         return False
 
-    def _beside(self, role: str, body: _Source) -> Pose3 | None:
+    def _beside(self, role: str, body: _Source, within_ns: int) -> Pose3 | None:
         source = self._sources.get(role)
-        if source is None or source.frozen or abs(source.at_ns - body.at_ns) > gates.FRESH_NS:
+        if source is None or source.frozen or abs(source.at_ns - body.at_ns) > within_ns:
             return None
         return source.pose
 

@@ -78,6 +78,18 @@ def test_a_person_is_the_tailbone_on_the_floor_with_head_and_hands() -> None:
     assert person.right_hand is not None
 
 
+@pytest.mark.parametrize(("age_ms", "told"), [(30, True), (40, False)])
+def test_a_hand_of_an_earlier_instant_than_the_body_is_none(age_ms: int, told: bool) -> None:
+    rig = Rig()
+    rig.give("left_hand", Pose3(2.3, 3.2, 1.1))
+    rig.now += age_ms * MS
+    rig.give("head", HEAD)
+    assert rig.give("tailbone", BODY) is None
+
+    [person] = rig.values("user.pose")
+    assert (person.left_hand is not None) == told
+
+
 def test_poses_of_the_tracking_frame_are_brought_to_the_map() -> None:
     rig = Rig(tracking=Tracking(MAP_FROM_VIVE, MOUNTS))
     there = MAP_FROM_VIVE.inverse()

@@ -75,6 +75,7 @@ def reachable(answers):
 
 @pytest.mark.requirement(43, 143)
 @pytest.mark.parametrize("profile", ["tuned_answers", "paper_answers"])
+@pytest.mark.few(1)
 def test_nearly_every_reachable_deep_is_planned_to(profile, request):
     answers = request.getfixturevalue(profile)
     assert len(reachable(answers)) > 400

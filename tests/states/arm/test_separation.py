@@ -260,6 +260,7 @@ def test_what_touches_somebody_who_steps_in_closes_slowly(
         assert touched is None or touched <= HARMLESS
 
 
+@pytest.mark.slow
 def test_without_the_governor_some_of_them_are_hit(tuned: Environment, context: Any) -> None:
     """So that the test above can fail."""
     unpaced = replace(tuned, governor=False)

@@ -120,6 +120,7 @@ def test_all_frames_are_found_at_once(map_from_vive: Pose3, tilt: float) -> None
     assert math.degrees(result.tilt) == pytest.approx(tilt, abs=0.02)
 
 
+@pytest.mark.slow
 def test_its_sigmas_are_those_of_many_drives() -> None:
     """Thirty errors in units of their sigmas have a spread of about 1."""
     ratios = []
