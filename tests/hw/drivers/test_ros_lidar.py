@@ -165,7 +165,8 @@ def test_a_killed_process_shows_by_silence_and_is_named():
         os.kill(rig.part.pid, signal.SIGKILL)
         os.waitid(os.P_PID, rig.part.pid, os.WEXITED | os.WNOWAIT)
         assert fault_of(rig.part) == (
-            "the scanners' process has ended (killed by signal 9, SIGKILL)"
+            "the scanners' process has ended (killed by signal 9, SIGKILL); "
+            "no reset helps, start the run again"
         )
         rig.part.samples(time.monotonic_ns())
         assert rig.part.samples(time.monotonic_ns()) == []
