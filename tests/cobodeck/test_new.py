@@ -191,7 +191,7 @@ def test_the_tests_of_a_robot_of_ones_own_pass(robot: Path) -> None:
     result = python(robot, "-m", "pytest", "-q", "-p", "cobodeck.pytest_plugin")
 
     assert result.returncode == 0, result.stdout + result.stderr
-    assert "6 passed" in result.stdout
+    assert "7 passed" in result.stdout
 
 
 def test_it_patrols_in_simulation_without_a_room_or_a_person(robot: Path) -> None:
