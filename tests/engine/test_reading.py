@@ -10,6 +10,7 @@ import pytest
 from tests.engine.compared import Runner, check, difference, read_by, run_by_engine
 from tests.engine.operated import operated_by_engine, operated_case
 from tests.engine.reading import Item, Reading, Route
+from tests.repeats import fewer
 
 
 def compare_all(seeds: Iterable[int], runner: Runner) -> int:
@@ -53,7 +54,7 @@ def test_the_engine_does_as_the_rules_say_whatever_the_operator_does():
 
 @pytest.mark.slow
 def test_the_engine_does_as_the_rules_say_whatever_the_operator_does_on_3000_charts():
-    done = operated_alike(range(25, 3025))
+    done = operated_alike(fewer(range(25, 3025)))
     assert min(done.values()) >= 50
 
 

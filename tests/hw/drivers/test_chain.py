@@ -211,7 +211,7 @@ def test_a_chain_that_hangs_is_noticed_and_not_trusted_when_it_goes_on(rig):
     halted = "the safety chain is halted by a signal"
     assert rig.pulled[0][1] == halted
     assert not rig.base.reset(0)
-    assert rig.chain.why == halted
+    assert rig.chain.why == f"{halted}; no reset helps, start the run again"
 
 
 def test_a_chain_that_is_ended_lets_go_of_the_wheels(rig):
