@@ -13,6 +13,7 @@ from hw.robot import MotionLimits, load_robot
 from hw.safety.limits import SafetyLimits
 from hw.scene import load_scene
 from tests.hw.fakes_rig import FakesRig
+from tests.repeats import fewer
 
 pytestmark = pytest.mark.realtime
 
@@ -46,7 +47,7 @@ def rig() -> Iterator[FakesRig]:
 @pytest.mark.slow
 @pytest.mark.requirement(48, 149)
 @pytest.mark.parametrize("number", HOW, ids=lambda number: number.name)
-@pytest.mark.parametrize("kind", NAMES)
+@pytest.mark.parametrize("kind", fewer([*NAMES], 3))
 def test_a_process_that_dies_or_is_halted_while_driving_is_named_within_a_second(
     rig: FakesRig, kind: str, number: signal.Signals
 ) -> None:

@@ -18,6 +18,7 @@ import pytest
 from cobodeck.__main__ import main
 from cobodeck.console import OK
 from cobodeck.record.reader import Record
+from tests.repeats import long_form
 
 ROOT = Path(__file__).resolve().parents[2]
 PATIENCE_S = 240.0
@@ -109,6 +110,7 @@ def test_a_request_is_served_on_fakes_and_the_record_replays(
     assert all({"separation", "needed", "reasons"} <= cycle.keys() for cycle in cycles)
 
 
+@long_form
 @pytest.mark.slow
 @pytest.mark.requirement(9, 48, 114)
 def test_five_requests_are_served_on_fakes_within_one_core(
