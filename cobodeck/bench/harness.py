@@ -21,6 +21,8 @@ from typing import Any
 ROUNDS = 9
 ROUND_S = 0.03
 """Approximate time for which one alternative runs in one round, s."""
+WORSE = {"ratio": 1.25, "error": 1.25, "calls_per_tick": 1.02}
+"""A figure that has grown by more than this factor counts as worse."""
 
 
 def nothing() -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.arguments import positive
+from cobodeck.bench.harness import WORSE
 from cobodeck.console import FAILED, OK, Problem, ProgressLine, show, show_json, table
 from cobodeck.record.sink import is_record
 
@@ -27,8 +28,6 @@ BENCHES = {
     "envelope": "cobodeck.bench.envelope",
 }
 ENVELOPE = "envelope"
-WORSE = {"ratio": 1.25, "error": 1.25, "calls_per_tick": 1.02}
-"""A figure that has grown by more than this factor counts as worse."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -11,12 +11,18 @@ import numpy as np
 
 from hw.geometry import Pose2, Pose3
 from hw.robot import load_robot
+from hw.room import Room
 from hw.samples import EXACT, UserPose
 from hw.sim.arm import SimArm
 from states.arm.collision import outline
-from states.arm.person import ARM_RADIUS, SLIMMEST
+from states.arm.person import ARM_RADIUS, SLIMMEST, ArmSituation
+from states.arm.planning import Plan, ended, in_turn
 from states.environment import Environment
 
+HALL = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)))
+BASE = Pose2(6.85, 4.0, math.pi)
+DEEP = Pose3.from_yaw(5.85, 4.0, 1.2, 0.0)
+HARMLESS = 0.25
 ROBOT = load_robot("rbkairos_ur10")
 USER = Pose2(5.0, 4.0, 0.0)
 TICK_NS, STEP_NS = 33_333_333, 5_000_000
@@ -159,3 +165,11 @@ def _met(
     closing = ((nearest - was) * towards).sum(axis=2) / (STEP_NS * 1e-9)
     touching = (gap <= 0.0) & (gap == gap.min(axis=1, keepdims=True)) & (gap > -SHALLOW)
     return bool((gap <= 0.0).any()), float(closing[touching].max()) if touching.any() else None
+
+
+def plan_to_deep(environment: Environment) -> Plan:
+    """The plan to `DEEP` from `BASE` beside `USER`, from the parked pose."""
+    situation = ArmSituation(BASE, USER, environment.workspace.parked)
+    found = ended(in_turn(environment.workspace.reaching(situation, DEEP)))
+    assert isinstance(found, Plan)
+    return found

@@ -11,7 +11,6 @@ import pytest
 
 from behaviors.profile import load_profile
 from hw.geometry import Pose2, Pose3, wrap
-from hw.room import Room
 from hw.samples import UserPose
 from states.arm import separation
 from states.arm.collision import Limb
@@ -21,12 +20,18 @@ from states.arm.planning import Plan, ended, in_turn
 from states.arm.states import ParkArm, ReachDeep
 from states.environment import Environment
 from tests.repeats import fewer
-from tests.states.arm.stepping import ROBOT, USER, Reaching, Scene, Stepping
-
-HALL = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)))
-BASE = Pose2(6.85, 4.0, math.pi)
-DEEP = Pose3.from_yaw(5.85, 4.0, 1.2, 0.0)
-HARMLESS = 0.25
+from tests.states.arm.stepping import (
+    BASE,
+    DEEP,
+    HALL,
+    HARMLESS,
+    ROBOT,
+    USER,
+    Reaching,
+    Scene,
+    Stepping,
+    plan_to_deep,
+)
 
 
 @pytest.fixture(scope="module")
@@ -36,10 +41,7 @@ def tuned() -> Environment:
 
 @pytest.fixture(scope="module")
 def reach(tuned: Environment) -> Plan:
-    situation = ArmSituation(BASE, USER, tuned.workspace.parked)
-    found = ended(in_turn(tuned.workspace.reaching(situation, DEEP)))
-    assert isinstance(found, Plan)
-    return found
+    return plan_to_deep(tuned)
 
 
 def place(rng: np.random.Generator) -> tuple[Pose2, Pose3]:

@@ -10,21 +10,25 @@ import numpy as np
 import pytest
 
 from behaviors.profile import load_profile
-from hw.geometry import Pose2, Pose3, wrap
-from hw.room import Room
+from hw.geometry import Pose2, wrap
 from states.arm import separation
 from states.arm.approach import TOUCH_SPEED
-from states.arm.person import ArmSituation
-from states.arm.planning import Plan, ended, in_turn
+from states.arm.planning import Plan
 from states.arm.separation import OLD_S, SLOW, ArmPace, Brakes, Governor
 from states.arm.states import ParkArm, ReachDeep
 from states.environment import Environment
-from tests.states.arm.stepping import ROBOT, TICK_NS, USER, Scene, Stepping
-
-HALL = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)))
-BASE = Pose2(6.85, 4.0, math.pi)
-DEEP = Pose3.from_yaw(5.85, 4.0, 1.2, 0.0)
-HARMLESS = 0.25
+from tests.states.arm.stepping import (
+    BASE,
+    DEEP,
+    HALL,
+    HARMLESS,
+    ROBOT,
+    TICK_NS,
+    USER,
+    Scene,
+    Stepping,
+    plan_to_deep,
+)
 
 
 @pytest.fixture(scope="module")
@@ -34,10 +38,7 @@ def tuned() -> Environment:
 
 @pytest.fixture(scope="module")
 def reach(tuned: Environment) -> Plan:
-    situation = ArmSituation(BASE, USER, tuned.workspace.parked)
-    found = ended(in_turn(tuned.workspace.reaching(situation, DEEP)))
-    assert isinstance(found, Plan)
-    return found
+    return plan_to_deep(tuned)
 
 
 def governor(tuned: Environment, plan: Plan, *, granted: bool = True) -> Governor:
