@@ -8,6 +8,7 @@ Escapes and contacts could have been avoided.
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
@@ -37,6 +38,16 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--compare", type=Path, metavar="FILE", help="an earlier --json; 1 if worse"
     )
+    parser.add_argument(
+        "--logs", type=Path, nargs="+", metavar="FILE",
+        help="localization on these logs with corrected poses, beside a particle filter and others",
+    )  # fmt: skip
+    parser.add_argument(
+        "--variants", type=_variant, nargs="+", default=(), metavar="NAME=VALUE",
+        help="of the logs: slip=2 (times), thin=3 (every third scan), gap=30 (s), bunched=4 "
+        "(scans), late=-0.2 (s, of the wheels); default: the logs as they are, and all of these",
+    )  # fmt: skip
+    parser.add_argument("--seed", type=int, default=0, help="of the variants; default 0")
     parser.add_argument("--rounds", type=positive, default=9, help="medians of so many; default 9")
     parser.add_argument("--show", type=Path, metavar="FILE", help="measure nothing, show a --json")
     parser.add_argument(
@@ -49,6 +60,21 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
+def _variant(text: str) -> tuple[str, float]:
+    """A variant of logs, NAME=VALUE."""
+    from cobodeck.bench.log_variants import LEAST, VARIANTS
+
+    name, _, value = text.partition("=")
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    if name not in VARIANTS or not LEAST[name] <= number < math.inf:
+        known = ", ".join(f"{name} (from {LEAST[name]:g})" for name in VARIANTS)
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE, with a name of {known}")
+    return name, number
+
+
 def run(args: argparse.Namespace) -> int:
     """Measure, print, compare."""
     if any(map(is_record, args.names)):
@@ -57,7 +83,10 @@ def run(args: argparse.Namespace) -> int:
 
     before = read_result(args.compare)["rows"] if args.compare else ()
     names = args.names or list(BENCHES)
-    result = read_result(args.show) if args.show else _measure(names, args.rounds)
+    if args.show:
+        result = read_result(args.show)
+    else:
+        result = _measure_logs(args) if args.logs else _measure(names, args.rounds)
     if args.json:
         show_json(result)
     else:
@@ -131,13 +160,39 @@ def _measure(names: Iterable[str], rounds: int) -> dict[str, Any]:
     return {"machine": machine(), "rows": rows}
 
 
+def _measure_logs(args: argparse.Namespace) -> dict[str, Any]:
+    """Localize logs by all peers."""
+    if args.names not in ([], ["localization"]):
+        raise Problem("--logs are for `cobodeck bench localization`, alone")
+    from cobodeck.bench.harness import machine
+    from cobodeck.bench.localization_logs import rows
+
+    found = []
+    progress = ProgressLine("bench", 0.0)
+    for row in rows(args.logs, args.variants, args.seed):
+        found.append(row.plain())
+        progress.at(f"{row.name} {row.knob or ''} {row.variant}")
+    progress.done()
+    return {"machine": machine(), "rows": found}
+
+
 HEAD = ("what", "variant", "knob", "time", "ratio", "to", "error", "of", "calls", "goal")
 
 
+LOG_HEAD = (
+    *("log", "variant", "by", "rmse, cm", "max, cm", "lost", "confidently wrong", "NEES"),
+    *("median", "p99", "goal"),
+)
+
+
 def text(result: Mapping[str, Any]) -> str:
-    """The rows in columns."""
-    rows = [HEAD, *(_cells(row) for row in result["rows"])]
-    return f"{_machine(result)}\n\n{table(rows, frozenset((3, 4, 6, 8, 9)))}"
+    """The rows in columns; those of logs in columns of their own."""
+    plain = [_cells(row) for row in result["rows"] if "wrong" not in row]
+    logs = [_log_cells(row) for row in result["rows"] if "wrong" in row]
+    tables = [table([HEAD, *plain], frozenset((3, 4, 6, 8, 9)))] if plain else []
+    if logs:
+        tables.append(table([LOG_HEAD, *logs], frozenset(range(3, len(LOG_HEAD)))))
+    return "\n\n".join([_machine(result), *tables])
 
 
 def _machine(result: Mapping[str, Any]) -> str:
@@ -158,6 +213,22 @@ def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
         "" if row["error"] is None else _number(row["error"]),
         row["error_unit"] or "",
         _number(row.get("calls_per_tick")),
+        "" if row["goal"] is None else f"{row['goal']:g}",
+    )
+
+
+def _log_cells(row: Mapping[str, Any]) -> tuple[str, ...]:
+    return (
+        row["name"],
+        "as it is" if row["knob"] is None else f"{row['knob']} {_number(row['value'])}",
+        row["variant"],
+        _number(row["error"]),
+        _number(row["worst"]),
+        str(row["lost"]),
+        f"{row['wrong']:.1%}",
+        _number(row["nees"]),
+        _time(row["time_us"]),
+        _time(row["p99_us"]),
         "" if row["goal"] is None else f"{row['goal']:g}",
     )
 

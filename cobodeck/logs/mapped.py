@@ -158,14 +158,16 @@ def placed_by_matching(log: SensorLog, resolution: float) -> list[Placed]:
 
 def reference_at(log: SensorLog, stamp_ns: int) -> Pose2 | None:
     """The corrected pose at a stamp, ns, interpolated; None in gaps longer than `_LONGEST_NS`."""
-    stamps = [ref.stamp_ns for ref in log.reference]
-    after = bisect_left(stamps, stamp_ns)
-    if after < len(stamps) and stamps[after] == stamp_ns:
-        return log.reference[after].pose
-    if not 0 < after < len(stamps) or stamps[after] - stamps[after - 1] > _LONGEST_NS:
+    reference = log.reference
+    after = bisect_left(reference, stamp_ns, key=lambda ref: ref.stamp_ns)
+    if after < len(reference) and reference[after].stamp_ns == stamp_ns:
+        return reference[after].pose
+    if not 0 < after < len(reference):
         return None
-    share = (stamp_ns - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
-    return log.reference[after - 1].pose.between(log.reference[after].pose, share)
+    (first_ns, first), (last_ns, last) = reference[after - 1], reference[after]
+    if last_ns - first_ns > _LONGEST_NS:
+        return None
+    return first.between(last, (stamp_ns - first_ns) / (last_ns - first_ns))
 
 
 _LONGEST_NS = 500_000_000
