@@ -16,15 +16,24 @@ from typing import Literal
 import numpy as np
 
 from hw.finite import is_finite
-from hw.geometry import Pose2
+from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import ImuReading, Odometry, PoseSigma, Scan, TrackerPose
 from hw.sensing import Sensing
 from hw.tracking import Tracking
 from states.localization.drift import Drift, TrackerComparison
-from states.localization.fusion import UNKNOWN, Fusion, covariance_of, inverse, sigma_of
+from states.localization.fusion import GYRO_NOISE, UNKNOWN, Fusion, covariance_of, inverse, sigma_of
 from states.localization.localizer_values import LocalizerValues
 from states.localization.match_health import LocalizerMode, MatchHealth
-from states.localization.pose_matcher import PoseMatcher, is_same, is_sure, leaps
+from states.localization.planar import SLIPPING
+from states.localization.pose_matcher import (
+    PoseMatcher,
+    Prediction,
+    is_near,
+    is_same,
+    is_sure,
+    leaps,
+)
+from states.localization.scan_tracker import Match
 from states.localization.scans import Cloud, cloud_of, span_ns
 from states.localization.search import Search
 from states.localization.tracker_feed import TrackerFeed
@@ -55,7 +64,7 @@ class Localizer:
         self._field, self._sensing, self._seed = field_, sensing, seed
         self._values = values or LocalizerValues()
         self._fusion = Fusion(gyro=sensing.imu is not None, rough_map=field_.sigma > 0.0)
-        self._wheels = WheelMotion()
+        self._wheels = WheelMotion(SLIPPING if sensing.imu is None else GYRO_NOISE)
         self._feed, self._comparison = TrackerFeed(tracking), TrackerComparison(tracking)
         self._start = start
         self.counts: Counter[str] = Counter()
@@ -144,7 +153,7 @@ class Localizer:
     def _begin_at_start(self, stamp_ns: int, start: Pose2) -> None:
         self._start = None
         spread = covariance_of(self._values.start_sigma)
-        self._fusion.begin(stamp_ns, start, spread, None)
+        self._begin(stamp_ns, start, spread, None)
         self._search.about(start, spread)
 
     def _move_on(self, stamp_ns: int) -> None:
@@ -179,16 +188,18 @@ class Localizer:
     def _follow(self, cloud: Cloud) -> None:
         """Match a scan near the predicted pose, and correct the filter by the match."""
         stamp_ns, health = cloud.stamp_ns, self._health
-        known = self._fusion.at(stamp_ns)
-        if known is None:
+        predictions = self._predictions(stamp_ns)
+        if not predictions:
             return
-        predicted = self._carried_on(stamp_ns) or known[0]
-        found = self._matcher.follow(cloud, predicted, known[1], health)
+        found = self._matcher.follow(cloud, predictions, health)
         pose = found.map_from_base
+        if found.is_healthy(self._values.matching):
+            self._weigh(found, *predictions[0])
         if found.is_fair(self._values.matching):
             # predictions without wheels are poor: a match far from one is no reason for doubt
-            gated = self._wheels.believed and leaps(found, predicted, known[1])
+            gated = self._wheels.believed and leaps(found, *predictions[0])
             self._fusion.scan(stamp_ns, pose, found.information, gated=gated)
+            self._anchor(stamp_ns)
         if health.take(stamp_ns, found):
             here = self._fusion.at(stamp_ns)
             self._search.anywhere(None if here is None else here[0])
@@ -196,15 +207,39 @@ class Localizer:
             self._wheels.compare(stamp_ns, pose)
             self._settle(stamp_ns)
 
-    def _carried_on(self, stamp_ns: int) -> Pose2 | None:
-        """The pose of the last fair match, moved on by the path that the wheels measured since.
+    def _weigh(self, found: Match, predicted: Pose2, covariance: Array) -> None:
+        """Let a match tell by how much its prediction was off."""
+        pose = found.map_from_base
+        off = (pose.x - predicted.x, pose.y - predicted.y, wrap(pose.yaw - predicted.yaw))
+        own = inverse(found.information + np.eye(3)) + self._matcher.floor
+        self._wheels.weigh(np.array(off), covariance + own)
 
-        The filter integrates velocities, which is wrong by 10 to 40 cm where wheel samples are
-        rare or uneven.
+    def _predictions(self, stamp_ns: int) -> list[Prediction]:
+        """Where the base may be: by the wheels since the last correction, and by the filter.
+
+        The filter integrates velocities, which is wrong where wheel samples are rare or uneven;
+        where it departs from the wheels' displacement by more than that may be wrong, it restarts
+        there. Wheels that contradict the scans are one hypothesis of two.
         """
-        moved = self._wheels.motion(self._health.fair_ns, stamp_ns)
-        then = None if moved is None else self._fusion.at(self._health.fair_ns)
-        return None if moved is None or then is None else then[0] @ moved
+        known, carried = self._fusion.at(stamp_ns), self._wheels.carried_on(stamp_ns)
+        if carried is None:
+            return [] if known is None else [known]
+        if known is None or (self._wheels.believed and not is_near(known[0], *carried, 1.0)):
+            self._begin(stamp_ns, *carried, self._wheels.velocity_at(stamp_ns))
+            return [carried]
+        return [carried] if self._wheels.believed else [known, carried]
+
+    def _begin(
+        self, stamp_ns: int, pose: Pose2, covariance: Array, velocity: Twist2 | None
+    ) -> None:
+        self._fusion.begin(stamp_ns, pose, covariance, velocity)
+        self._wheels.corrected(stamp_ns, pose, covariance)
+
+    def _anchor(self, stamp_ns: int) -> None:
+        """Let the wheels carry the corrected pose on."""
+        known = self._fusion.at(stamp_ns)
+        if known is not None:
+            self._wheels.corrected(stamp_ns, *known)
 
     # rest
 
@@ -240,7 +275,7 @@ class Localizer:
         """Restart the filter from the pose of the rest."""
         assert self._known is not None  # a base rests at a known pose only
         self._resting, self._stood = False, 0
-        self._fusion.begin(stamp_ns, *self._known, self._wheels.velocity_at(stamp_ns))
+        self._begin(stamp_ns, *self._known, self._wheels.velocity_at(stamp_ns))
 
     # search
 
@@ -254,7 +289,7 @@ class Localizer:
         if found is None:
             if guess is not None and mode == "starting":
                 unsure = covariance_of(self._values.start_sigma)
-                self._fusion.begin(stamp_ns, guess.map_from_base, unsure, velocity)
+                self._begin(stamp_ns, guess.map_from_base, unsure, velocity)
             return
         here = self._fusion.at(stamp_ns) if mode == "doubtful" else None
         stays = here is not None and is_same(here[0], found.map_from_base)
@@ -266,7 +301,7 @@ class Localizer:
             return
         self._health.relocated(stamp_ns, found)
         covariance = inverse(found.information + np.eye(3))
-        self._fusion.begin(stamp_ns, found.map_from_base, covariance, velocity)
+        self._begin(stamp_ns, found.map_from_base, covariance, velocity)
         self._wheels.watch.restart()
 
     @cached_property
@@ -285,11 +320,13 @@ class Localizer:
         self.counts["trackers"] += 1
         covariance = covariance_of(values.vive_sigma)
         if not self._fusion.begun or health.mode == "lost":
-            self._fusion.begin(stamp_ns, pose, covariance, None)
+            self._begin(stamp_ns, pose, covariance, None)
             self._search.about(pose, 9.0 * covariance)
             health.placed(stamp_ns)
             return
         verdict = self._fusion.trackers(stamp_ns, pose, values.vive_sigma)
+        if verdict.outcome in ("accepted", "reacquired"):
+            self._anchor(max(stamp_ns, self._wheels.reckoned_ns))
         health.blind(stamp_ns - self._wheels.scan_ns)
         if verdict.outcome == "rejected" and health.mode != "tracking":
             self._search.about(pose, 9.0 * covariance)

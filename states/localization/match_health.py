@@ -34,7 +34,7 @@ class MatchHealth:
         self._values = values
         self.mode: LocalizerMode = "starting"
         self.fair_ns = 0
-        self._share = 1.0
+        self.share = 1.0
         self._bad = self._elsewhere = 0
         self._sure_ns = -1
 
@@ -46,7 +46,7 @@ class MatchHealth:
     def take(self, stamp_ns: int, found: Match) -> bool:
         """Take a match; True if it begins a doubt, so that a search is to be started."""
         matching = self._values.matching
-        self._share += SMOOTHING * (found.share - self._share)
+        self.share += SMOOTHING * (found.share - self.share)
         if found.is_fair(matching):
             self.fair_ns = stamp_ns
         self._bad = 0 if found.is_healthy(matching) else self._bad + 1
@@ -54,8 +54,8 @@ class MatchHealth:
 
     def _change_mode(self, stamp_ns: int) -> bool:
         values = self._values
-        good = self._share >= values.plain and self._bad == 0
-        odd = self._share < values.plain or self._bad >= values.patience
+        good = self.share >= values.plain and self._bad == 0
+        odd = self.share < values.plain or self._bad >= values.patience
         blind = stamp_ns - self.fair_ns > BLIND_NS
         if self.mode == "tracking" and (blind or (odd and stamp_ns > self._sure_ns)):
             self.mode = "doubtful"
@@ -75,7 +75,7 @@ class MatchHealth:
     def relocated(self, stamp_ns: int, found: Match) -> None:
         """Note that a search has found the base elsewhere, and the pose was set to that place."""
         self.confirmed(stamp_ns)
-        self.fair_ns, self._share = stamp_ns, found.share
+        self.fair_ns, self.share = stamp_ns, found.share
 
     def placed(self, stamp_ns: int) -> None:
         """Note that a tracker has given a pose where there was none."""
@@ -89,6 +89,6 @@ class MatchHealth:
 
     def is_elsewhere(self, found: Match) -> bool:
         """Count a place that fits better; True once `elsewhere` scans in a row have found one."""
-        better = found.share >= self._share + BETTER
+        better = found.share >= self.share + BETTER
         self._elsewhere = self._elsewhere + 1 if better else 0
         return self._elsewhere >= self._values.elsewhere

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
 from hw.geometry import Pose2, wrap
 from hw.samples import PoseSigma
+from states.localization.correlative import Window, correlated, score_of
 from states.localization.fusion import covariance_of
 from states.localization.localizer_values import LocalizerValues
 from states.localization.match_health import MatchHealth
@@ -23,8 +25,13 @@ CERTAIN = 0.8
 """Share of beams on walls from which a match is believed at once, wherever it lies."""
 AROUND = PoseSigma(0.3, 0.2)
 """Spread of the wider search around the predicted pose."""
+WORSE = 0.1
+"""A match with this much less than the usual share of beams on walls may be a wrong one."""
 SAME_M, SAME_RAD = 0.03, 0.01
 """A base at rest that is seen farther away than this has been moved, m and rad."""
+Prediction = tuple[Pose2, Array]
+"""A predicted map_from_base, and its covariance (3, 3)."""
+_BOX = covariance_of(PoseSigma(0.1, 0.05))
 
 
 class PoseMatcher:
@@ -41,19 +48,45 @@ class PoseMatcher:
             PoseSigma(math.hypot(least.position, half), math.hypot(least.yaw, 0.2 * half))
         )
 
-    def follow(
-        self, cloud: Cloud, predicted: Pose2, covariance: Array, health: MatchHealth
-    ) -> Match:
-        """The match near a predicted pose or, if that is poor, a clearly better one farther off."""
+    def follow(self, cloud: Cloud, predictions: Sequence[Prediction], health: MatchHealth) -> Match:
+        """The best match near some prediction; if that is poor, the likeliest one around them."""
         # four times the covariance (twice the sigma): the filter will weigh the prediction once
         # more when it takes the match, so it should count little here
-        found = self._near(cloud, predicted, 4.0 * covariance)
+        near = [self._near(cloud, pose, 4.0 * covariance) for pose, covariance in predictions]
+        best = max(near, key=lambda one: one.share)
+        if best.is_fair(self._values.matching) and best.share >= health.share - WORSE:
+            return best
+        return max((self._around(cloud, one, best, health) for one in predictions), key=_share)
+
+    def _around(
+        self, cloud: Cloud, prediction: Prediction, near: Match, health: MatchHealth
+    ) -> Match:
+        """The likeliest match in a window about a prediction; `near` if none is clearly better."""
+        pose, covariance = prediction
+        whole = 4.0 * covariance + self.floor
+        metres = 3.0 * math.sqrt(max(whole[0, 0], whole[1, 1]))
+        radians = 3.0 * math.sqrt(whole[2, 2])
+        window = Window(
+            pose, whole, max(metres, 3.0 * AROUND.position), max(radians, 3.0 * AROUND.yaw)
+        )
+        best, score = near, score_of(self._field, cloud.points, window, near.map_from_base)
+        for start in correlated(self._field, cloud.points, window):
+            found = self._near(cloud, start, _BOX)
+            its = score_of(self._field, cloud.points, window, found.map_from_base)
+            if its > score and self._is_clear(found, near, prediction, health):
+                best, score = found, its
+        return best
+
+    def _is_clear(
+        self, found: Match, near: Match, prediction: Prediction, health: MatchHealth
+    ) -> bool:
+        """True unless a match lies where no slip leads while the near one will do."""
         matching = self._values.matching
-        if found.is_fair(matching):
-            return found
-        around = self._near(cloud, predicted, covariance_of(AROUND))
-        clear = around.share >= health.least_share_of_wider(found)
-        return around if clear and around.is_healthy(matching) else found
+        if not found.is_healthy(matching):
+            return False
+        if is_near(found.map_from_base, prediction[0], prediction[1], 2.0 * LEAP):
+            return True
+        return not near.is_healthy(matching) and found.share >= health.least_share_of_wider(near)
 
     def at_rest(self, cloud: Cloud, pose: Pose2, covariance: Array) -> tuple[Match, bool]:
         """The best match of a base at rest, and whether that base is still where it was."""
@@ -71,13 +104,16 @@ class PoseMatcher:
 
 def leaps(found: Match, predicted: Pose2, covariance: Array) -> bool:
     """True if a match is too far from its prediction to be believed without being repeated."""
-    if found.share >= CERTAIN:
-        return False
-    pose = found.map_from_base
-    place = LEAP * math.sqrt(max(0.0, 0.5 * (covariance[0, 0] + covariance[1, 1]))) + SAME_M
-    turn = LEAP * math.sqrt(max(0.0, covariance[2, 2])) + SAME_RAD
+    sigmas = 2.0 * LEAP if found.share >= CERTAIN else LEAP
+    return not is_near(found.map_from_base, predicted, covariance, sigmas)
+
+
+def is_near(pose: Pose2, predicted: Pose2, covariance: Array, sigmas: float) -> bool:
+    """True if a pose is within so many standard deviations of a prediction."""
+    place = sigmas * math.sqrt(max(0.0, 0.5 * (covariance[0, 0] + covariance[1, 1]))) + SAME_M
+    turn = sigmas * math.sqrt(max(0.0, covariance[2, 2])) + SAME_RAD
     near = pose.distance_to(predicted) < place
-    return not (near and abs(wrap(pose.yaw - predicted.yaw)) < turn)
+    return near and abs(wrap(pose.yaw - predicted.yaw)) < turn
 
 
 def is_same(one: Pose2, other: Pose2) -> bool:
@@ -88,3 +124,7 @@ def is_same(one: Pose2, other: Pose2) -> bool:
 def is_sure(covariance: Array, wanted: PoseSigma) -> bool:
     """True if no standard deviation of a pose is above the wanted one."""
     return bool((np.diag(covariance) <= np.diag(covariance_of(wanted))).all())
+
+
+def _share(match_: Match) -> float:
+    return match_.share

@@ -9,9 +9,11 @@ from collections import deque
 from hw.geometry import STILL, Pose2, Twist2, wrap
 
 REMEMBERED = 2.0
-"""Length of the trail, s."""
+"""Length of the trail, s; the newest two poses are kept in any case."""
 FASTEST_M, FASTEST_RAD = 20.0, 30.0
-"""Odometry that moves faster than this, m/s and rad/s, has been reset."""
+"""No base moves faster than this, m/s and rad/s."""
+BUNCHED_M = 3.0
+"""Largest step between poses whose stamps are too close, m; a longer one is a reset of odometry."""
 STILL_M, STILL_RAD = 1e-3, 1e-3
 """Wheels stand while they stay within this, m and rad, of where they stopped."""
 
@@ -25,6 +27,7 @@ class Trail:
         self._stood_ns = 0
         self._stood_at: Pose2 | None = None
         self._velocity = STILL
+        self.resets = 0
 
     @property
     def stamp_ns(self) -> int | None:
@@ -49,10 +52,11 @@ class Trail:
             self._stamps.clear()
             self._poses.clear()
             self._stood_at = None
+            self.resets += 1
         self._velocity = self._velocity_to(stamp_ns, odom_from_base)
         self._stamps.append(stamp_ns)
         self._poses.append(odom_from_base)
-        while self._stamps[0] < stamp_ns - REMEMBERED * 1e9:
+        while len(self._stamps) > 2 and self._stamps[1] < stamp_ns - REMEMBERED * 1e9:
             self._stamps.popleft()
             self._poses.popleft()
         stood = self._stood_at
@@ -61,12 +65,11 @@ class Trail:
         return True
 
     def _has_jumped(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
+        # a step alone says it: many loggers write stamps in bunches, milliseconds apart
         if not self._stamps:
             return False
-        moved = self._poses[-1].inverse() @ odom_from_base
         time = (stamp_ns - self._stamps[-1]) * 1e-9
-        distance, turn = math.hypot(moved.x, moved.y), abs(moved.yaw)
-        return distance > FASTEST_M * time or turn > FASTEST_RAD * time
+        return self._poses[-1].distance_to(odom_from_base) > BUNCHED_M + FASTEST_M * time
 
     def at(self, stamp_ns: int) -> Pose2 | None:
         """odom_from_base at a stamp, interpolated linearly; None before the trail.
@@ -101,7 +104,10 @@ class Trail:
         if not self._stamps:
             return STILL
         moved = self._poses[-1].inverse() @ odom_from_base
-        return velocity_of(moved, (stamp_ns - self._stamps[-1]) * 1e-9)
+        velocity = velocity_of(moved, (stamp_ns - self._stamps[-1]) * 1e-9)
+        speed = math.hypot(velocity.vx, velocity.vy)
+        possible = speed < FASTEST_M and abs(velocity.wz) < FASTEST_RAD
+        return velocity if possible else self._velocity
 
 
 def displacement_of(velocity: Twist2, time: float) -> Pose2:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from hw.geometry import Pose2, Twist2
+from states.localization.dead_reckoning import DeadReckoning
 from states.localization.gyro import Gyro
 from states.localization.odometry_watch import OdometryWatch
+from states.localization.sources import ProcessNoise
 from states.localization.trail import Trail
+from states.maps.distance import Array
 
 MISSING_NS = 300_000_000
 """Wheels whose newest sample is this much older than the newest scan count as missing, ns."""
-CARRIED_NS = 1_000_000_000
-"""Longest time over which a pose is moved on by the wheels alone, ns."""
 MOMENT_NS = 50_000_000
 """Time over which the velocity at an instant is measured, ns."""
 TURNING = 0.05
@@ -22,8 +23,10 @@ STOOD = 0.3
 class WheelMotion:
     """Odometry of the last seconds, checked against the motion that scans show."""
 
-    def __init__(self) -> None:
+    def __init__(self, slip: ProcessNoise) -> None:
         self.trail, self.gyro, self.watch = Trail(), Gyro(), OdometryWatch()
+        self._reckoning = DeadReckoning(slip)
+        self.reckoned_ns = 0
         self.scan_ns = 0
         self.rate: float | None = None
 
@@ -32,9 +35,18 @@ class WheelMotion:
 
         `rate` is then the mean rate of turn by the gyroscope since the sample before, rad/s.
         """
+        before_ns, resets = self.trail.stamp_ns, self.trail.resets
         if not self.trail.put(stamp_ns, odom_from_base):
             return False
         self.rate = self.gyro.take(stamp_ns)
+        unseen = before_ns is not None and self.reckoned_ns - before_ns > MISSING_NS
+        if unseen or self.trail.resets > resets:
+            self._reckoning.restart(odom_from_base)
+            self.watch.restart()
+        elif stamp_ns > self.reckoned_ns:
+            turn = None if self.rate is None else self.rate * (stamp_ns - self.reckoned_ns) * 1e-9
+            self._reckoning.move(odom_from_base, turn)
+        self.reckoned_ns = max(stamp_ns, self.reckoned_ns)
         return True
 
     @property
@@ -70,15 +82,26 @@ class WheelMotion:
         """Velocity at a stamp, in the base frame; None unless believed."""
         return self.velocity(stamp_ns - MOMENT_NS, stamp_ns)
 
-    def motion(self, first_ns: int, last_ns: int) -> Pose2 | None:
-        """first_from_last of the base; None unless believed, known and short."""
-        if not self.believed or last_ns - first_ns > CARRIED_NS:
-            return None
-        first, last = self.trail.at(first_ns), self.trail.at(last_ns)
-        return None if first is None or last is None else first.inverse() @ last
-
     def compare(self, stamp_ns: int, map_from_base: Pose2) -> None:
         """Compare the wheels with a healthy match at this stamp."""
+        self.watch.see(stamp_ns, map_from_base, self.trail)
+
+    # the pose by the wheels since its last correction
+
+    def corrected(self, stamp_ns: int, map_from_base: Pose2, covariance: Array) -> None:
+        """Carry this pose on from now; covariance (3, 3) in the map."""
         odom_from_base = self.trail.at(stamp_ns)
         if odom_from_base is not None:
-            self.watch.see(stamp_ns, map_from_base, odom_from_base)
+            self._reckoning.correct(map_from_base, covariance, odom_from_base)
+            self.reckoned_ns = stamp_ns
+
+    def carried_on(self, stamp_ns: int) -> tuple[Pose2, Array] | None:
+        """The corrected pose carried on to a stamp, and its covariance; None while unknown."""
+        odom_from_base = None if self.missing else self.trail.at(stamp_ns)
+        if odom_from_base is None:
+            return None
+        return self._reckoning.at(odom_from_base)
+
+    def weigh(self, off: Array, covariance: Array) -> None:
+        """Learn from a match how far the wheels' prediction may be off; see `DeadReckoning`."""
+        self._reckoning.weigh(off, covariance)

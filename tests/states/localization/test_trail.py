@@ -92,10 +92,11 @@ def test_a_gyroscope_that_fell_silent_is_not_asked():
 
 def watched(told, true=(0.05, 0.0, 0.02), steps=60):
     """Wheels that tell one way per 40 ms while scans tell another; after how many is it wrong?"""
-    watch = OdometryWatch()
+    watch, trail = OdometryWatch(), Trail()
     here, wheels = Pose2(3.0, 2.0, 1.0), Pose2(0.0, 0.0)
     for k in range(steps):
-        watch.see(k * S // 25, here, wheels)
+        trail.put(k * S // 25, wheels)
+        watch.see(k * S // 25, here, trail)
         if watch.wrong:
             return k
         here, wheels = here @ Pose2(*true), wheels @ Pose2(*told)
@@ -119,21 +120,57 @@ def test_wheels_that_are_wrong_are_told_within_a_second(told):
 
 
 def test_wheels_are_right_again_after_ten_seconds_without_a_difference():
-    watch = OdometryWatch()
+    watch, trail = OdometryWatch(), Trail()
     watch.moved_at_rest(0)
     for k in range(1, 300):
-        watch.see(k * S // 25, Pose2(0.04 * k, 0.0), Pose2(0.04 * k, 0.0))
+        trail.put(k * S // 25, Pose2(0.04 * k, 0.0))
+        watch.see(k * S // 25, Pose2(0.04 * k, 0.0), trail)
         assert watch.wrong == (k <= 250)
 
 
 def test_angles_over_the_turn_are_no_difference():
-    watch = OdometryWatch()
+    watch, trail = OdometryWatch(), Trail()
     for k in range(400):
         yaw = 0.04 * k
+        trail.put(k * S // 25, Pose2(1.0, 0.0, math.remainder(yaw, 2.0 * math.pi)))
         turned = math.remainder(yaw + 3.0, 2.0 * math.pi)
-        watch.see(
-            k * S // 25,
-            Pose2(0.0, 0.0, turned),
-            Pose2(1.0, 0.0, math.remainder(yaw, 2.0 * math.pi)),
-        )
+        watch.see(k * S // 25, Pose2(0.0, 0.0, turned), trail)
         assert not watch.wrong
+
+
+def test_a_single_wrong_match_is_no_fault_of_the_wheels():
+    watch, trail = OdometryWatch(), Trail()
+    for k in range(100):
+        trail.put(k * S // 2, Pose2(0.5 * k, 0.0))
+        watch.see(k * S // 2, Pose2(0.5 * k, 1.0 if k % 7 == 3 else 0.0), trail)
+        assert not watch.wrong
+
+
+@pytest.mark.parametrize("late", [-0.2, 0.2])
+def test_wheels_whose_clock_is_off_are_not_wrong(late):
+    watch, trail = OdometryWatch(), Trail()
+
+    def turning(time):
+        return Pose2(0.0, 0.0, math.remainder(1.5 * (1.0 - math.cos(time)), 2.0 * math.pi))
+
+    for k in range(400):
+        time = k / 25.0
+        trail.put(k * S // 25, turning(time - late))
+        watch.see(k * S // 25, turning(time), trail)
+        assert not watch.wrong
+
+
+def test_stamps_in_bunches_are_no_reset():
+    trail = Trail()
+    for k in range(100):
+        stamp = (k // 5) * S // 2 + k % 5 * 1_000_000
+        assert trail.put(stamp, Pose2(0.1 * k, 0.0))
+    assert trail.resets == 0
+    assert abs(trail.last_velocity().vx) < 20.0
+
+
+def test_the_newest_two_poses_are_kept_however_old():
+    trail = Trail()
+    trail.put(0, Pose2(0.0, 0.0))
+    trail.put(30 * S, Pose2(6.0, 0.0))
+    assert trail.at(15 * S) == Pose2(3.0, 0.0)

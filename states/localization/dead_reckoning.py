@@ -1,0 +1,110 @@
+"""The pose carried on from its last correction by the wheels' displacement, however long ago.
+
+A step (dx, dy, dyaw) of the base in its own frame takes pose p to p' and its covariance P to
+
+    P' = F P F^T + R Q R^T,   F = (1 0 -(y' - y); 0 1 x' - x; 0 0 1)
+
+with the rotation R by the yaw and slip Q, a variance per metre and per radian of the step. Steps
+are those between wheel samples, so that a way out and back counts twice, and an error of the yaw
+moves all that follows. How much these wheels slip on this floor is learnt from the matches.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hw.compiled import compiled
+from hw.geometry import Pose2
+from states.localization.sources import ProcessNoise
+from states.maps.distance import Array
+
+USUAL, WORST = 4.0, 100.0
+"""Slip before anything is known, and at most, in multiples of the floor's variance."""
+WEIGHT = 0.1
+"""Weight of each match in the mean slip."""
+SURPRISE = 25.0
+"""Largest squared error of a prediction that counts, in multiples of its variance."""
+UNSEEN = (0.3, 0.3)
+"""Standard deviation of the motion during a reset of the odometry, m and rad."""
+
+
+class DeadReckoning:
+    """The pose of the base by stamps of odometry: give it every sample and every correction."""
+
+    def __init__(self, noise: ProcessNoise) -> None:
+        metre, radian = noise.per_metre, noise.per_radian
+        self._noise = (metre[0], metre[2], radian[0], radian[2])
+        self._pose: Pose2 | None = None
+        self._covariance = np.zeros((3, 3))
+        self._odom_from_base = Pose2(0.0, 0.0)
+        self.slip = USUAL
+
+    def weigh(self, off: Array, covariance: Array) -> None:
+        """Take by how much a match differs from its prediction, (3,), and the covariance of that.
+
+        Differences of wheels and scans have many causes: slip, wear, stamps that lie. All show in
+        the mean of off^T covariance^-1 off / 3, which is 1 if the variance by slip is right.
+        """
+        surprise = min(SURPRISE, float(off @ np.linalg.solve(covariance, off)) / 3.0)
+        self.slip *= 1.0 + WEIGHT * (surprise - 1.0)
+        self.slip = min(WORST, max(1.0, self.slip))
+
+    def correct(self, map_from_base: Pose2, covariance: Array, odom_from_base: Pose2) -> None:
+        """Go on from this pose and its covariance (3, 3), where odometry has this pose."""
+        self._pose, self._covariance = map_from_base, np.array(covariance)
+        self._odom_from_base = odom_from_base
+
+    def move(self, odom_from_base: Pose2, turn: float | None) -> None:
+        """Take an odometry pose; `turn` is the angle by the gyroscope since the last one, rad."""
+        if self._pose is not None:
+            moved = self._odom_from_base.inverse() @ odom_from_base
+            yaw = moved.yaw if turn is None else turn
+            self._pose, self._covariance = self._after(Pose2(moved.x, moved.y, yaw))
+        self._odom_from_base = odom_from_base
+
+    def restart(self, odom_from_base: Pose2) -> None:
+        """Take the first odometry pose after a reset: the motion since the last one is unknown."""
+        self._odom_from_base = odom_from_base
+        self._covariance += np.diag([UNSEEN[0] ** 2, UNSEEN[0] ** 2, UNSEEN[1] ** 2])
+
+    def at(self, odom_from_base: Pose2) -> tuple[Pose2, Array] | None:
+        """map_from_base and its covariance at an odometry pose; None if never corrected."""
+        if self._pose is None:
+            return None
+        return self._after(self._odom_from_base.inverse() @ odom_from_base)
+
+    def _after(self, moved: Pose2) -> tuple[Pose2, Array]:
+        assert self._pose is not None
+        pose, covariance = self._pose @ moved, self._covariance.copy()
+        step = (pose.x - self._pose.x, pose.y - self._pose.y, moved.yaw)
+        _carry(covariance, step, self.slip, self._noise)
+        return pose, covariance
+
+
+@compiled
+def _carry(
+    covariance: Array,
+    step: tuple[float, float, float],
+    slip: float,
+    noise: tuple[float, float, float, float],
+) -> None:
+    """Carry a covariance on by a step in place; Q is equal along and across, so R drops out."""
+    p, (dx, dy, turn) = covariance, step
+    length, angle = slip * math.hypot(dx, dy), slip * abs(turn)
+    xt, yt, tt = p[0, 2], p[1, 2], p[2, 2]
+    p[0, 0] += -2.0 * dy * xt + dy * dy * tt
+    p[1, 1] += 2.0 * dx * yt + dx * dx * tt
+    p[0, 1] += dx * xt - dy * yt - dx * dy * tt
+    p[0, 2] -= dy * tt
+    p[1, 2] += dx * tt
+    place, yaw = noise[0] * length + noise[2] * angle, noise[1] * length + noise[3] * angle
+    # the turn of the step itself is spread evenly along it
+    p[0, 0] += place + yaw * dy * dy / 3.0
+    p[1, 1] += place + yaw * dx * dx / 3.0
+    p[0, 1] -= yaw * dx * dy / 3.0
+    p[0, 2] -= 0.5 * yaw * dy
+    p[1, 2] += 0.5 * yaw * dx
+    p[2, 2] += yaw
+    p[1, 0], p[2, 0], p[2, 1] = p[0, 1], p[0, 2], p[1, 2]
