@@ -168,7 +168,7 @@ def summary(found: Localized) -> str:
         ("beams to walls", _walls(walls)),
         ("against corrected poses", _errors(errors)),
         ("time per scan", f"{took['median']:.2f} ms, p99 {took['p99']:.1f} ms" if took else "-"),
-        *(("look at", remark) for remark in found.log.remarks),
+        *(("look at", remark) for remark in found.remarks),
     ]
     return f"{found.log.path}: {found.log.form}, {found.log.duration:.1f} s\n\n{table(rows)}"
 

@@ -28,6 +28,8 @@ _STEADY_NS = 100_000_000
 """Longest interval between odometry samples, ns; longer ones are interpolated."""
 NEAR = 0.05
 """Median distance to walls below which a scan counts as well placed, m."""
+OFF_CLOCK = 0.05
+"""Offset between the clocks of wheels and scans from which it is told, s."""
 LogClock = Callable[[], float]
 Alignment = Literal["same", "aligned"]
 
@@ -69,7 +71,11 @@ class LocalizedScan:
 
 @dataclass(frozen=True, slots=True)
 class Localized:
-    """A log run through the localization; `frame`: how corrected poses relate to the map."""
+    """A log run through the localization.
+
+    `frame`: how corrected poses relate to the map. `clock_offset`: how late the wheels' stamps are
+    against the scans', s; None if their turns do not show it.
+    """
 
     log: SensorLog
     ground: Ground
@@ -78,6 +84,16 @@ class Localized:
     steps: tuple[LocalizedScan, ...]
     counts: Mapping[str, int]
     frame: Alignment = "same"
+    clock_offset: float | None = None
+
+    @property
+    def remarks(self) -> list[str]:
+        """What is worth a look: those of the log, and a clock that is off."""
+        late = self.clock_offset
+        if late is None or abs(late) < OFF_CLOCK:
+            return list(self.log.remarks)
+        which = "late" if late > 0.0 else "early"
+        return [*self.log.remarks, f"stamps of the odometry are {abs(late):.2f} s {which}"]
 
     @property
     def walls(self) -> list[float]:
@@ -118,7 +134,8 @@ def localize(
         if sample.name == SCAN:
             steps.append(_step(localizer, scans[number], ground, took))
     steps, frame = _judged(steps, log, ground)
-    return Localized(log, ground, start, seed, tuple(steps), dict(localizer.counts), frame)
+    counts, offset = dict(localizer.counts), localizer.clock_offset
+    return Localized(log, ground, start, seed, tuple(steps), counts, frame, offset)
 
 
 def with_steady_wheels(samples: Sequence[Sample]) -> list[Sample]:
@@ -205,7 +222,8 @@ def figures(found: Localized) -> dict[str, Any]:
         "log": str(found.log.path),
         "form": found.log.form,
         "duration_s": found.log.duration,
-        "remarks": list(found.log.remarks),
+        "remarks": found.remarks,
+        "clock_offset_s": found.clock_offset,
         "map": ground.source,
         "split": ground.split,
         "start": None if found.start is None else _numbers(found.start),

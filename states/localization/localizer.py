@@ -108,6 +108,11 @@ class Localizer:
         return self._comparison.drift
 
     @property
+    def clock_offset(self) -> float | None:
+        """How late the wheels' stamps are against the scans', s; None until turns have shown it."""
+        return self._wheels.clock.sure
+
+    @property
     def status(self) -> LocalizerStatus:
         """What the pose is based on; anything but `tracking` and `resting` needs attention."""
         if self._health.mode != "tracking":
@@ -302,7 +307,7 @@ class Localizer:
         self._health.relocated(stamp_ns, found)
         covariance = inverse(found.information + np.eye(3))
         self._begin(stamp_ns, found.map_from_base, covariance, velocity)
-        self._wheels.watch.restart()
+        self._wheels.relocated()
 
     @cached_property
     def _search(self) -> Search:

@@ -8,7 +8,7 @@ from collections import deque
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 
-REMEMBERED = 2.0
+REMEMBERED = 4.0
 """Length of the trail, s; the newest two poses are kept in any case."""
 FASTEST_M, FASTEST_RAD = 20.0, 30.0
 """No base moves faster than this, m/s and rad/s."""

@@ -8,6 +8,7 @@ from states.localization.gyro import Gyro
 from states.localization.odometry_watch import OdometryWatch
 from states.localization.sources import ProcessNoise
 from states.localization.trail import Trail
+from states.localization.wheel_clock import WheelClock
 from states.maps.distance import Array
 
 MISSING_NS = 300_000_000
@@ -25,6 +26,7 @@ class WheelMotion:
 
     def __init__(self, slip: ProcessNoise) -> None:
         self.trail, self.gyro, self.watch = Trail(), Gyro(), OdometryWatch()
+        self.clock = WheelClock()
         self._reckoning = DeadReckoning(slip)
         self.reckoned_ns = 0
         self.scan_ns = 0
@@ -84,7 +86,13 @@ class WheelMotion:
 
     def compare(self, stamp_ns: int, map_from_base: Pose2) -> None:
         """Compare the wheels with a healthy match at this stamp."""
+        self.clock.see(stamp_ns, map_from_base.yaw, self.trail)
         self.watch.see(stamp_ns, map_from_base, self.trail)
+
+    def relocated(self) -> None:
+        """Note that a search has found the base elsewhere: earlier matches are of no use."""
+        self.watch.restart()
+        self.clock.forget()
 
     # the pose by the wheels since its last correction
 

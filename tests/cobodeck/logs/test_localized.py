@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cobodeck.logs.localized import (
+    Localized,
     aligned,
     figures,
     first_pose,
@@ -216,3 +217,18 @@ def test_a_real_round_is_mapped_and_driven_again(anywhere):
     assert told["scored"] >= 105
     assert told["wall_distance_m"]["share_below_5cm"] >= 0.95
     assert told["wall_distance_m"]["max"] <= 0.15
+
+
+@pytest.mark.parametrize(
+    ("late", "told"),
+    [
+        (None, []),
+        (0.02, []),
+        (0.2, ["stamps of the odometry are 0.20 s late"]),
+        (-0.12, ["stamps of the odometry are 0.12 s early"]),
+    ],
+)
+def test_a_clock_that_is_off_is_told(late, told):
+    log = log_of(world(seconds=1.0), "base.odometry")
+    found = Localized(log, None, None, 0, (), {}, clock_offset=late)
+    assert found.remarks == [*log.remarks, *told]

@@ -46,8 +46,8 @@ def test_what_is_not_newer_is_left_out_and_the_old_is_forgotten():
     assert not trail.put(99 * S // 10, Pose2(50.0, 0.0))
     assert not trail.put(S, Pose2(50.0, 0.0))
     assert trail.pose == Pose2(0.1 * 99, 0.0)
-    assert trail.at(7 * S) is None
-    assert trail.at(8 * S) is not None
+    assert trail.at(5 * S) is None
+    assert trail.at(6 * S) is not None
 
 
 def test_a_driver_that_begins_to_count_anew_moves_nobody():
