@@ -7,6 +7,12 @@ A step (dx, dy, dyaw) of the base in its own frame takes pose p to p' and its co
 with the rotation R by the yaw and slip Q, a variance per metre and per radian of the step. Steps
 are those between wheel samples, so that a way out and back counts twice, and an error of the yaw
 moves all that follows. How much these wheels slip on this floor is learnt from the matches.
+
+Over a gap between wheel samples the way is longer than the step: the base goes on at the pace
+before, over a length L and an angle A, and the yaw slips by a variance r of that. An error of the
+yaw moves the end aside by it times what is then left to the end: by r l^2 / 3 in all on a straight
+way of length l, by r L^2 / 12 on a way out and back. So r (L^2 - l^2) / 12 is added in both
+directions, since the way itself is unknown.
 """
 
 from __future__ import annotations
@@ -26,6 +32,10 @@ WEIGHT = 0.1
 """Weight of each match in the mean slip."""
 SURPRISE = 25.0
 """Largest squared error of a prediction that counts, in multiples of its variance."""
+GAP = 1.0
+"""Wheel samples farther apart than this leave a gap, s."""
+PACE_OVER = 30.0
+"""Time over which the usual pace is averaged, s."""
 UNSEEN = (0.3, 0.3)
 """Standard deviation of the motion during a reset of the odometry, m and rad."""
 
@@ -40,6 +50,7 @@ class DeadReckoning:
         self._covariance = np.zeros((3, 3))
         self._odom_from_base = Pose2(0.0, 0.0)
         self.slip = USUAL
+        self._pace = (0.0, 0.0)
 
     def weigh(self, off: Array, covariance: Array) -> None:
         """Take by how much a match differs from its prediction, (3,), and the covariance of that.
@@ -56,13 +67,27 @@ class DeadReckoning:
         self._pose, self._covariance = map_from_base, np.array(covariance)
         self._odom_from_base = odom_from_base
 
-    def move(self, odom_from_base: Pose2, turn: float | None) -> None:
-        """Take an odometry pose; `turn` is the angle by the gyroscope since the last one, rad."""
+    def move(self, odom_from_base: Pose2, elapsed: float, turn: float | None) -> None:
+        """Take an odometry pose, `elapsed` s after the last one.
+
+        `turn` is the angle by the gyroscope since the last one, rad.
+        """
+        moved = self._odom_from_base.inverse() @ odom_from_base
+        yaw = moved.yaw if turn is None else turn
+        unseen = self._unseen(math.hypot(moved.x, moved.y), abs(yaw), elapsed)
         if self._pose is not None:
-            moved = self._odom_from_base.inverse() @ odom_from_base
-            yaw = moved.yaw if turn is None else turn
-            self._pose, self._covariance = self._after(Pose2(moved.x, moved.y, yaw))
+            self._pose, self._covariance = self._after(Pose2(moved.x, moved.y, yaw), unseen)
         self._odom_from_base = odom_from_base
+
+    def _unseen(self, length: float, angle: float, elapsed: float) -> tuple[float, float]:
+        """Length, m, and angle, rad, beyond those of a step, over a gap; else note the pace."""
+        speed, rate = self._pace
+        if elapsed > GAP:
+            return max(0.0, speed * elapsed - length), max(0.0, rate * elapsed - angle)
+        keep = math.exp(-elapsed / PACE_OVER)
+        new = (1.0 - keep) / max(elapsed, 1e-9)
+        self._pace = keep * speed + new * length, keep * rate + new * angle
+        return 0.0, 0.0
 
     def restart(self, odom_from_base: Pose2) -> None:
         """Take the first odometry pose after a reset: the motion since the last one is unknown."""
@@ -75,11 +100,11 @@ class DeadReckoning:
             return None
         return self._after(self._odom_from_base.inverse() @ odom_from_base)
 
-    def _after(self, moved: Pose2) -> tuple[Pose2, Array]:
+    def _after(self, moved: Pose2, unseen: tuple[float, float] = (0.0, 0.0)) -> tuple[Pose2, Array]:
         assert self._pose is not None
         pose, covariance = self._pose @ moved, self._covariance.copy()
         step = (pose.x - self._pose.x, pose.y - self._pose.y, moved.yaw)
-        _carry(covariance, step, self.slip, self._noise)
+        _carry(covariance, step, unseen, self.slip, self._noise)
         return pose, covariance
 
 
@@ -87,12 +112,15 @@ class DeadReckoning:
 def _carry(
     covariance: Array,
     step: tuple[float, float, float],
+    unseen: tuple[float, float],
     slip: float,
     noise: tuple[float, float, float, float],
 ) -> None:
     """Carry a covariance on by a step in place; Q is equal along and across, so R drops out."""
     p, (dx, dy, turn) = covariance, step
-    length, angle = slip * math.hypot(dx, dy), slip * abs(turn)
+    straight = math.hypot(dx, dy)
+    way = straight + unseen[0]
+    length, angle = slip * way, slip * (abs(turn) + unseen[1])
     xt, yt, tt = p[0, 2], p[1, 2], p[2, 2]
     p[0, 0] += -2.0 * dy * xt + dy * dy * tt
     p[1, 1] += 2.0 * dx * yt + dx * dx * tt
@@ -100,6 +128,7 @@ def _carry(
     p[0, 2] -= dy * tt
     p[1, 2] += dx * tt
     place, yaw = noise[0] * length + noise[2] * angle, noise[1] * length + noise[3] * angle
+    place += yaw * (way * way - straight * straight) / 12.0
     # the turn of the step itself is spread evenly along it
     p[0, 0] += place + yaw * dy * dy / 3.0
     p[1, 1] += place + yaw * dx * dx / 3.0

@@ -46,8 +46,9 @@ class WheelMotion:
             self._reckoning.restart(odom_from_base)
             self.watch.restart()
         elif stamp_ns > self.reckoned_ns:
-            turn = None if self.rate is None else self.rate * (stamp_ns - self.reckoned_ns) * 1e-9
-            self._reckoning.move(odom_from_base, turn)
+            elapsed = (stamp_ns - self.reckoned_ns) * 1e-9
+            turn = None if self.rate is None else self.rate * elapsed
+            self._reckoning.move(odom_from_base, elapsed, turn)
         self.reckoned_ns = max(stamp_ns, self.reckoned_ns)
         return True
 

@@ -19,7 +19,7 @@ def carried_on(steps, start=None):
     reckoning.correct(Pose2(1.0, 2.0, 0.5), np.zeros((3, 3)) if start is None else start, odom)
     for step in steps:
         odom = odom @ step
-        reckoning.move(odom, None)
+        reckoning.move(odom, 0.05, None)
     return reckoning.at(odom)
 
 
@@ -54,7 +54,7 @@ def test_a_way_out_and_back_counts_twice():
 def test_a_gyroscope_replaces_the_wheels_turn():
     reckoning = DeadReckoning(SLIPPING)
     reckoning.correct(Pose2(0.0, 0.0), np.zeros((3, 3)), Pose2(0.0, 0.0))
-    reckoning.move(Pose2(1.0, 0.0, 0.3), 0.1)
+    reckoning.move(Pose2(1.0, 0.0, 0.3), 1.0, 0.1)
     assert reckoning.at(Pose2(1.0, 0.0, 0.3))[0].yaw == pytest.approx(0.1)
 
 
@@ -76,3 +76,42 @@ def test_a_single_wrong_match_is_no_slip():
     reckoning = DeadReckoning(SLIPPING)
     reckoning.weigh(np.array([50.0, 0.0, 0.0]), np.eye(3))
     assert reckoning.slip < 4.0 * USUAL
+
+
+def paced(speed, gap):
+    """Reckoning after a steady way and then one step of no length over a gap, s: what it adds."""
+    reckoning, odom = DeadReckoning(SLIPPING), Pose2(0.0, 0.0)
+    reckoning.slip = 1.0
+    for _ in range(1500):
+        odom = odom @ Pose2(0.05 * speed, 0.0)
+        reckoning.move(odom, 0.05, None)
+    reckoning.correct(Pose2(0.0, 0.0), np.zeros((3, 3)), odom)
+    reckoning.move(odom, gap, None)
+    return reckoning.at(odom)[1]
+
+
+def test_a_way_out_and_back_in_a_gap_is_as_uncertain_as_many_of_them():
+    speed, gap, rng, ends = 0.8, 20.0, np.random.default_rng(1), []
+    covariance = paced(speed, gap)
+    step = 0.1
+    for _ in range(700):
+        x = y = yaw = 0.0
+        for k in range(round(speed * gap / step)):
+            turned = math.pi * (k >= 0.5 * speed * gap / step)
+            yaw += rng.normal(0.0, math.sqrt(SLIPPING.per_metre[2] * step))
+            noise = rng.normal(0.0, math.sqrt(SLIPPING.per_metre[0] * step), 2)
+            x += step * math.cos(yaw + turned) + noise[0]
+            y += step * math.sin(yaw + turned) + noise[1]
+        ends.append((x, y, yaw))
+    seen = np.cov(np.array(ends).T)
+    assert covariance[1, 1] == pytest.approx(seen[1, 1], rel=0.2)
+    assert covariance[2, 2] == pytest.approx(seen[2, 2], rel=0.2)
+    assert covariance[0, 0] >= seen[0, 0]
+
+
+def test_a_gap_of_a_base_that_stands_adds_nothing():
+    assert not paced(0.0, 20.0).any()
+
+
+def test_samples_without_a_gap_add_only_their_step():
+    assert not paced(0.8, 0.5).any()
