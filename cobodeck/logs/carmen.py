@@ -21,7 +21,8 @@ from pathlib import Path
 from statistics import median
 
 from cobodeck.logs.content import content, head
-from cobodeck.logs.log import ODOMETRY, Gathered, RawScan, SensorLog, numbered_stamps, odometry_of
+from cobodeck.logs.log import ODOMETRY, Gathered, RawScan, SensorLog, odometry_of
+from cobodeck.logs.stamps import Stamp, straightened
 from hw.geometry import Pose2, Pose3, wrap
 
 OLD = ("FLASER", "RLASER", "LASER3", "LASER4", "LASER5")
@@ -34,6 +35,8 @@ _MOVED, _TURNED = 0.02, 0.01
 """A scan's pose that varies on the robot by more than this, m, rad, is no mount but corrected."""
 _STRAY = 0.25
 """Poses farther than this from the odometry are corrected ones, m."""
+_LATEST = 1e12
+"""Largest stamp that is a time, s."""
 _HEAD = 1 << 16
 _MIDDLE = Pose3(0.0, 0.0, 0.0)
 
@@ -73,7 +76,7 @@ def read_carmen(path: Path) -> SensorLog:
 class _Message:
     """A message: first pose (scanner's or corrected), the robot's by odometry, and the scan."""
 
-    stamp: float | None
+    stamp_ns: int | None
     name: str
     first: Pose2 | None
     robot: Pose2 | None
@@ -123,10 +126,11 @@ class _Lines:
         for number, name in self.wrong[:1]:
             more = f", and {len(self.wrong) - 1} more lines" if len(self.wrong) > 1 else ""
             self.gathered.remark(f"line {number} is a malformed {name} and was left out{more}")
-        clocks = (one.stamp for one in self.messages)
-        stamps = numbered_stamps([None if at is None else round(at * 1e9) for at in clocks])
+        told = [Stamp(one.name, one.stamp_ns, one.scan is not None) for one in self.messages]
+        stamps = straightened(told, self.gathered.remark)
         mounts = {name: self._mount(name) for name in {one.name for one in self.messages}}
-        pairs = list(zip(stamps, self.messages, strict=True))
+        both = zip(stamps, self.messages, strict=True)
+        pairs = [(stamp, one) for stamp, one in both if stamp is not None]
         wheels = {at: one.robot for at, one in pairs if one.name == "ODOM" and one.robot}
         others = {at: one.robot for at, one in pairs if one.name != "ODOM" and one.robot}
         if wheels and _stray(others, wheels):
@@ -193,13 +197,14 @@ def _spread(count: int) -> tuple[float, float]:
     return -0.5 * math.pi, math.pi / (count - 1 if closed else count)
 
 
-def _stamp(words: Sequence[str], at: int) -> float | None:
+def _stamp(words: Sequence[str], at: int) -> int | None:
+    """A stamp, s, as ns; None if the line ends before it."""
     if at >= len(words):
         return None
     stamp = float(words[at])
-    if not math.isfinite(stamp):
+    if not abs(stamp) < _LATEST:
         raise ValueError("is no time")
-    return stamp
+    return round(stamp * 1e9)
 
 
 def _pose(words: Sequence[str], at: int) -> Pose2:

@@ -26,6 +26,9 @@ from states.localization.trail import displacement_of, velocity_of
 
 _STEADY_NS = 100_000_000
 """Longest interval between odometry samples, ns; longer ones are interpolated."""
+_GAP_NS = 3_000_000_000
+"""Longest interval between odometry samples that is interpolated, ns: in a longer one the robot may
+have stopped, turned and gone on, and an arc at constant velocity is no more likely than a rest."""
 NEAR = 0.05
 """Median distance to walls below which a scan counts as well placed, m."""
 OFF_CLOCK = 0.05
@@ -141,7 +144,8 @@ def localize(
 def with_steady_wheels(samples: Sequence[Sample]) -> list[Sample]:
     """The samples, with odometry interpolated where its samples are too far apart.
 
-    Between two odometry samples the robot is assumed to move on an arc at constant velocity.
+    Between two odometry samples the robot is assumed to move on an arc at constant velocity; gaps
+    longer than `_GAP_NS` are left as they are.
     """
     wheels = [one for one in samples if isinstance(one.value, Odometry)]
     more = [new for before, after in pairwise(wheels) for new in _between(before, after)]
@@ -153,7 +157,7 @@ def _between(before: Sample, after: Sample) -> Iterator[Sample]:
     assert isinstance(after.value, Odometry)
     gap_ns = after.stamp_ns - before.stamp_ns
     parts = math.ceil(gap_ns / _STEADY_NS)
-    if parts < 2:
+    if parts < 2 or gap_ns > _GAP_NS:
         return
     moved = before.value.pose.inverse() @ after.value.pose
     velocity = velocity_of(moved, gap_ns * 1e-9)

@@ -22,8 +22,6 @@ from states.localization.trail import velocity_of
 SCAN, ODOMETRY, IMU, TRACKER = "base.scan", "base.odometry", "base.imu", "rover.tracker"
 _ORDER = (ODOMETRY, IMU, TRACKER, SCAN)
 """Order of samples with equal stamps: motion before scans, which are taken after it."""
-_UNSTAMPED_NS = 100_000_000
-"""Assumed interval between scans of a log without times, ns."""
 _LEAST_UPRIGHT = math.cos(math.radians(5.0))
 """Cosine of the largest accepted tilt; sensors tilted more do not measure in the map's plane."""
 _SAME = 1e-3
@@ -195,14 +193,6 @@ class Gathered:
 def _rate(stamps: Sequence[int]) -> float:
     gaps = [after - before for before, after in pairwise(stamps) if after > before]
     return 1e9 / median(gaps) if gaps else 1.0
-
-
-def numbered_stamps(stamps: Sequence[int | None]) -> list[int]:
-    """The stamps, ns; if any is unknown, all are replaced by ten per second."""
-    known = [stamp for stamp in stamps if stamp is not None]
-    if len(known) == len(stamps):
-        return known
-    return [number * _UNSTAMPED_NS for number in range(len(stamps))]
 
 
 def in_range(ranges: Iterable[float], low: float, high: float) -> tuple[float, ...]:

@@ -20,7 +20,6 @@ from cobodeck.logs.log import (
     Gathered,
     RawScan,
     SensorLog,
-    numbered_stamps,
     odometry_of,
 )
 from cobodeck.logs.mrpt_sensors import (
@@ -31,6 +30,7 @@ from cobodeck.logs.mrpt_sensors import (
     RobotPose,
     WheelReadings,
 )
+from cobodeck.logs.stamps import Stamp, straightened
 from hw.geometry import Pose2, Pose3
 from hw.samples import ImuReading
 
@@ -78,8 +78,7 @@ class _Row:
     """Collects the objects; stamps are assigned once all objects are read."""
 
     gathered: Gathered
-    seen: list[_Seen] = field(default_factory=list)
-    wheels: list[tuple[int, Pose2]] = field(default_factory=list)
+    seen: list[_Seen | WheelReadings | Inertial | RobotPose] = field(default_factory=list)
     frame: int = 0
     moves: list[Movement] | None = None
     reckoned: Pose2 = field(default_factory=lambda: Pose2(0.0, 0.0))
@@ -98,7 +97,10 @@ class _Row:
             self._moved()
             self.seen.append(_Seen(value, self.frame, self.reckoned, self.corrected))
         elif isinstance(value, WheelReadings | Inertial | RobotPose):
-            self._stamped(value)
+            if value.stamp_ns is None:
+                self.gathered.remark(f"{type(value).__name__} without a stamp was left out")
+            else:
+                self.seen.append(value)
 
     def _moved(self) -> None:
         """Apply the movement since the last frame; of several estimates, that of the wheels."""
@@ -107,32 +109,35 @@ class _Row:
             self.reckoned = self.reckoned @ move.step
             self.moves = []
 
-    def _stamped(self, value: WheelReadings | Inertial | RobotPose) -> None:
-        stamp = value.stamp_ns
-        if stamp is None:
-            self.gathered.remark(f"{type(value).__name__} without a stamp was left out")
-        elif isinstance(value, WheelReadings):
-            self.wheels.append((stamp, value.odom_from_base))
-        elif isinstance(value, RobotPose):
-            self.gathered.refer(stamp, value.pose.flat())
-        else:
-            self.gathered.put(IMU, stamp, _in_base(value))
-
     def close(self) -> None:
         """Put all objects into the log, with stamps."""
-        stamps = numbered_stamps([one.scan.stamp_ns for one in self.seen])
+        stamps = straightened([_stamp(one) for one in self.seen], self.gathered.remark)
+        wheels: list[tuple[int, Pose2]] = []
         poses: dict[int, tuple[int, Pose2]] = {}
         for stamp, one in zip(stamps, self.seen, strict=True):
-            self._scan(stamp, one.scan)
-            if one.corrected is not None:
-                self.gathered.refer(stamp, one.corrected)
-            pose = one.corrected if self.moves is None else one.reckoned
-            if pose is not None:
-                poses.setdefault(one.frame, (stamp, pose))
-        if self.moves is None and poses and not self.wheels:
+            if stamp is None:
+                continue
+            if isinstance(one, WheelReadings):
+                wheels.append((stamp, one.odom_from_base))
+            elif isinstance(one, RobotPose):
+                self.gathered.refer(stamp, one.pose.flat())
+            elif isinstance(one, Inertial):
+                self.gathered.put(IMU, stamp, _in_base(one))
+            else:
+                self._seen(stamp, one, poses)
+        if self.moves is None and poses and not wheels:
             self.gathered.remark(STOOD_IN)
-        for stamp, odometry in odometry_of(self.wheels or poses.values()):
+        for stamp, odometry in odometry_of(wheels or poses.values()):
             self.gathered.put(ODOMETRY, stamp, odometry)
+
+    def _seen(self, stamp: int, one: _Seen, poses: dict[int, tuple[int, Pose2]]) -> None:
+        """Put a scan; the pose of its frame goes to `poses`, by the frame's number."""
+        self._scan(stamp, one.scan)
+        if one.corrected is not None:
+            self.gathered.refer(stamp, one.corrected)
+        pose = one.corrected if self.moves is None else one.reckoned
+        if pose is not None:
+            poses.setdefault(one.frame, (stamp, pose))
 
     def _scan(self, stamp: int, scan: RangeScan) -> None:
         side = 1.0 if scan.right_to_left else -1.0
@@ -142,6 +147,15 @@ class _Row:
         ranges = [r if valid else math.inf for r, valid in checked]
         label, mount = scan.label or "laser", scan.base_from_sensor
         self.gathered.scan(stamp, RawScan(label, mount, start, step, ranges, scan.max_range))
+
+
+def _stamp(one: _Seen | WheelReadings | Inertial | RobotPose) -> Stamp:
+    """The stamp of an object; scanners with the same label are told apart by their mounts."""
+    if isinstance(one, _Seen):
+        mount = one.scan.base_from_sensor
+        name = f"{one.scan.label or 'laser'} at {mount.x:g}, {mount.y:g} m, {mount.yaw:g} rad"
+        return Stamp(name, one.scan.stamp_ns, is_scan=True)
+    return Stamp(type(one).__name__, one.stamp_ns)
 
 
 def _in_base(found: Inertial) -> ImuReading:
