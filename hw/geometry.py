@@ -40,6 +40,26 @@ def _require_finite(what: str, names: str, *values: float) -> None:
             raise ValueError(f"{what}: {name} is {value}; a finite number is needed")
 
 
+_UNIT_OFF = 0.01
+"""Accepted difference of a quaternion's length from 1: of rounding, or of few digits."""
+
+
+def unit_quaternion(
+    qx: float, qy: float, qz: float, qw: float
+) -> tuple[float, float, float, float]:
+    """A quaternion from outside data, normalised; one of length 1 within 1e-12 as it is.
+
+    Raises:
+        ValueError: it is no unit quaternion within 1 %, or a value is NaN or infinite.
+    """
+    length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
+    if abs(length - 1.0) <= 1e-12:
+        return qx, qy, qz, qw
+    if not abs(length - 1.0) <= _UNIT_OFF:  # also NaN
+        raise ValueError(f"the quaternion has length {length:.3g}; that of a rotation has length 1")
+    return qx / length, qy / length, qz / length, qw / length
+
+
 @dataclass(frozen=True, slots=True, init=False)
 class Pose2:
     """A pose in the plane: x, y in m and yaw in rad."""
@@ -126,12 +146,8 @@ class Pose3:
             ValueError: a value is NaN or infinite, or the quaternion is not a unit within 1 %.
         """
         _require_finite("pose", "x y z qx qy qz qw", *position, *quaternion)
-        length = math.hypot(*quaternion)
-        if abs(length - 1.0) > 0.01:
-            raise ValueError(f"pose: the quaternion has length {length:.3g}; it must be 1")
         x, y, z = (float(p) for p in position)
-        qx, qy, qz, qw = (q / length for q in quaternion)
-        return cls(x, y, z, qx, qy, qz, qw)
+        return cls(x, y, z, *unit_quaternion(*quaternion))
 
     @classmethod
     def from_yaw(cls, x: float, y: float, z: float, yaw: float) -> Pose3:

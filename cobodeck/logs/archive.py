@@ -81,7 +81,10 @@ class ArchiveReader:
     def body(self, head: Header) -> Any:
         """The value of an object from its fields; checks its end byte."""
         self.at = head.end
-        value = KINDS[head.kind](self, head.version)
+        try:
+            value = KINDS[head.kind](self, head.version)
+        except ValueError as error:
+            raise Broken(f"a {head.kind} at byte {head.at} was left out: {error}") from None
         if not head.old and self.take(1)[0] != _END:
             raise Broken(
                 f"a {head.kind} of version {head.version} has an unknown layout, at {head.at}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -24,6 +24,8 @@ _ORDER = (ODOMETRY, IMU, TRACKER, SCAN)
 """Order of samples with equal stamps: motion before scans, which are taken after it."""
 _LEAST_UPRIGHT = math.cos(math.radians(5.0))
 """Cosine of the largest accepted tilt; sensors tilted more do not measure in the map's plane."""
+_WIDEST = 2.0 * math.pi * 1.02
+"""Widest field of view, rad: some scanners repeat the first beams of a circle."""
 _SAME = 1e-3
 """Mounts that differ by less than this, m and rad, count as the same."""
 
@@ -48,6 +50,7 @@ class SensorLog:
         reference: corrected or true poses in order; may be empty.
         remarks: what was left out and why.
         room: the room of the log, where it is known.
+        assumed: by sensor, the remark that its mount is not in the log.
     """
 
     path: Path
@@ -57,6 +60,7 @@ class SensorLog:
     reference: tuple[ReferencePose, ...] = ()
     remarks: tuple[str, ...] = ()
     room: Room | None = None
+    assumed: Mapping[str, str] = field(default_factory=dict)
 
     def count(self, name: str) -> int:
         """Number of samples with a name."""
@@ -66,6 +70,30 @@ class SensorLog:
     def duration(self) -> float:
         """Time from the first sample to the last, s."""
         return self.samples[-1].stamp_ns / 1e9
+
+    def mounted(self, mounts: Mapping[str, Pose2]) -> SensorLog:
+        """The same log with other mounts of its scanners, by name; "" is that of its only one.
+
+        Raises:
+            FileError: it has no such scanner, or several.
+        """
+        lidars, assumed = dict(self.sensing.lidars), dict(self.assumed)
+        names = f"its scanners are {', '.join(sorted(lidars))}" if lidars else "it has no scanners"
+        for given, at in mounts.items():
+            name = given or (next(iter(lidars)) if len(lidars) == 1 else "")
+            if name not in lidars:
+                which = f"has no scanner {given!r}" if given else "has not one scanner"
+                raise mistake(self.path, f"{which}: {names}", hint="NAME=X,Y,YAW names one")
+            mount = replace(lidars[name].mount, x=at.x, y=at.y, yaw=at.yaw)
+            lidars[name] = replace(lidars[name], mount=mount)
+            assumed.pop(name, None)
+        gone = {text for text in self.assumed.values() if text not in assumed.values()}
+        return replace(
+            self,
+            sensing=replace(self.sensing, lidars=lidars),
+            remarks=tuple(text for text in self.remarks if text not in gone),
+            assumed=assumed,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +111,17 @@ class RawScan:
     max_range: float
     min_range: float = 0.0
     beam_time: float = 0.0
+
+    @property
+    def wrong(self) -> str | None:
+        """Why the scan cannot be used, in words."""
+        if len(self.ranges) < 2:
+            return "without beams"
+        if not 0.0 < abs(self.step) * (len(self.ranges) - 1) < _WIDEST:
+            return f"an angle_increment of {self.step:g} rad with {len(self.ranges)} beams"
+        if not self.min_range < self.max_range:
+            return f"a range_min of {self.min_range:g} m and a range_max of {self.max_range:g} m"
+        return None
 
     def model(self) -> LidarModel:
         """The model of a scanner with such scans; its rate is set later."""
@@ -106,6 +145,7 @@ class Gathered:
     reference: list[ReferencePose] = field(default_factory=list)
     lidars: dict[str, LidarModel] = field(default_factory=dict)
     remarks: dict[str, int] = field(default_factory=lambda: defaultdict(int))
+    assumed: dict[str, str] = field(default_factory=dict)
     sensing: Sensing | None = None
     room: Room | None = None
 
@@ -122,13 +162,11 @@ class Gathered:
             self.reference.append(ReferencePose(stamp_ns, pose))
 
     def scan(self, stamp_ns: int, raw: RawScan) -> None:
-        """Take a scan; tilted and empty ones are left out, with a remark."""
+        """Take a scan; tilted, empty and impossible ones are left out, with a remark."""
         up = _upright(raw.base_from_sensor)
-        if abs(up) < _LEAST_UPRIGHT:
-            self.remark(f"scans of {raw.label} were left out: it is tilted")
-            return
-        if len(raw.ranges) < 2:
-            self.remark(f"scans of {raw.label} without beams were left out")
+        wrong = "it is tilted" if abs(up) < _LEAST_UPRIGHT else raw.wrong
+        if wrong is not None:
+            self.remark(f"scans of {raw.label} were left out: {wrong}")
             return
         side = 1.0 if up > 0.0 else -1.0  # if mounted upside down it scans in the opposite sense
         ranges = in_range(raw.ranges, raw.min_range, raw.max_range)
@@ -146,10 +184,14 @@ class Gathered:
             if known is None:
                 self.lidars[name] = raw.model()
                 return name
-            at = known.mount.flat
-            if at.distance_to(mount) < _SAME and abs(wrap(at.yaw - mount.yaw)) < _SAME:
+            if is_same(known.mount.flat, mount):
                 return name
         raise AssertionError("one of the names is free")
+
+    def assume(self, sensor: str, text: str) -> None:
+        """Add a remark that the mount of a sensor is not known."""
+        hint = "" if sensor == IMU else f"; --scan-mount {sensor}=X,Y,YAW gives it"
+        self.assumed.setdefault(sensor, text + hint)
 
     def remark(self, text: str) -> None:
         """Add a remark; repeated ones are counted."""
@@ -161,7 +203,8 @@ class Gathered:
         Raises:
             FileError: it holds nothing usable.
         """
-        remarks = tuple(t if n == 1 else f"{t} ({n} times)" for t, n in self.remarks.items())
+        told = [t if n == 1 else f"{t} ({n} times)" for t, n in self.remarks.items()]
+        remarks = (*told, *dict.fromkeys(self.assumed.values()))
         if not self.samples:
             why = remarks[0] if remarks else "no scans, no odometry, no inertial readings"
             raise mistake(self.path, f"is a {self.form} without usable data: {why}")
@@ -172,7 +215,9 @@ class Gathered:
         poses = {ref.stamp_ns - start: ref.pose for ref in self.reference}
         sensing = self.sensing or self._sensing(samples)
         reference = tuple(ReferencePose(at, poses[at]) for at in sorted(poses))
-        return SensorLog(self.path, self.form, samples, sensing, reference, remarks, self.room)
+        return SensorLog(
+            self.path, self.form, samples, sensing, reference, remarks, self.room, self.assumed
+        )
 
     def _sensing(self, samples: Sequence[Sample]) -> Sensing:
         stamps: dict[str, list[int]] = defaultdict(list)
@@ -188,6 +233,11 @@ class Gathered:
         odometry = OdometryModel(rates[ODOMETRY]) if ODOMETRY in rates else None
         imu = ImuModel(rates[IMU]) if IMU in rates else None
         return Sensing(lidars, {}, odometry, imu)
+
+
+def is_same(one: Pose2, other: Pose2) -> bool:
+    """True if two mounts differ by `_SAME` at most."""
+    return one.distance_to(other) < _SAME and abs(wrap(one.yaw - other.yaw)) < _SAME
 
 
 def _rate(stamps: Sequence[int]) -> float:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from hw.geometry import Pose2, Pose3, wrap
+from hw.geometry import Pose2, Pose3, unit_quaternion, wrap
 
 if TYPE_CHECKING:
     from cobodeck.logs.archive import ArchiveReader
@@ -45,15 +45,14 @@ def _pose3(reader: ArchiveReader, version: int) -> Pose3:
         rows = reader.part()
         return turned(rows, rows[0][3], rows[1][3], rows[2][3])
     if version == 2:
-        x, y, z, qw, qx, qy, qz = reader.numbers("7d")
-        return Pose3(x, y, z, qx, qy, qz, qw)
+        return _quaternion_pose(reader, version)
     x, y, z, *matrix = reader.numbers("12d")
     return turned((tuple(matrix[:3]), tuple(matrix[3:6]), tuple(matrix[6:])), x, y, z)
 
 
 def _quaternion_pose(reader: ArchiveReader, _version: int) -> Pose3:
     x, y, z, qw, qx, qy, qz = reader.numbers("7d")
-    return Pose3(x, y, z, qx, qy, qz, qw)
+    return Pose3(x, y, z, *unit_quaternion(qx, qy, qz, qw))
 
 
 def _matrix(form: str) -> Callable[[ArchiveReader, int], PoseRows]:

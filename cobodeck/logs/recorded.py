@@ -18,13 +18,19 @@ from hw.room import Room
 from hw.scene import load_scene
 from hw.truth import Truth
 
-_MAGIC = b"\x89MCAP0\r\n"
+MAGIC = b"\x89MCAP0\r\n"
+"""First bytes of an MCAP file, be it a record of ours or a bag of ROS 2."""
+_OURS = b"cobodeck"
+_PROFILE_AT = len(MAGIC) + 13
+"""Offset of the profile in an MCAP file: after the header record's kind, its length (8 bytes), and
+that of the profile (4)."""
 _WORTH = (ODOMETRY, IMU, TRACKER, SCAN)
 
 
 def is_record(path: Path) -> bool:
-    """True if the file begins like an MCAP file."""
-    return head(path, len(_MAGIC)) == _MAGIC
+    """True if the file begins like an MCAP file with our profile."""
+    begins = head(path, _PROFILE_AT + len(_OURS))
+    return begins.startswith(MAGIC) and begins[_PROFILE_AT:] == _OURS
 
 
 def read_record(path: Path) -> SensorLog:

@@ -21,7 +21,7 @@ LONGEST_PAUSE_NS = 600_000_000_000
 """Longest step of all stamps that can be a pause, ns; logs of key frames have some of 80 s. A robot
 that is driven does not wait for longer: the clock was set, or the recording was stopped."""
 _PAUSE_NS, _PAUSE_PERIODS = 5_000_000_000, 20
-"""Steps above both, ns and periods of the scans, are told as pauses."""
+"""Steps above both, ns and periods of the scans, are told as pauses in logs of as many stamps."""
 _BACK_NS = 500_000_000
 """Largest step back within a stream that is a delay and no clock set back, ns."""
 _SHARED_NS = 5_000_000_000
@@ -154,7 +154,7 @@ def _walk(
 ) -> dict[int, int]:
     """The stamps of all messages, by number, from group to group; see the module."""
     found: dict[int, int] = {}
-    steps = [*map(_step, groups, groups[1:]), None]
+    steps = [*map(_step, groups, groups[1:]), *([None] if groups else [])]
     at, again = 0, 0
     for group, step in zip(groups, steps, strict=True):
         count = _repeats(told, group)
@@ -197,7 +197,7 @@ def _tell_steps(
         size, where = following.stamp_ns - group.stamp_ns, f"at {_seconds(group.stamp_ns)}"
         if step is None:
             jumps.append(f"by {_seconds(size)} {where}")
-        elif size > max(_PAUSE_NS, _PAUSE_PERIODS * period):
+        elif len(groups) > _PAUSE_PERIODS and size > max(_PAUSE_NS, _PAUSE_PERIODS * period):
             pauses.append(f"for {_seconds(size)} {where}")
     if jumps:
         taken = f"each taken as {_seconds(period)}, the rest is used"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from hw.geometry import Pose3
+from hw.geometry import Pose3, unit_quaternion
 
 RigidMotion = tuple[float, float, float, float, float, float, float]
 IDENTITY: RigidMotion = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
@@ -27,13 +27,10 @@ def checked(parent: str, child: str, pose: Pose3) -> RigidMotion:
     edge = (pose.x, pose.y, pose.z, pose.qx, pose.qy, pose.qz, pose.qw)
     if not math.isfinite(sum(edge)):
         raise ValueError(f"{where}: {pose} is not finite")
-    x, y, z, qx, qy, qz, qw = edge
-    length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
-    if abs(length - 1.0) > 0.01:
-        raise ValueError(f"{where}: the quaternion has length {length:.3g}; it must be 1")
-    if abs(length - 1.0) <= 1e-12:
-        return edge
-    return (x, y, z, qx / length, qy / length, qz / length, qw / length)
+    try:
+        return (pose.x, pose.y, pose.z, *unit_quaternion(*edge[3:]))
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
 
 
 def between(a: RigidMotion, b: RigidMotion, share: float) -> RigidMotion:

@@ -26,6 +26,8 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Literal
 
+from hw.geometry import unit_quaternion
+
 Version = Literal[1, 2]
 Receive = Callable[[Mapping[str, Any]], None]
 CONNECTING_S = 3.0
@@ -169,9 +171,7 @@ def yaw_of(orientation: Mapping[str, Any]) -> float:
     Raises:
         KeyError, TypeError, ValueError: invalid; NaN arrives as null.
     """
-    x, y, z, w = (float(orientation[key]) for key in "xyzw")
-    if not abs(x * x + y * y + z * z + w * w - 1.0) < 0.05:
-        raise ValueError("no quaternion of length 1")
+    x, y, z, w = unit_quaternion(*(float(orientation[key]) for key in "xyzw"))
     return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
 
 

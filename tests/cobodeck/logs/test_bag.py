@@ -187,7 +187,9 @@ def test_several_scanners_have_their_own_names_and_mounts(tmp_path):
 def test_without_frames_it_is_told_that_the_mount_is_taken_for_the_middle(tmp_path):
     log = open_log(written(tmp_path, ("/scan", scan(1.0, [1.0] * 3))))
 
-    assert log.remarks == ("the pose of laser is not in the bag: it is assumed to be at base_link",)
+    [remark] = log.remarks
+    assert "the pose of laser is not in the bag: it is assumed to be at base_link" in remark
+    assert "--scan-mount scan=X,Y,YAW" in remark
 
 
 def test_the_odometry_of_the_wheels_is_taken_before_filtered_ones(tmp_path):
@@ -209,12 +211,12 @@ def test_frames_give_odometry_and_reference_where_there_is_nothing_else(tmp_path
     told = []
     for n in range(1, 5):
         told.append(("/tf", frames((n, "odom", "base_link", (n, 0.0, 0.0), LEVEL))))
-        told.append(("/tf", frames((n, "map", "odom", (0.0, 7.0, 0.0), LEVEL))))
+        told.append(("/tf", frames((n, "map", "odom", (0.0, 5.0 + n, 0.0), LEVEL))))
     told += [("/scan", scan(n, [1.0] * 3, "base_link")) for n in (2.5, 3.5)]
     log = open_log(written(tmp_path, *told))
 
     assert [o.pose for o in values(log, "base.odometry")] == [Pose2(2.5, 0.0), Pose2(3.5, 0.0)]
-    assert [ref.pose for ref in log.reference] == [Pose2(2.5, 7.0), Pose2(3.5, 7.0)]
+    assert [ref.pose for ref in log.reference] == [Pose2(2.5, 7.5), Pose2(3.5, 8.5)]
 
 
 def test_true_odometry_is_the_reference(tmp_path):
