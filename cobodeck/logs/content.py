@@ -1,12 +1,18 @@
-"""The bytes of a log, gzipped or not; a truncated file is read as far as it is intact."""
+"""The bytes of a log, compressed or not; a truncated file is read as far as it is intact."""
 
 from __future__ import annotations
 
+import bz2
+import gzip
+import lzma
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
+
+import zstandard
 
 from engine.files.finding import mistake
 from engine.files.text import unreadable
@@ -14,7 +20,20 @@ from engine.files.text import unreadable
 LARGEST = 2 << 30
 """Largest log that is read into memory, bytes."""
 _PIECE = 1 << 20
-_GZIP = b"\x1f\x8b"
+
+
+def _zstd(path: Path) -> Any:
+    return zstandard.open(path, "rb", dctx=zstandard.ZstdDecompressor())
+
+
+_PACKED: Mapping[bytes, tuple[str, Callable[[Path], Any]]] = {
+    b"\x1f\x8b": ("gzip", gzip.open),
+    b"BZh": ("bzip2", bz2.open),
+    b"\xfd7zXZ\0": ("xz", lzma.open),
+    b"\x28\xb5\x2f\xfd": ("zstd", _zstd),
+}
+"""Name and reader of compressed files, by their first bytes."""
+_DAMAGED = (OSError, zlib.error, lzma.LZMAError, zstandard.ZstdError)
 
 
 def head(path: Path, count: int) -> bytes:
@@ -54,7 +73,7 @@ def plain_file(path: Path, ending: str) -> Iterator[tuple[Path, str | None]]:
     Raises:
         FileError: it cannot be read, or is too large.
     """
-    packed = head_of_file(path) == _GZIP
+    packed = _packed(path) is not None
     if not packed and path.suffix == ending:
         yield path, None
         return
@@ -68,7 +87,7 @@ def plain_file(path: Path, ending: str) -> Iterator[tuple[Path, str | None]]:
         yield plain, broken
 
 
-def head_of_file(path: Path, count: int = 2) -> bytes:
+def head_of_file(path: Path, count: int) -> bytes:
     """The first bytes of the file itself.
 
     Raises:
@@ -83,25 +102,18 @@ def head_of_file(path: Path, count: int = 2) -> bytes:
         raise unreadable(path, error) from None
 
 
+def _packed(path: Path) -> tuple[str, Callable[[Path], Any]] | None:
+    begins = head_of_file(path, max(map(len, _PACKED)))
+    return next((found for first, found in _PACKED.items() if begins.startswith(first)), None)
+
+
 def _pieces(path: Path, broken: list[str]) -> Iterator[bytes]:
-    packed = head_of_file(path) == _GZIP
-    with path.open("rb") as stream:
-        unpack = zlib.decompressobj(wbits=31)
-        while piece := stream.read(_PIECE):
-            if not packed:
+    name, opened = _packed(path) or ("", lambda path: path.open("rb"))
+    with opened(path) as stream:
+        try:
+            while piece := stream.read1(_PIECE):
                 yield piece
-                continue
-            while piece:
-                try:
-                    yield unpack.decompress(piece, _PIECE)
-                except zlib.error:
-                    broken.append("its gzip data is damaged")
-                    return
-                piece = unpack.unconsumed_tail or unpack.unused_data
-                if unpack.eof:  # a gzip file may have several members
-                    if not piece.startswith(_GZIP[:1]):
-                        return
-                    unpack = zlib.decompressobj(wbits=31)
-        if packed and not unpack.eof:
-            yield unpack.flush()
-            broken.append("its gzip data is cut off")
+        except EOFError:
+            broken.append(f"its {name} data is cut off")
+        except _DAMAGED:
+            broken.append(f"its {name} data is damaged")
