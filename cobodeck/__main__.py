@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
+import re
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -101,7 +102,7 @@ def _dispatch(given: list[str]) -> int:
     about = "import no code of projects, neither from this folder nor installed"
     parser.add_argument("--no-project", dest="own", action="store_false", help=about)
     try:
-        args = parser.parse_args(rest)
+        args = parser.parse_args(_joined(rest))
     except SystemExit as end:  # argparse has said what is wrong
         return int(end.code or OK)
     own = own_files_around() if args.own else no_files
@@ -111,6 +112,17 @@ def _dispatch(given: list[str]) -> int:
     if not_kept and "numba" in sys.modules:
         complain(not_kept)
     return FAILED if code is None else int(code)
+
+
+def _joined(given: Sequence[str]) -> list[str]:
+    """The arguments, with `--start -1,2,0` as `--start=-1,2,0`: argparse would see an option."""
+    found: list[str] = []
+    for one in given:
+        if found and re.fullmatch(r"--[a-z][a-z-]*", found[-1]) and re.match(r"-\.?\d", one):
+            found[-1] += f"={one}"
+        else:
+            found.append(one)
+    return found
 
 
 class _Parser(argparse.ArgumentParser):

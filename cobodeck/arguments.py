@@ -59,6 +59,23 @@ def pose(text: str) -> Pose2:
         raise argparse.ArgumentTypeError(f"{text!r} is no pose: {hint}") from None
 
 
+def scan_mounts(parser: argparse.ArgumentParser) -> None:
+    """Declare `--scan-mount`: the mounts of scanners, by name."""
+    parser.add_argument(
+        "--scan-mount", dest="mounts", action="append", default=[], type=_mount,
+        metavar="[NAME=]X,Y,YAW",
+        help="a scanner's pose on the base, m and rad; of several scanners, that of NAME; may be "
+        "given several times; default: that in the log",
+    )  # fmt: skip
+
+
+def _mount(text: str) -> tuple[str, Pose2]:
+    name, equals, at = text.rpartition("=")
+    if equals and not name:
+        raise argparse.ArgumentTypeError(f"{text!r} names no scanner, as in front=0.2,0,0")
+    return name, pose(at)
+
+
 def word(text: str) -> str:
     """A name or file; an empty text, as from an unset shell variable, is refused."""
     if not text.strip():

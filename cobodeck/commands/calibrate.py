@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.arguments import pose, word
+from cobodeck.arguments import pose, scan_mounts, word
 from cobodeck.console import FAILED, OK, Problem, show, show_json, table
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--mounts", type=Path, metavar="FILE",
         help="an earlier calibration with valid mounts: only the tracking was restarted",
     )  # fmt: skip
+    scan_mounts(parser)
     parser.add_argument("--seed", type=int, default=0, help="of all random numbers; default 0")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="the calibration, X.yaml")
     parser.add_argument("--json", action="store_true", help="for programs")
@@ -50,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
     if args.output is not None and args.output.suffix not in (".yaml", ".yml"):
         raise Problem(f"{args.output}: a calibration is a YAML file; its name ends in .yaml")
     mounts = None if args.mounts is None else _known(args.mounts)
-    log = open_log(args.log)
+    log = open_log(args.log).mounted(dict(args.mounts))
     found = calibrated(log, _ground(log, args.place), args.start, args.seed, mounts)
     if args.json:
         show_json(figures(found))

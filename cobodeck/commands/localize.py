@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.arguments import length, pose, word
+from cobodeck.arguments import length, pose, scan_mounts, word
 from cobodeck.console import FAILED, OK, Problem, show, show_json, table
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument(
         "--global", dest="anywhere", action="store_true", help="search the whole map for the base"
     )
+    scan_mounts(parser)
     parser.add_argument("--seed", type=int, default=0, help="of all random numbers; default 0")
     parser.add_argument(
         "--resolution", type=length, metavar="M", help="of maps from scans; default 0.05"
@@ -64,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
     from cobodeck.logs.log import SCAN
     from cobodeck.logs.opening import open_log
 
-    log = open_log(args.log)
+    log = open_log(args.log).mounted(dict(args.mounts))
     if log.count(SCAN) == 0:
         return _reckon(log, args)
     from cobodeck.logs.localized import first_pose, localize

@@ -43,10 +43,10 @@ _MIDDLE = Pose3(0.0, 0.0, 0.0)
 
 def is_carmen(path: Path) -> bool:
     """True if one of the first lines is a known message."""
-    lines = head(path, _HEAD).split(b"\n")
-    if b"\0" in lines[0]:
+    lines = head(path, _HEAD).decode("utf-8-sig", "replace").splitlines()
+    if not lines or "\0" in lines[0]:
         return False
-    names = (line.split(b" ", 1)[0].decode("ascii", "replace") for line in lines if b" " in line)
+    names = (words[0] for line in lines if len(words := line.split(None, 1)) > 1)
     return any(name in _KNOWN and name != "PARAM" for name in names)
 
 
@@ -61,9 +61,12 @@ def read_carmen(path: Path) -> SensorLog:
     if broken is not None:
         gathered.remark(broken)
     lines = _Lines(gathered)
-    for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), start=1):
+    for number, line in enumerate(data.decode("utf-8-sig", "replace").splitlines(), start=1):
         words = line.split()
         if words and words[0] in _KNOWN:
+            if "," in line and words[0] != "PARAM":
+                gathered.remark("lines with decimal commas were read as if with points")
+                words = line.replace(",", ".").split()
             try:
                 lines.take(words)
             except (ValueError, IndexError):

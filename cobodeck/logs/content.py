@@ -22,15 +22,39 @@ LARGEST = 2 << 30
 _PIECE = 1 << 20
 
 
-def _zstd(path: Path) -> Any:
-    return zstandard.open(path, "rb", dctx=zstandard.ZstdDecompressor())
+class _Zstd:
+    """A file packed by zstd, read as those of the standard library: cut off, it is an EOFError."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("rb")
+        self._unpack = zstandard.ZstdDecompressor().decompressobj()
+        self._rest = b""
+
+    def __enter__(self) -> _Zstd:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def read1(self, size: int) -> bytes:
+        """The content of up to so many packed bytes, and of more if there is none in them."""
+        while piece := self._rest or self._file.read(size):
+            if self._unpack.eof:  # a file may have several frames
+                self._unpack = zstandard.ZstdDecompressor().decompressobj()
+            found = self._unpack.decompress(piece)
+            self._rest = self._unpack.unused_data
+            if found:
+                return found
+        if not self._unpack.eof:
+            raise EOFError
+        return b""
 
 
 _PACKED: Mapping[bytes, tuple[str, Callable[[Path], Any]]] = {
     b"\x1f\x8b": ("gzip", gzip.open),
     b"BZh": ("bzip2", bz2.open),
     b"\xfd7zXZ\0": ("xz", lzma.open),
-    b"\x28\xb5\x2f\xfd": ("zstd", _zstd),
+    b"\x28\xb5\x2f\xfd": ("zstd", _Zstd),
 }
 """Name and reader of compressed files, by their first bytes."""
 _DAMAGED = (OSError, zlib.error, lzma.LZMAError, zstandard.ZstdError)

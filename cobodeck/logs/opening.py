@@ -19,7 +19,7 @@ KINDS: tuple[tuple[Callable[[Path], bool], Callable[[Path], SensorLog]], ...] = 
     (is_rawlog, read_rawlog),
     (is_carmen, read_carmen),
 )
-NAMES = "a record (MCAP), an MRPT rawlog or simplemap, a CARMEN log or a ROS bag, also gzipped"
+NAMES = "a record (MCAP), an MRPT rawlog or simplemap, a CARMEN log or a ROS bag, also compressed"
 
 
 def open_log(path: Path) -> SensorLog:
@@ -33,7 +33,8 @@ def open_log(path: Path) -> SensorLog:
             raise mistake(path, "is a folder", hint=f"a log is {NAMES}")
         return read_bag(path)
     if not head(path, 1):
-        raise mistake(path, "is empty", hint=f"a log is {NAMES}")
+        why = "is empty" if not path.stat().st_size else "holds nothing that can be unpacked"
+        raise mistake(path, why, hint=f"a log is {NAMES}")
     for is_kind, read in KINDS:
         if is_kind(path):
             return read(path)

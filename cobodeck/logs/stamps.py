@@ -65,7 +65,7 @@ def straightened(told: Sequence[Stamp], remark: Callable[[str], None]) -> list[i
         )
     kept = {name: [n for n in numbers if n not in wrong] for name, numbers in streams.items()}
     _shift(told, kept, stamps, remark)
-    epochs = {n: epoch for numbers in kept.values() for n, epoch in _epochs(numbers, stamps)}
+    epochs = _epochs(told, [n for n in range(len(told)) if n not in wrong], stamps)
     order = sorted(epochs, key=lambda n: (epochs[n], stamps[n], n))
     groups = [
         _Group(*key, tuple(members))
@@ -125,27 +125,55 @@ def _shift(
             stamps[n] += offset
 
 
-def _epochs(numbers: Sequence[int], stamps: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Messages of a stream with the number of times that its clock was set back before."""
-    epoch, newest = 0, stamps[numbers[0]] if numbers else 0
+def _epochs(told: Sequence[Stamp], numbers: Sequence[int], stamps: Sequence[int]) -> dict[int, int]:
+    """Epochs of messages, by number: how often the clock was set back before.
+
+    A stream that steps back, or begins, is in the epoch that others are in if its stamp is near
+    theirs, else in a new one.
+    """
+    found: dict[int, int] = {}
+    spans: list[tuple[int, int]] = []
+    newest: dict[str, tuple[int, int]] = {}
     for number in numbers:
-        if stamps[number] < newest - _BACK_NS:
-            epoch, newest = epoch + 1, stamps[number]
-        newest = max(newest, stamps[number])
-        yield number, epoch
+        stream, stamp = told[number].stream, stamps[number]
+        epoch, last = newest.get(stream, (-1, stamp))
+        if epoch < 0 or stamp < last - _BACK_NS:
+            epoch, last = _joined(spans, epoch + 1, stamp), stamp
+        if epoch == len(spans):
+            spans.append((stamp, stamp))
+        low, high = spans[epoch]
+        spans[epoch] = min(low, stamp), max(high, stamp)
+        newest[stream] = epoch, max(last, stamp)
+        found[number] = epoch
+    return found
+
+
+def _joined(spans: Sequence[tuple[int, int]], first: int, stamp: int) -> int:
+    """The epoch, from `first` on, to which a stamp is nearest; a new one if none is near."""
+
+    def away(epoch: int) -> tuple[int, int]:
+        low, high = spans[epoch]
+        return max(low - stamp, stamp - high, 0), -epoch
+
+    nearest = min(range(first, len(spans)), key=away, default=len(spans))
+    if nearest < len(spans) and away(nearest)[0] > LONGEST_PAUSE_NS and stamp < spans[-1][1]:
+        return len(spans)
+    return nearest
 
 
 def _period(
     told: Sequence[Stamp], streams: Mapping[str, Sequence[int]], stamps: Sequence[int]
 ) -> int:
-    """Usual interval of the scans, ns; that of all streams if there are none."""
+    """Usual interval of the scans, ns; that of all streams if there are none.
+
+    Messages with equal stamps share the time to the next stamp.
+    """
     scanning = {one.stream for one in told if one.is_scan} or set(streams)
-    steps = [
-        stamps[after] - stamps[before]
-        for name in scanning
-        for before, after in pairwise(streams[name])
-        if 0 < stamps[after] - stamps[before] <= LONGEST_PAUSE_NS
-    ]
+    steps: list[float] = []
+    for name in scanning:
+        runs = [(at, len(list(run))) for at, run in groupby(stamps[n] for n in streams[name])]
+        between = ((after[0] - at, count) for (at, count), after in pairwise(runs))
+        steps += [step / count for step, count in between if 0 < step <= LONGEST_PAUSE_NS]
     return round(median(steps)) if steps else PERIOD_NS
 
 
