@@ -14,7 +14,7 @@ from typing import Any
 from cobodeck.record import schemas, values
 from cobodeck.record.scans import read_scan, write_scan
 from cobodeck.record.schemas import MessageSchema, stamp_of, time_of
-from hw.geometry import Pose2, Pose3, unit_quaternion
+from hw.geometry import Pose2, Pose3
 from hw.samples import ArmState, Sample, Scan, UserPose
 
 TOPIC = "signal/"
@@ -192,8 +192,7 @@ def _read_space(part: Any) -> Pose3 | None:
     if part is None:
         return None
     at, turned = part["translation"], part["rotation"]
-    q = unit_quaternion(*(turned[axis] for axis in "xyzw"))
-    return Pose3(at["x"], at["y"], at["z"], *q)
+    return Pose3(*(at[axis] for axis in "xyz"), *(turned[axis] for axis in "xyzw"))
 
 
 def _read_joints(message: Any) -> ArmState:
