@@ -62,7 +62,7 @@ def pose(text: str) -> Pose2:
 def scan_mounts(parser: argparse.ArgumentParser) -> None:
     """Declare `--scan-mount`: the mounts of scanners, by name."""
     parser.add_argument(
-        "--scan-mount", dest="mounts", action="append", default=[], type=_mount,
+        "--scan-mount", dest="scan_mounts", action="append", default=[], type=_mount,
         metavar="[NAME=]X,Y,YAW",
         help="a scanner's pose on the base, m and rad; of several scanners, that of NAME; may be "
         "given several times; default: that in the log",

@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
     if args.output is not None and args.output.suffix not in (".yaml", ".yml"):
         raise Problem(f"{args.output}: a calibration is a YAML file; its name ends in .yaml")
     mounts = None if args.mounts is None else _known(args.mounts)
-    log = open_log(args.log).mounted(dict(args.mounts))
+    log = open_log(args.log).mounted(dict(args.scan_mounts))
     found = calibrated(log, _ground(log, args.place), args.start, args.seed, mounts)
     if args.json:
         show_json(figures(found))

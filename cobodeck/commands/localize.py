@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
     from cobodeck.logs.log import SCAN
     from cobodeck.logs.opening import open_log
 
-    log = open_log(args.log).mounted(dict(args.mounts))
+    log = open_log(args.log).mounted(dict(args.scan_mounts))
     if log.count(SCAN) == 0:
         return _reckon(log, args)
     from cobodeck.logs.localized import first_pose, localize
