@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from cobodeck.logs.bag_frames import Frames
-from cobodeck.logs.bag_messages import Messages
+from cobodeck.logs.bag_frames import BagFrames
+from cobodeck.logs.bag_messages import BagMessages
 from cobodeck.logs.content import head, plain_file
 from cobodeck.logs.log import Gathered, SensorLog
 from cobodeck.logs.recorded import MAGIC as MCAP
@@ -43,10 +43,10 @@ def read_bag(path: Path) -> SensorLog:
         FileError: it cannot be read, or holds nothing usable.
     """
     gathered = Gathered(path, "ROS bag")
-    messages = Messages(gathered.remark)
+    messages = BagMessages(gathered.remark)
     for part in _parts(path) if path.is_dir() else [path]:
         _read(part, messages, gathered)
-    Frames(messages, gathered).put_all()
+    BagFrames(messages, gathered).put_all()
     return gathered.finished()
 
 
@@ -62,7 +62,7 @@ def _ending(path: Path) -> str | None:
     return next((end for first, end in _ENDINGS.items() if begins.startswith(first)), None)
 
 
-def _read(path: Path, messages: Messages, gathered: Gathered) -> None:
+def _read(path: Path, messages: BagMessages, gathered: Gathered) -> None:
     """Take the messages of a folder or file."""
     with _plain(path) as (plain, broken):
         if broken is not None:
@@ -85,7 +85,7 @@ def _plain(path: Path) -> Iterator[tuple[Path, str | None]]:
         yield found
 
 
-def _take(path: Path, messages: Messages) -> None:
+def _take(path: Path, messages: BagMessages) -> None:
     """Take all usable messages."""
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cobodeck.logs.bag_messages import Framed, Messages, Wheels
+from cobodeck.logs.bag_messages import BagMessages, BagWheels, Framed
 from cobodeck.logs.log import IMU, ODOMETRY, Gathered, RawScan, is_same, odometry_of
 from cobodeck.logs.stamps import straightened
 from hw.geometry import Pose2, Pose3, Twist2, unit_quaternion
@@ -31,10 +31,10 @@ _ODD_BEAMS = 2
 """Largest difference between the number of beams and that by their angles: of rounding."""
 
 
-class Frames:
+class BagFrames:
     """Transforms the bag's messages into the base frame, and puts them into the log."""
 
-    def __init__(self, messages: Messages, gathered: Gathered) -> None:
+    def __init__(self, messages: BagMessages, gathered: Gathered) -> None:
         self._messages = messages
         self._gathered = gathered
         self._stamps = straightened(messages.stamps, gathered.remark)
@@ -73,7 +73,7 @@ class Frames:
                 self._gathered.remark(f"a transform was left out: {error}")
         return frames
 
-    def _best_odometry(self) -> Sequence[Wheels]:
+    def _best_odometry(self) -> Sequence[BagWheels]:
         def merit(topic: str) -> tuple[bool, int]:
             estimated = any(word in topic.lower() for word in _ESTIMATED)
             return not estimated, len(self._messages.odometry[topic])
@@ -96,7 +96,7 @@ class Frames:
         odom = self._odom
         return [] if odom is None else odometry_of(self._ways(odom))
 
-    def _stamped(self, found: Sequence[Wheels]) -> list[tuple[int, Wheels]]:
+    def _stamped(self, found: Sequence[BagWheels]) -> list[tuple[int, BagWheels]]:
         stamped = ((self._stamps[one.number], one) for one in found)
         return [(stamp, one) for stamp, one in stamped if stamp is not None]
 

@@ -11,7 +11,7 @@ from cobodeck.logs.stamps import Stamp
 from hw.geometry import Pose2, Pose3, Twist2, unit_quaternion
 
 
-class Wheels(NamedTuple):
+class BagWheels(NamedTuple):
     """An odometry message; `number` is that of its stamp."""
 
     number: int
@@ -29,7 +29,7 @@ class Framed(NamedTuple):
     message: Any
 
 
-class Edge(NamedTuple):
+class BagTransform(NamedTuple):
     """A transform; `number` is that of its stamp, None if it is static."""
 
     number: int | None
@@ -39,15 +39,15 @@ class Edge(NamedTuple):
 
 
 @dataclass(slots=True)
-class Messages:
+class BagMessages:
     """The messages of a bag in their order; `remark` takes a sentence on what is left out."""
 
     remark: Callable[[str], None]
     stamps: list[Stamp] = field(default_factory=list)
     scans: list[Framed] = field(default_factory=list)
-    odometry: dict[str, list[Wheels]] = field(default_factory=lambda: defaultdict(list))
+    odometry: dict[str, list[BagWheels]] = field(default_factory=lambda: defaultdict(list))
     imu: list[Framed] = field(default_factory=list)
-    transforms: list[Edge] = field(default_factory=list)
+    transforms: list[BagTransform] = field(default_factory=list)
 
     @property
     def are_none(self) -> bool:
@@ -72,7 +72,7 @@ class Messages:
         if pose is not None:
             number = self._stamp(topic, at_ns, message)
             child = _name(message.child_frame_id)
-            self.odometry[topic].append(Wheels(number, child, pose.flat(), velocity))
+            self.odometry[topic].append(BagWheels(number, child, pose.flat(), velocity))
 
     def inertial(self, topic: str, at_ns: int, message: Any) -> None:
         """Take an Imu."""
@@ -88,7 +88,7 @@ class Messages:
             if pose is not None and parent != child:
                 fixed = topic.endswith("static")
                 number = None if fixed else self._stamp(named, at_ns, edge)
-                self.transforms.append(Edge(number, parent, child, pose))
+                self.transforms.append(BagTransform(number, parent, child, pose))
 
     def _stamp(self, stream: str, at_ns: int, message: Any, *, is_scan: bool = False) -> int:
         """Take the stamp of a measurement, that of its arrival if it has none; its number."""
