@@ -72,7 +72,9 @@ def score_of(field: Field, points: Array, window: Window, map_from_base: Pose2) 
     near, prior = _in_table(field, window)
     pose = field.map_from_corner.inverse() @ map_from_base
     off = (pose.x - near.x, pose.y - near.y, wrap(pose.yaw - near.yaw))
-    fit: float = _fit(points, (pose.x, pose.y, pose.yaw), field.table, _lengths(field), (0.0, 0.0))
+    fit: float = fit_of(
+        points, (pose.x, pose.y, pose.yaw), field.table, _lengths(field), (0.0, 0.0)
+    )
     return ALIKE * fit - min(CARRIED, 0.5 * float(np.array(off) @ prior @ off))
 
 
@@ -147,7 +149,7 @@ def _bounds(task: _Task, boxes: Array, half: float) -> Array:
         pose = (task.predicted[0] + dx, task.predicted[1] + dy, task.predicted[2] + dyaw)
         root = max(0.0, math.sqrt(_square(dx, dy, dyaw, task.prior)) - math.sqrt(loose))
         slack = (math.sqrt(2.0) * half, halves[2])
-        fit = _fit(task.points, pose, task.table, task.lengths, slack)
+        fit = fit_of(task.points, pose, task.table, task.lengths, slack)
         bounds[k] = task.alike * fit - min(CARRIED, 0.5 * root * root)
     return bounds
 
@@ -211,7 +213,7 @@ def _square(dx: float, dy: float, dyaw: float, prior: Array) -> float:
 
 
 @compiled
-def _fit(
+def fit_of(
     points: Array,
     pose: tuple[float, float, float],
     table: Table,

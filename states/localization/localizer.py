@@ -41,7 +41,13 @@ from states.localization.wheel_motion import STOOD, WheelMotion
 from states.maps.distance import Array
 from states.maps.field import Field
 
-LocalizerStatus = Literal[LocalizerMode, "resting", "odometry wrong", "odometry missing"]
+LocalizerStatus = Literal[
+    LocalizerMode, "ambiguous", "resting", "odometry wrong", "odometry missing"
+]
+
+
+DOUBT = covariance_of(PoseSigma(0.5, 0.3))
+"""Added to the covariance while the scans do not support the pose."""
 
 
 class Localizer:
@@ -61,7 +67,7 @@ class Localizer:
         seed: int = 0,
         values: LocalizerValues | None = None,
     ) -> None:
-        self._field, self._sensing, self._seed = field_, sensing, seed
+        self._field, self._sensing = field_, sensing
         self._values = values or LocalizerValues()
         self._fusion = Fusion(gyro=sensing.imu is not None, rough_map=field_.sigma > 0.0)
         self._wheels = WheelMotion(SLIPPING if sensing.imu is None else GYRO_NOISE)
@@ -79,7 +85,9 @@ class Localizer:
     @property
     def pose(self) -> Pose2 | None:
         """map_from_base at `stamp_ns`, the same object while the base rests; None while unknown."""
-        return None if self._health.mode == "lost" or self._known is None else self._known[0]
+        if self._health.mode == "lost" or self._is_ambiguous or self._known is None:
+            return None
+        return self._known[0]
 
     @property
     def stamp_ns(self) -> int | None:
@@ -92,7 +100,8 @@ class Localizer:
         if self.pose is None:
             return np.diag([math.inf] * 3)
         assert self._known is not None  # there is a pose
-        return self._known[1] + self._matcher.floor
+        doubt = DOUBT if self._health.mode == "doubtful" else 0.0 * DOUBT
+        return self._known[1] + self._matcher.floor + doubt
 
     @property
     def sigma(self) -> PoseSigma:
@@ -116,12 +125,17 @@ class Localizer:
     def status(self) -> LocalizerStatus:
         """What the pose is based on; anything but `tracking` and `resting` needs attention."""
         if self._health.mode != "tracking":
-            return self._health.mode
+            return "ambiguous" if self._is_ambiguous else self._health.mode
         if self._wheels.missing:
             return "odometry missing"
         if self._wheels.watch.wrong:
             return "odometry wrong"
         return "resting" if self._resting else "tracking"
+
+    @property
+    def _is_ambiguous(self) -> bool:
+        """True while several places are about as likely, and none is believed."""
+        return self._health.mode in ("starting", "lost") and self._search.ambiguous
 
     def update(self, name: str, stamp_ns: int, value: object) -> None:
         """Take one sample; one with NaN or infinite numbers is ignored."""
@@ -153,6 +167,8 @@ class Localizer:
             middle = stamp_ns if before is None else (before + stamp_ns) // 2
             velocity, standing = wheels.trail.last_velocity(), wheels.standing
             self._fusion.wheels(middle, velocity, standing=standing, rate=wheels.rate)
+        if self._health.mode != "tracking":
+            self._search.advance()
         self._move_on(stamp_ns)
 
     def _begin_at_start(self, stamp_ns: int, start: Pose2) -> None:
@@ -186,7 +202,7 @@ class Localizer:
         if self._health.mode in ("tracking", "doubtful"):
             self._follow(cloud)
         if self._health.mode != "tracking":
-            self._search_by(cloud)
+            self._search_by(cloud, scan.sensor)
         if self._fusion.begun and not self._resting:
             self._move_on(cloud.stamp_ns)
 
@@ -284,14 +300,17 @@ class Localizer:
 
     # search
 
-    def _search_by(self, cloud: Cloud) -> None:
+    def _search_by(self, cloud: Cloud, sensor: str) -> None:
         """Give a scan to the search; where it finds the base, go on from there."""
         stamp_ns, mode = cloud.stamp_ns, self._health.mode
         odom = self._wheels.trail.at(stamp_ns) or Pose2(0.0, 0.0)
-        found = self._search.update(odom, cloud.points)
+        found = self._search.update(odom, cloud.points, sensor)
         guess = self._search.guess
         velocity = self._wheels.velocity_at(stamp_ns)
         if found is None:
+            best = self._search.best if self._search.ambiguous else None
+            if mode == "doubtful" and best is not None and self._health.is_elsewhere(best):
+                self._health.given_up()
             if guess is not None and mode == "starting":
                 unsure = covariance_of(self._values.start_sigma)
                 self._begin(stamp_ns, guess.map_from_base, unsure, velocity)
@@ -311,7 +330,7 @@ class Localizer:
 
     @cached_property
     def _search(self) -> Search:
-        return Search(self._field, self._values.particles, self._values.matching, self._seed)
+        return Search(self._field, self._values.particles, self._values.matching)
 
     # trackers
 

@@ -19,6 +19,8 @@ BLIND_NS = 1_000_000_000
 """Without a fair match for this long, a search's earlier confirmation no longer counts."""
 UNSEEN_NS = 1_000_000_000
 """Without scans for this long, trackers alone suffice to leave `starting`."""
+LOST_SCANS = 10
+"""Scans in a row without a fair match that make a base lost, however rarely they come."""
 SMOOTHING = 0.05
 """Weight of each scan in the running mean of the share of beams on walls."""
 MUCH_BETTER = 0.25
@@ -35,7 +37,7 @@ class MatchHealth:
         self.mode: LocalizerMode = "starting"
         self.fair_ns = 0
         self.share = 1.0
-        self._bad = self._elsewhere = 0
+        self._bad = self._unfair = self._elsewhere = 0
         self._sure_ns = -1
 
     def least_share_of_wider(self, near: Match) -> float:
@@ -47,8 +49,9 @@ class MatchHealth:
         """Take a match; True if it begins a doubt, so that a search is to be started."""
         matching = self._values.matching
         self.share += SMOOTHING * (found.share - self.share)
+        self._unfair += 1
         if found.is_fair(matching):
-            self.fair_ns = stamp_ns
+            self.fair_ns, self._unfair = stamp_ns, 0
         self._bad = 0 if found.is_healthy(matching) else self._bad + 1
         return self._change_mode(stamp_ns)
 
@@ -63,9 +66,13 @@ class MatchHealth:
             return True
         if self.mode == "doubtful" and good:
             self.mode = "tracking"
-        elif self.mode == "doubtful" and stamp_ns - self.fair_ns > values.lost_after * 1e9:
-            self.mode = "lost"
+        elif self.mode == "doubtful" and self._unfair >= LOST_SCANS:
+            self.mode = "lost" if stamp_ns - self.fair_ns > values.lost_after * 1e9 else self.mode
         return False
+
+    def given_up(self) -> None:
+        """Note that the base is elsewhere, at one of several places."""
+        self.mode = "lost"
 
     def confirmed(self, stamp_ns: int) -> None:
         """Note that a search found the base where it was thought to be; holds for `sure_for` s."""

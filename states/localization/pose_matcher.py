@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,6 +28,8 @@ AROUND = PoseSigma(0.3, 0.2)
 """Spread of the wider search around the predicted pose."""
 WORSE = 0.1
 """A match with this much less than the usual share of beams on walls may be a wrong one."""
+OUTSIDE = 1.0
+"""A base this far from all floor of the map is not where it seems, m."""
 SAME_M, SAME_RAD = 0.03, 0.01
 """A base at rest that is seen farther away than this has been moved, m and rad."""
 Prediction = tuple[Pose2, Array]
@@ -53,10 +56,20 @@ class PoseMatcher:
         # four times the covariance (twice the sigma): the filter will weigh the prediction once
         # more when it takes the match, so it should count little here
         near = [self._near(cloud, pose, 4.0 * covariance) for pose, covariance in predictions]
-        best = max(near, key=lambda one: one.share)
-        if best.is_fair(self._values.matching) and best.share >= health.share - WORSE:
-            return best
-        return max((self._around(cloud, one, best, health) for one in predictions), key=_share)
+        best = max(near, key=_share)
+        if not best.is_fair(self._values.matching) or best.share < health.share - WORSE:
+            around = [self._around(cloud, one, best, health) for one in predictions]
+            best = max(around, key=_share)
+        return best if self._is_on_the_floor(best.map_from_base) else replace(best, share=0.0)
+
+    def _is_on_the_floor(self, map_from_base: Pose2) -> bool:
+        """True if some floor of the map is near a pose, or the floor is unknown."""
+        table, pose = self._field.table, self._field.map_from_corner.inverse() @ map_from_base
+        column, row, around = (round(n / table.cell) for n in (pose.x, pose.y, OUTSIDE))
+        some = table.floor[
+            max(0, row - around) : row + around, max(0, column - around) : column + around
+        ]
+        return len(table.floor) == 0 or bool(some.any())
 
     def _around(
         self, cloud: Cloud, prediction: Prediction, near: Match, health: MatchHealth

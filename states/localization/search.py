@@ -1,54 +1,56 @@
-"""Search for the base on the whole map, or around a place: particles propose, matches decide.
+"""Search for the base on the whole map, or around a place: a lattice proposes, matches decide.
 
-The likeliest particles of a first scan, well apart from each other, become hypotheses. Each is
-refined by scan matching at every further scan and scored by the log-likelihoods of the latest
-scans; those that fall behind are dropped. Particles alone converge to wrong places where rooms look
-alike: one 10 cm off the truth fits worse than one at the optimum of a wrong place. Refined, both
-can be compared.
+A first scan is tried at every place of a lattice over the floor, in slices of bounded work. The
+likeliest places, well apart from each other, become hypotheses. Each is refined by scan matching at
+every further scan and scored by the log-likelihoods of the scans; those that fall behind are
+dropped. Unrefined, a place 10 cm off the truth fits worse than one at the optimum of a wrong place.
+
+Scans from one place repeat the same evidence: for each scanner only their mean counts, and it is
+settled once the base has moved. The best hypothesis is the answer when all others are behind it by
+`SURE`, and by `LIKE` more as long as the base has not moved: what is not on the map, and errors of
+the map, favour one of two like places just as well as the truth does.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from hw.compiled import compiled
 from hw.geometry import Pose2, wrap
 from hw.samples import PoseSigma
-from states.localization.amcl import Amcl, AmclValues
+from states.localization.amcl import AmclValues
+from states.localization.correlative import ALIKE, CARRIED
 from states.localization.fusion import covariance_of, inverse
-from states.localization.particles import wrapped
+from states.localization.proposals import Proposals
 from states.localization.scan_tracker import Match, TrackerValues, match
 from states.maps.distance import Array
 from states.maps.field import Field, Table, distance_at, is_floor
 
-PER_SQUARE_METRE, MOST = 150, 100_000
-"""Particles of a search on the whole floor, per m2 and at most."""
-SEEDS = 100
-"""Number of hypotheses at the start."""
-APART = (0.3, 0.25)
-"""Least distance between hypotheses at the start, m and rad."""
+REFINED = 10
+"""Most hypotheses that are refined at once."""
 ONE = (0.1, 0.05)
 """Hypotheses that come closer than this, m and rad, are merged."""
 BEHIND_WALL = 3.0
 """Penalty of a beam that ends behind a wall, over one on something unmapped (log-likelihood)."""
 WORSE, KEPT = 60.0, 30
 """Largest log-likelihood behind the best, and largest number, of hypotheses that are kept."""
-ALIKE = 0.1
-"""Independent beams per beam of a scan: errors of neighbours correlate."""
+MOVED = (0.1, 0.1)
+"""A scan after so much motion is new evidence, m and rad."""
 KEEP = 0.9
-"""Decay of earlier scores per scan: scans from one place repeat the same evidence."""
-SURE = 0.99
-"""Probability from which the best hypothesis is accepted."""
+"""Decay of earlier evidence per place."""
+SURE, LIKE = math.log(99.0), 8.0
+"""Log-odds of the best hypothesis over the next one: needed, and in addition before any motion. 8
+is what a tenth of 180 beams contributes."""
 FEWEST, MORE, PLAIN = 4, 60, 0.6
 """Least number of scans before an answer, so that both scanners contribute; `MORE` where less than
 a share `PLAIN` of beams is on walls, so that moving obstacles have time to change."""
 PATIENCE = 25
 """Scans in a row that fit no hypothesis, after which the search restarts on the whole floor."""
-CARRIED = 8.0
-"""Log-odds that the base has not been carried elsewhere."""
 _NEAR, _CLOSE = covariance_of(PoseSigma(0.3, 0.2)), covariance_of(PoseSigma(0.05, 0.03))
 
 
@@ -57,88 +59,150 @@ class _Hypothesis:
     match: Match
     expected: float
     fits: float = 0.0
+    here: dict[str, float] = field(default_factory=dict)
 
     @property
     def log(self) -> float:
-        return self.expected + self.fits
+        return self.expected + self.fits + sum(self.here.values())
+
+    def see(self, sensor: str, fit: float) -> None:
+        """Take the fit of a scan; several from one place count as one."""
+        before = self.here.get(sensor, fit)
+        self.here[sensor] = 0.5 * (before + fit)
+
+    def settle(self) -> None:
+        """Add what was seen from a place that the base has left."""
+        self.fits = KEEP * self.fits + sum(self.here.values())
+        self.here = {}
+
+
+class _Seen(NamedTuple):
+    """A scan, points (n, 2) in the base frame, and odometry at its instant."""
+
+    odom_from_base: Pose2
+    points: Array
+    sensor: str
 
 
 class Search:
     """A search on the whole floor, or `about` a pose; give it every scan.
 
-    `guess` is the best hypothesis while it is probable enough and most beams are on walls, even if
-    too few scans have been seen for an answer; else None.
+    `best` is the likeliest hypothesis. `guess` is the best while it is ahead of all others and most
+    beams are on walls, even if too few scans have been seen for an answer; else None. `ambiguous`
+    is true while another place of the floor is about as likely.
     """
 
-    def __init__(
-        self, field: Field, particles: AmclValues, matching: TrackerValues, seed: int
-    ) -> None:
-        self._field, self._matching = field, matching
-        self._amcl = Amcl(field, particles, seed)
-        self._also: Pose2 | None = None
-        self._prior: Array | None = None
-        self._hypotheses: list[_Hypothesis] = []
-        self._odom_from_base: Pose2 | None = None
-        self._scans = self._unfit = 0
-        self.guess: Match | None = None
-        self._begun = False
+    def __init__(self, field_: Field, particles: AmclValues, matching: TrackerValues) -> None:
+        self._field, self._values, self._matching = field_, particles, matching
+        self.anywhere()
 
     def about(self, map_from_base: Pose2, covariance: Array) -> None:
         """Search near a pose, with covariance (3, 3) in the map."""
-        self._amcl.start(map_from_base, covariance)
-        self._begin(map_from_base)
-        self._prior = inverse(covariance)
+        self._start(map_from_base, inverse(covariance))
 
     def anywhere(self, also: Pose2 | None = None) -> None:
         """Search the whole floor; `also` is a further hypothesis, the pose so far."""
-        area = len(self._field.free) * self._field.table.cell**2
-        wanted = round(PER_SQUARE_METRE * area)
-        self._amcl.start_anywhere(min(max(wanted, self._amcl.values.max_particles), MOST))
-        self._begin(also)
+        self._start(also, None)
 
-    def update(self, odom_from_base: Pose2, points: Array) -> Match | None:
-        """Take a scan, points (n, 2) in the base frame, m; the match once the base is found."""
-        if not self._begun:
-            self.anywhere()
+    def _start(self, also: Pose2 | None, prior: Array | None) -> None:
+        self._also, self._prior = also, prior
+        self._seen: _Seen | None = None
+        self._is_busy = False
+        self._work: Iterator[None] = iter(())
+        self._hypotheses: list[_Hypothesis] = []
+        self._scans = self._unfit = self._places = 0
+        self._place = Pose2(0.0, 0.0)
+        self.best: Match | None = None
+        self.guess: Match | None = None
+        self.ambiguous = False
+
+    def update(self, odom_from_base: Pose2, points: Array, sensor: str = "") -> Match | None:
+        """Take a scan, points (n, 2) in the base frame, m; the match once the base is found.
+
+        While there is work left on an earlier scan, this one only says where the base is now.
+        """
+        if not self._is_busy:
+            before, self._seen = self._seen, _Seen(odom_from_base, points, sensor)
+            self._is_busy, self._work = True, self._round(self._seen, before)
+        self.advance()
+        seen = self._seen
+        found = None if self._is_busy else self._answer()
+        if found is None or seen is None:
+            return None
+        since = seen.odom_from_base.inverse() @ odom_from_base
+        return replace(found, map_from_base=found.map_from_base @ since)
+
+    def advance(self) -> None:
+        """Do one more slice of the work on a scan, if there is any left."""
+        try:
+            next(self._work)
+        except StopIteration:
+            self._is_busy = False
+
+    def _answer(self) -> Match | None:
         self._scans += 1
-        if not self._hypotheses:
-            self._seed(points)
-        moved = (self._odom_from_base or odom_from_base).inverse() @ odom_from_base
-        self._odom_from_base = odom_from_base
-        self._also = None if self._also is None else self._also @ moved
-        about = _NEAR if self._scans < FEWEST else _CLOSE
-        for one in self._hypotheses:
-            predicted = one.match.map_from_base @ moved
-            one.match = match(self._field, points, predicted, about, self._matching)
-            one.fits = KEEP * one.fits + self._fit(points, one.match.map_from_base)
-        self._hypotheses = _kept(self._hypotheses)
-        best = self._hypotheses[0]
-        weight = 1.0 / sum(math.exp(one.log - best.log) for one in self._hypotheses)
-        fair = best.match.is_fair(self._matching)
+        self.best = best = self._hypotheses[0].match
+        ahead, fair = self._is_ahead(), best.is_fair(self._matching)
         self._unfit = 0 if fair else self._unfit + 1
         if self._unfit >= PATIENCE:
             self.anywhere(self._also)
-        sure = fair and weight >= SURE
-        plain = best.match.share >= PLAIN
-        self.guess = best.match if sure and plain else None
-        return best.match if sure and self._scans >= (FEWEST if plain else MORE) else None
+            return None
+        sure, plain = fair and ahead, best.share >= PLAIN
+        self.guess = best if sure and plain else None
+        unsure = fair and plain and not ahead and self._scans >= FEWEST
+        self.ambiguous = unsure and self._prior is None
+        return best if sure and self._scans >= (FEWEST if plain else MORE) else None
 
-    def _begin(self, also: Pose2 | None) -> None:
-        self._also, self._prior, self._hypotheses = also, None, []
-        self._odom_from_base, self._scans, self._unfit, self._begun = None, 0, 0, True
-        self.guess = None
+    # the work on one scan, in slices
 
-    def _seed(self, points: Array) -> None:
-        particles = self._amcl.particles
-        order = np.argsort(-self._amcl.fits(points), kind="stable")
-        chosen = _apart(particles[order], SEEDS, *APART)
-        poses = [Pose2(*map(float, row)) for row in chosen]
-        if self._also is not None:
-            poses.append(self._also)
+    def _round(self, seen: _Seen, before: _Seen | None) -> Iterator[None]:
+        """Refine all hypotheses by one scan; the first scan proposes them."""
+        if before is None or not self._hypotheses:
+            yield from self._propose(seen)
+        else:
+            self._carry(before.odom_from_base.inverse() @ seen.odom_from_base)
+        since = self._place.inverse() @ seen.odom_from_base
+        if math.hypot(since.x, since.y) > MOVED[0] or abs(since.yaw) > MOVED[1]:
+            self._settle(seen.odom_from_base)
+        about = _NEAR if self._scans < FEWEST else _CLOSE
+        for number, one in enumerate(self._hypotheses):
+            if number and number % REFINED == 0:
+                yield
+            predicted = one.match.map_from_base
+            one.match = match(self._field, seen.points, predicted, about, self._matching)
+            one.see(seen.sensor, self._fit(seen.points, one.match.map_from_base))
+        self._hypotheses = _kept(self._hypotheses)
+
+    def _propose(self, seen: _Seen) -> Iterator[None]:
+        also, prior = self._also, self._prior
+        about = None if also is None or prior is None else (also, inverse(prior))
+        proposals = Proposals(self._field, seen.points, about)
+        while proposals.advance():
+            yield
+        poses = [*proposals.chosen(), *(() if also is None else (also,))]
         none = np.zeros((3, 3))
-        for pose in poses:
-            start = Match(pose, none, 0.0, 0, 0.0, 0)
-            self._hypotheses.append(_Hypothesis(start, self._expected(pose)))
+        self._hypotheses = [
+            _Hypothesis(Match(pose, none, 0.0, 0, 0.0, 0), self._expected(pose)) for pose in poses
+        ]
+        self._place = seen.odom_from_base
+
+    def _carry(self, moved: Pose2) -> None:
+        """Move all hypotheses on by the wheels' displacement."""
+        self._also = None if self._also is None else self._also @ moved
+        for one in self._hypotheses:
+            one.match = replace(one.match, map_from_base=one.match.map_from_base @ moved)
+
+    def _settle(self, odom_from_base: Pose2) -> None:
+        """The base has moved: what was seen counts, what comes is new evidence."""
+        self._place, self._places = odom_from_base, self._places + 1
+        for one in self._hypotheses:
+            one.settle()
+
+    def _is_ahead(self) -> bool:
+        """True if no other hypothesis is about as likely as the best."""
+        best, others = self._hypotheses[0], self._hypotheses[1:]
+        needed = SURE + LIKE / (1 + self._places)
+        return not others or best.log - others[0].log >= needed
 
     def _expected(self, pose: Pose2) -> float:
         """Log prior of a pose."""
@@ -151,7 +215,7 @@ class Search:
         return -0.5 * float(off @ self._prior @ off)
 
     def _fit(self, points: Array, map_from_base: Pose2) -> float:
-        values, corner = self._amcl.values, self._field.map_from_corner
+        values, corner = self._values, self._field.map_from_corner
         pose = corner.inverse() @ map_from_base
         sigma = math.hypot(values.sigma_hit, self._field.sigma)
         floor = values.z_rand / values.laser_max_range
@@ -196,24 +260,3 @@ def _fit(
         if d > 3.0 * sigma and not is_floor(x, y, table):
             total -= BEHIND_WALL
     return total
-
-
-@compiled
-def _apart(particles: Array, count: int, metres: float, radians: float) -> Array:
-    """At most `count` of the particles (n, 3), in order, each apart from those chosen before."""
-    chosen = np.empty((count, 3))
-    found = 0
-    for i in range(len(particles)):
-        near = False
-        for k in range(found):
-            dx, dy = particles[i, 0] - chosen[k, 0], particles[i, 1] - chosen[k, 1]
-            turn = wrapped(particles[i, 2] - chosen[k, 2])
-            if dx * dx + dy * dy < metres * metres and abs(turn) < radians:
-                near = True
-                break
-        if not near:
-            chosen[found] = particles[i]
-            found += 1
-            if found == count:
-                break
-    return chosen[:found].copy()
