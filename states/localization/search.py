@@ -49,6 +49,8 @@ is what a tenth of 180 beams contributes."""
 FEWEST, MORE, PLAIN = 4, 60, 0.6
 """Least number of scans before an answer, so that both scanners contribute; `MORE` where less than
 a share `PLAIN` of beams is on walls, so that moving obstacles have time to change."""
+PLACES = 5
+"""Number of places whose evidence is enough in any case."""
 PATIENCE = 25
 """Scans in a row that fit no hypothesis, after which the search restarts on the whole floor."""
 _NEAR, _CLOSE = covariance_of(PoseSigma(0.3, 0.2)), covariance_of(PoseSigma(0.05, 0.03))
@@ -151,7 +153,8 @@ class Search:
         self.guess = best if sure and plain else None
         unsure = fair and plain and not ahead and self._scans >= FEWEST
         self.ambiguous = unsure and self._prior is None
-        return best if sure and self._scans >= (FEWEST if plain else MORE) else None
+        enough = self._scans >= (FEWEST if plain else MORE) or self._places >= PLACES
+        return best if sure and enough else None
 
     # the work on one scan, in slices
 
