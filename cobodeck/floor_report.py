@@ -96,7 +96,7 @@ def _floor(place: str, corners: str) -> tuple[str, RoomFloor | MapFloor, tuple[s
     if corners == "square":
         raise Problem(f"{place}: a map is inflated cell by cell, with round corners only")
     from states.floors.floor_cells import MapFloor
-    from states.maps.occupancy import load_map
+    from states.maps.rooms import load_floor
 
-    map_ = load_map(place)
+    map_ = load_floor(place)
     return Path(place).stem, MapFloor(map_), map_.remarks

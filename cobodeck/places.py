@@ -49,18 +49,15 @@ def open_place(name: str) -> RunPlace:
     """A scene, or a map turned into one.
 
     Raises:
-        Problem: a map has no free floor, or its start is not on it; FileError: a file is wrong.
+        Problem: the start is not on a map's floor.
+        FileError: a file is wrong, or a map has no free floor.
     """
     file, _, start = name.partition("@")
     if not is_map(file):
         return RunPlace(load_scene(name))
-    from states.maps.occupancy import load_map
-    from states.maps.rooms import room_of, start_in, tidied
+    from states.maps.rooms import load_floor, room_of, start_in
 
-    try:
-        map_ = tidied(load_map(file))
-    except ValueError as refused:
-        raise Problem(f"{file}: {refused}") from None
+    map_ = load_floor(file)
     room = room_of(map_)
     pose = _start(name, start, room) if start else start_in(map_)
     about = f"the map {Path(file).name}"

@@ -18,7 +18,7 @@ from hw.prop import Placement
 
 def _file(item: Item) -> Path:
     """A file by its path relative to this file's folder."""
-    file = item.folder / str(reader_of(str)(item))
+    file = item.path(str(reader_of(str)(item)))
     if not is_file(file):
         raise item.error(f"there is no file {file}")
     return file

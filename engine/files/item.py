@@ -103,7 +103,18 @@ class Item:
         """
         if not isinstance(self.value, str):
             raise self.error(f"{shown(self.value)} is not the name of a file")
-        return str(self.folder / self.value) if is_path(self.value) else self.value
+        return str(self.path(self.value)) if is_path(self.value) else self.value
+
+    def path(self, written: str) -> Path:
+        """A path as written here: relative to this file's folder, absolute, or below a home (~).
+
+        Raises:
+            FileError: there is no such home.
+        """
+        try:
+            return self.folder / Path(written).expanduser()
+        except RuntimeError:
+            raise self.error(f"'{written}' is below a home that is not known") from None
 
     def refer(self, load: Callable[[], T]) -> T:
         """The content of another file that this item names.

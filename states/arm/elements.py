@@ -29,6 +29,13 @@ class Element:
         """Children with this tag."""
         return (child for child in self.children if child.tag == tag)
 
+    def within(self) -> Iterator[Element]:
+        """All elements inside this one, in the order of the file."""
+        ahead = self.children[::-1]
+        while ahead:
+            yield (found := ahead.pop())
+            ahead += found.children[::-1]
+
     def first(self, tag: str) -> Element | None:
         """The first child with this tag; None without one."""
         return next(self.all(tag), None)

@@ -1,7 +1,8 @@
 """URDF robot descriptions: links, joints, mesh names, and the pose of every link (R17).
 
-Reads fixed, revolute, continuous, prismatic and mimic joints.
-Meshes are named, not loaded. xacro must have been expanded before.
+Reads all kinds of joints, and mimic joints; floating and planar ones stay where `origin` puts them,
+so they can carry an arm, but not be part of it. Meshes are named, not loaded. xacro must have been
+expanded before.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -21,9 +22,10 @@ from states.arm.elements import Element, elements
 from states.arm.kernels import Array
 from states.arm.kinematics import matrix
 
-JointKind = Literal["fixed", "revolute", "continuous", "prismatic"]
+JointKind = Literal["fixed", "revolute", "continuous", "prismatic", "floating", "planar"]
 
-_KINDS: tuple[JointKind, ...] = ("fixed", "revolute", "continuous", "prismatic")
+_KINDS: tuple[JointKind, ...] = get_args(JointKind)
+_UNMOVED = ("fixed", "floating", "planar")
 _LARGEST = 20_000_000
 _HERE = Placement()
 
@@ -58,7 +60,7 @@ class Joint:
     @property
     def moves(self) -> bool:
         """True if the joint has a value of its own."""
-        return self.kind != "fixed" and self.mimic is None
+        return self.kind not in _UNMOVED and self.mimic is None
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +139,9 @@ def read_urdf(path: Path) -> Urdf:
 def parse_urdf(text: str, path: str = "robot.urdf") -> Urdf:
     """Like `read_urdf`, for text."""
     root = elements(text, path)
+    if xacro := next((e for e in root.within() if e.tag.startswith("xacro:")), None):
+        name = Path(path).with_suffix("").stem
+        raise xacro.fail(f"is xacro; run `xacro {Path(path).name} > {name}.expanded.urdf` first")
     if root.tag != "robot":
         raise root.fail("is the outermost element; a URDF has <robot>")
     links = {name: _link(element) for name, element in root.named("link").items()}
@@ -176,7 +181,7 @@ def _joint(element: Element, links: tuple[str, ...]) -> Joint:
             raise element.fail(f"names a link '{link}' that is not there; {hint}")
     axis, limit, mimic = (element.first(tag) for tag in ("axis", "limit", "mimic"))
     along = axis.numbers("xyz", (1.0, 0.0, 0.0)) if axis else (1.0, 0.0, 0.0)
-    if kind != "fixed" and math.hypot(*along) < 1e-9:
+    if kind not in ("fixed", "floating") and math.hypot(*along) < 1e-9:
         raise element.fail("has an axis of no length")
     bounded = limit is not None and kind in ("revolute", "prismatic")
     return Joint(
@@ -260,7 +265,7 @@ def _motion(joint: Joint, value: float) -> Array:
     R = I + sin(t) K + (1 - cos(t)) K^2, with K the cross product matrix of the unit axis.
     """
     moved = np.eye(4)
-    if joint.kind == "fixed":
+    if joint.kind in _UNMOVED:
         return moved
     x, y, z = np.array(joint.axis) / math.hypot(*joint.axis)
     if joint.kind == "prismatic":

@@ -23,6 +23,7 @@ from states.arm.urdf import Joint, Urdf, read_urdf
 
 _ALIKE = 0.1
 """Largest angle between a joint axis and that of a UR arm, rad."""
+_FAULTS = {"prismatic": "slides", "floating": "floats", "planar": "slides in a plane"}
 
 # axes of a UR arm stretched out at zero angles, in its base frame
 _DIRECTIONS = ((0, 0, 1), (0, -1, 0), (0, -1, 0), (0, -1, 0), (0, 0, -1), (0, -1, 0))
@@ -140,8 +141,8 @@ def _turning(urdf: Urdf, base: str, tip: str) -> list[Joint]:
     chain = urdf.chain(base, tip)
     joints = [joint for joint in chain if joint.kind != "fixed"]
     for joint in joints:
-        if joint.kind == "prismatic" or joint.mimic is not None:
-            what = "slides" if joint.kind == "prismatic" else "mimics another"
+        if joint.kind in _FAULTS or joint.mimic is not None:
+            what = _FAULTS.get(joint.kind, "mimics another")
             raise ValueError(f"{urdf.name}: joint '{joint.name}' {what}; all six must turn freely")
     if len(joints) != 6:
         raise ValueError(f"{urdf.name}: {len(joints)} joints from '{base}' to '{tip}'; needs 6")

@@ -103,11 +103,44 @@ def is_inside_rings(x: float, y: float, sides: Array) -> bool:
 
 @compiled
 def _fill(xs: Array, ys: Array, sides: Array) -> Mask:
+    """`is_inside_rings` of every centre, by scan lines: a side flips all cells left of it.
+
+    Work is that of the cells in each ring's box, not of cells times sides.
+    """
     mask = np.zeros((len(ys), len(xs)), np.bool_)
-    for row in range(len(ys)):
-        for column in range(len(xs)):
-            mask[row, column] = is_inside_rings(xs[column], ys[row], sides)
+    flips = np.zeros((len(ys), len(xs) + 1), np.bool_)
+    first = 0
+    while first < len(sides):
+        last = first
+        while last < len(sides) and sides[last, 5] == sides[first, 5]:
+            last += 1
+        box = _flip(flips, xs, ys, sides[first:last])
+        for row in range(box[0], box[1]):
+            odd = False
+            for column in range(box[3], box[2] - 1, -1):
+                odd = odd != flips[row, column]
+                flips[row, column] = False
+                if odd and column > 0:
+                    mask[row, column - 1] = first == 0
+        first = last
     return mask
+
+
+@compiled
+def _flip(flips: Mask, xs: Array, ys: Array, ring: Array) -> tuple[int, int, int, int]:
+    """Mark how many columns lie left of each side; the box: rows from, to, first and last mark."""
+    low, high, left, right = len(ys), 0, len(xs), 0
+    for i in range(len(ring)):
+        x1, y1, x2, y2 = ring[i, 0], ring[i, 1], ring[i, 2], ring[i, 3]
+        from_row = np.searchsorted(ys, min(y1, y2))
+        to_row = np.searchsorted(ys, max(y1, y2))
+        for row in range(from_row, to_row):
+            at = np.searchsorted(xs, x1 + (ys[row] - y1) * (x2 - x1) / (y2 - y1))
+            flips[row, at] = not flips[row, at]
+            left, right = min(left, at), max(right, at)
+        if from_row < to_row:
+            low, high = min(low, from_row), max(high, to_row)
+    return low, high, left, right
 
 
 def _mean_width(ring: Ring) -> float:

@@ -14,13 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from hw.compiled import compiled
 from hw.geometry import Pose2
 from hw.room import Room
 from states.maps.cells import Grid, Mask, fill_rings
 from states.maps.distance import Array, distances
-from states.maps.occupancy import FREE, OccupancyMap, Values
+from states.maps.occupancy import FREE, UNKNOWN, OccupancyMap, Values
 
 Indices = NDArray[np.int32]
 
@@ -30,7 +31,8 @@ OCCUPIED_FROM = 65
 """Cells of this value or more are walls."""
 
 _FINEST = 0.1  # m, cells of drawn rooms; finer ones list no fewer sides
-_MOST_WORK = 5e7  # distances of sides to cells that are looked at to make a table
+_MOST_WORK = 5e7  # sides times cells of a table
+_BLOCK = 8  # cells along the side of a block, for which sides are sorted out together
 
 
 class Table(NamedTuple):
@@ -97,24 +99,27 @@ def room_field(room: Room, reach: float = REACH) -> Field:
 def map_field(map_: OccupancyMap, reach: float = REACH) -> Field:
     """The field of a scanned map, its walls known to half a cell.
 
-    Only faces count as walls, so that scans are matched to the face of a thick wall.
+    Only faces count as walls, so that scans are matched to the face of a thick wall. As in a drawn
+    room, distances go on outside the map up to `reach`: outermost cells are walls on both sides.
     """
-    nearest = np.minimum(distances(_faces(map_.values), map_.resolution), reach)
+    size = map_.resolution
+    border = math.ceil(reach / size) + 1  # the outer half cell is not interpolated
+    values = np.pad(map_.values, border, constant_values=UNKNOWN)
+    nearest = np.minimum(distances(_faces(values), size), reach)
     none, nobody = np.empty((0, 5)), np.empty(0, np.int32)
-    rows, columns = map_.values.shape
-    floor = map_.values == FREE
-    table = Table(map_.resolution, rows, columns, reach, none, nobody, nobody, nearest, floor)
-    return Field(map_.map_from_corner, table, 0.5 * map_.resolution)
+    rows, columns = values.shape
+    table = Table(size, rows, columns, reach, none, nobody, nobody, nearest, values == FREE)
+    corner = map_.map_from_corner @ Pose2(-border * size, -border * size)
+    return Field(corner, table, 0.5 * size)
 
 
 def _faces(values: Values) -> Mask:
-    """Occupied cells next to a free one; all occupied ones if there is no such cell."""
+    """Occupied cells next to a free one; all occupied ones if there is no such cell.
+
+    The outermost cells are unknown.
+    """
     occupied = values >= OCCUPIED_FROM
-    free = np.pad(values == FREE, 1)
-    rows, columns = values.shape
-    beside = np.zeros_like(occupied)
-    for i, j in np.ndindex(3, 3):
-        beside |= free[i : i + rows, j : j + columns]
+    beside = binary_dilation(values == FREE, np.ones((3, 3)))
     faces: Mask = occupied & beside
     return faces if faces.any() else occupied
 
@@ -201,27 +206,43 @@ def _candidates(
 
     Places are within half a diagonal h of the centre, so distances to sides differ from those at
     the centre by at most h: a side farther from the centre than the nearest one by 2 h is nearest
-    to no place of the cell.
+    to no place of the cell. Each block of cells is looked at first, in the same way, and its cells
+    look only at what remains.
     """
     half = 0.5 * math.sqrt(2.0) * cell
     first = np.zeros(rows * columns + 1, np.int32)
     listed = np.empty(1024, np.int32)
     count = 0
-    own = np.empty(len(sides))
+    everyone = np.arange(len(sides), dtype=np.int32)
+    across = (columns + _BLOCK - 1) // _BLOCK
+    near = [everyone] * across
+    wide = _BLOCK * cell
     for row in range(rows):
+        if row % _BLOCK == 0:
+            y = (row + 0.5 * _BLOCK) * cell
+            for block in range(across):
+                x = (block + 0.5) * wide
+                near[block] = _nearest(sides, everyone, x, y, _BLOCK * half, reach)
         for column in range(columns):
             x, y = (column + 0.5) * cell, (row + 0.5) * cell
-            limit = reach + half
-            for i in range(len(sides)):
-                dx, dy = _off(x, y, sides[i])
-                own[i] = math.sqrt(dx * dx + dy * dy)
-                limit = min(limit, own[i] + 2.0 * half)
-            for i in range(len(sides)):
-                if own[i] > limit + 1e-9:
-                    continue
+            for i in _nearest(sides, near[column // _BLOCK], x, y, half, reach):
                 if count == len(listed):
                     listed = np.concatenate((listed, np.empty_like(listed)))
                 listed[count] = i
                 count += 1
             first[row * columns + column + 1] = count
     return first, listed[:count].copy()
+
+
+@compiled
+def _nearest(
+    sides: Array, among: Indices, x: float, y: float, half: float, reach: float
+) -> Indices:
+    """Those sides that can be nearest to, and within `reach` of, a place `half` around a centre."""
+    own = np.empty(len(among))
+    limit = reach + half
+    for k in range(len(among)):
+        dx, dy = _off(x, y, sides[among[k]])
+        own[k] = math.sqrt(dx * dx + dy * dy)
+        limit = min(limit, own[k] + 2.0 * half)
+    return among[own <= limit + 1e-9]

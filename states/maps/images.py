@@ -1,7 +1,7 @@
-"""Grey images for maps, PGM (P2, P5) and PNG, read and written by Pillow.
+"""Grey images for maps, PGM (P2, P5), PNG and BMP, read by Pillow; PGM and PNG written.
 
 Pixels are (rows, columns, channels) uint8, the top row first; channels are grey, grey and alpha,
-RGB or RGBA. Deeper images are brought to 8 bits.
+RGB or RGBA. Deeper images are brought to 8 bits, palettes to colours.
 """
 
 from __future__ import annotations
@@ -26,6 +26,10 @@ Pixels = NDArray[np.uint8]
 MAX_PIXELS = Image.MAX_IMAGE_PIXELS or 89_000_000
 MAX_BYTES = 400_000_000
 _PNG = b"\x89PNG\r\n\x1a\n"
+_FORMATS = {_PNG: "PNG", b"P5": "PPM", b"P2": "PPM", b"BM": "BMP"}
+"""Pillow's formats by the first bytes of a file."""
+_PLAIN = {"P": "RGB", "1": "L"}
+"""What images of palettes and of single bits are converted to."""
 _IHDR = struct.Struct(">4sIIBBBBB")
 _CHUNK = struct.Struct(">I4s")
 _PNG_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
@@ -33,23 +37,25 @@ _PNG_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
 
 
 def read_image(path: Path) -> Pixels:
-    """The pixels of a PGM or PNG file, whatever its suffix.
+    """The pixels of a PGM, PNG or BMP file, whatever its suffix.
 
     Raises:
         FileError: naming the file and what is wrong with it.
     """
     data = read_bytes(path, MAX_BYTES)
-    is_png = data.startswith(_PNG)
-    if not is_png and data[:2] not in (b"P5", b"P2"):
-        raise mistake(path, "is neither PGM (P5, P2) nor PNG")
+    form = next((form for start, form in _FORMATS.items() if data.startswith(start)), None)
+    if form is None:
+        raise mistake(path, _refused(data))
     with _named(path):
-        image = _opened(data, "PNG" if is_png else "PPM")
-        held, needed = _png_bytes(data) if is_png else _pgm_pixels(data, image)
+        image = _opened(data, form)
+        if form == "BMP":  # its decoder refuses one that is cut off
+            return _pixels(image)
+        held, needed = _png_bytes(data) if form == "PNG" else _pgm_pixels(data, image)
     # Pillow fills missing lines of a PNG with zeros, which would be walls, and drops surplus ones
     if held > needed:
         raise mistake(path, f"holds more than its {image.width} x {image.height} pixels")
     if held < needed:
-        unit = "bytes" if is_png else "pixels"
+        unit = "bytes" if form == "PNG" else "pixels"
         size = f"{image.width} x {image.height}"
         raise mistake(path, f"is cut off: {held} of {needed} {unit}, for {size} pixels")
     with _named(path):
@@ -82,6 +88,12 @@ def _named(path: Path) -> Iterator[None]:
         raise mistake(path, f"is damaged: {failure}") from None
 
 
+def _refused(data: bytes) -> str:
+    if data.startswith(b"\xff\xd8\xff"):
+        return "is a JPEG, whose compression changes greys; save it as PNG, PGM (P5, P2) or BMP"
+    return "is empty" if not data else "is neither PGM (P5, P2), PNG nor BMP"
+
+
 def _opened(data: bytes, form: str) -> ImageFile.ImageFile:
     """The image, its size and (PNG) its check sums verified, its pixels not yet decoded."""
     with warnings.catch_warnings():
@@ -91,16 +103,18 @@ def _opened(data: bytes, form: str) -> ImageFile.ImageFile:
 
 
 def _pixels(image: ImageFile.ImageFile) -> Pixels:
-    if image.mode == "P":
-        colours = np.array(image.getpalette("RGB"), np.uint8).reshape(-1, 3)
-        found: Pixels = colours[np.asarray(image)]
-        return found
-    values = np.asarray(image.convert("L") if image.mode == "1" else image)
+    clear = image.info.get("transparency")
+    if image.mode.startswith("I;16"):
+        deep = np.asarray(image)
+        alpha = [] if clear is None else [np.where(deep == clear, 0, 255)]
+        return np.stack([deep >> 8, *alpha], axis=-1).astype(np.uint8)
     if image.mode == "I":  # PGM of more than 8 bits, scaled to 16 by Pillow
-        values = np.floor(values * 255.0 / 65535.0 + 0.5)
-    elif image.mode.startswith("I;16"):
-        values = values >> 8
-    return np.atleast_3d(values).astype(np.uint8)
+        values = np.floor(np.asarray(image) * 255.0 / 65535.0 + 0.5)
+        return np.atleast_3d(values).astype(np.uint8)
+    if image.mode == "P" and np.asarray(image).max() >= len(image.getpalette("RGB") or ()) // 3:
+        raise ValueError("it has colours that are not in its palette")
+    plain = _PLAIN.get(image.mode, image.mode) if clear is None else "RGBA"
+    return np.atleast_3d(np.asarray(image.convert(plain)))
 
 
 def _pgm_pixels(data: bytes, image: ImageFile.ImageFile) -> tuple[int, int]:

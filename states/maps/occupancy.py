@@ -1,6 +1,6 @@
 """Occupancy maps, read and written as map_server does: a YAML file beside an image.
 
-    image: lab.pgm                # relative to the YAML file
+    image: lab.pgm                # relative to the YAML file, absolute, or below ~
     resolution: 0.05              # m per pixel
     origin: [-5.0, -5.0, 0.0]     # pose of the image's lower left corner in the map: x, y, yaw
     negate: 0                     # 1: dark is free
@@ -10,7 +10,10 @@
 
 The top row of the image is the last row of the map. Two conventions decide what a pixel on a
 threshold is: `ros1` compares with > and <, `nav2` with >= and <=; map_saver's grey for unknown,
-205, is 0.19608, just above 0.196 and below a careless 0.25.
+205, is 0.19608, just above 0.196 and below a careless 0.25. `scale` spreads the greys between the
+thresholds over 0 to 100, and `raw` takes greys as values: both read map_saver's 205 as something
+else than unknown, which a remark tells. Pixels that are not opaque are unknown, as in Nav2,
+except in `raw`.
 """
 
 from __future__ import annotations
@@ -122,7 +125,8 @@ class _Map:
 def _map(item: Item, convention: Convention) -> OccupancyMap:
     read = record(item, _Map, more=True)
     resolution = read.resolution
-    pixels = item.inner("image").refer(lambda: read_image(item.folder / read.image))
+    image = item.inner("image")
+    pixels = image.refer(lambda: read_image(image.path(read.image)))
     if (side := max(pixels.shape[:2]) * resolution) > LARGEST:
         message = f"makes the map {side:g} m long; at most {LARGEST:g} m are allowed"
         raise item.inner("resolution").error(message)
@@ -140,13 +144,12 @@ def pixel_values(
     convention: Convention,
 ) -> Values:
     """Map values of pixels, (rows, columns), top row first; thresholds are occupied, free."""
-    grey, alpha = _grey_and_alpha(pixels, mode, convention)
+    grey, opaque = _grey_and_opaque(pixels)
     shade = 255.0 - grey if negate else grey
     if mode == "raw":
         whole = np.rint(shade).astype(np.int16)
-        if convention == "nav2":
-            return np.where(whole <= OCCUPIED, whole, UNKNOWN).astype(np.int16)
-        return np.where(whole == 255, UNKNOWN, whole).astype(np.int16)
+        most = OCCUPIED if convention == "nav2" else 254
+        return np.where(whole <= most, whole, UNKNOWN).astype(np.int16)
     occupied_from, free_to = thresholds
     share = (255.0 - shade) / 255.0
     if convention == "nav2":
@@ -157,11 +160,8 @@ def pixel_values(
     if mode == "scale":
         part = (share - free_to) / (occupied_from - free_to)
         between = np.rint(100.0 * part) if convention == "nav2" else np.trunc(99.0 * part)
-        between[alpha < 1.0] = UNKNOWN
     values = np.where(occupied, OCCUPIED, np.where(free, FREE, between))
-    if convention == "nav2":
-        values[alpha < 255.0] = UNKNOWN
-    return values.astype(np.int16)
+    return np.where(opaque, values, UNKNOWN).astype(np.int16)
 
 
 def save_map(map_: OccupancyMap, path: Path | str, mode: OccupancyMode = "trinary") -> None:
@@ -195,17 +195,11 @@ def save_map(map_: OccupancyMap, path: Path | str, mode: OccupancyMode = "trinar
     )
 
 
-def _grey_and_alpha(
-    pixels: Pixels, mode: OccupancyMode, convention: Convention
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    channels = pixels.shape[2]
-    has_alpha = channels in (2, 4)
-    alpha = pixels[..., -1].astype(np.float64) if has_alpha else np.full(pixels.shape[:2], 255.0)
-    # map_server of ROS 1 averages alpha into the grey in trinary mode
-    averaged = (
-        pixels if not has_alpha or (mode, convention) == ("trinary", "ros1") else pixels[..., :-1]
-    )
-    return averaged.mean(axis=2), alpha
+def _grey_and_opaque(pixels: Pixels) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """The mean of the colours, and where it is not seen through (all of an image without alpha)."""
+    if pixels.shape[2] in (2, 4):
+        return pixels[..., :-1].mean(axis=2), pixels[..., -1] == 255
+    return pixels.mean(axis=2), np.ones(pixels.shape[:2], np.bool_)
 
 
 def _frozen(values: Values) -> Values:
@@ -221,19 +215,29 @@ def _remarks(
     mode: OccupancyMode,
     negate: bool,
 ) -> tuple[str, ...]:
-    if mode != "trinary":
-        return ()
+    greys = np.array([*_GREYS.values(), 255])
+    greys = 255 - greys if negate else greys
+    grey, opaque = _grey_and_opaque(pixels)
+    at_unknown = opaque & (grey == greys[1])
+    count = np.count_nonzero(at_unknown)
     found = []
-    unknown_grey = 50 if negate else _GREYS["unknown"]
-    at_unknown = pixels[..., 0] == unknown_grey
-    if at_unknown.any() and (values[at_unknown] == FREE).all():
+    if count and (values[at_unknown] == FREE).all():
+        if mode == "trinary":
+            cause, right = f"free_thresh {thresholds[1]:g}", "0.196"
+        else:
+            cause, right = f"mode {mode}", "mode trinary"
         found.append(
-            f"free_thresh {thresholds[1]:g} reads map_saver's grey for unknown as free "
-            f"({np.count_nonzero(at_unknown)} cells); 0.196 keeps it unknown"
+            f"{cause} reads map_saver's grey for unknown as free ({count} cells); "
+            f"{right} keeps it unknown"
         )
-    if not (values == OCCUPIED).any():
+    if not (values >= OCCUPIED).any():
         found.append("no cell is occupied: the walls may have been lost by scaling the image")
-    between = np.count_nonzero(values == UNKNOWN) - np.count_nonzero(at_unknown)
-    if between > 0.05 * values.size:
+    between = np.count_nonzero((values == UNKNOWN) & opaque) - count
+    if mode == "trinary" and between > 0.05 * values.size:
         found.append(f"{between} cells are neither free nor occupied nor map_saver's unknown")
+    if mode == "raw" and np.isin(grey, greys).all():
+        found.append(
+            "mode raw takes greys as values, so that dark is free and bright is occupied: "
+            "mode trinary reads an image of map_saver's greys"
+        )
     return tuple(found)

@@ -1,4 +1,4 @@
-"""A scanned map as a room: the outline of its largest free piece, as polygons.
+"""A scanned map as a floor and a room: the outline of its largest free piece, as polygons.
 
 Specks are dropped, unreachable cells are left out, and corners are removed where the outline stays
 within half a cell. A speck that was an obstacle after all will be seen by the scanners.
@@ -8,30 +8,51 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from engine.files.finding import mistake
 from hw.geometry import Pose2
 from hw.room import Point, Ring, Room
 from states.maps.cells import Mask
 from states.maps.distance import Array, distances
-from states.maps.occupancy import FREE, UNKNOWN, OccupancyMap
+from states.maps.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, load_map
 
-SPECK_CELLS = 4
-"""Obstacles of fewer cells, surrounded by free ones, are specks."""
+SPECK_AREA, SPECK_SIDE = 0.01, 0.15
+"""A speck covers less than this, m2, and is no longer and no wider than that, m: up to three cells
+of 5 cm, single beams that went astray. A leg of a table is larger on cells that show it as such."""
 LOOSE = 0.5
 """How far the outline may move when corners are removed, in cells."""
 ROBOT_M, APART_M = 1.0, 3.0
 """Distances of a robot's start pose from walls and from a person, m, where there is room."""
 _LEAST_AREA = 1e-6
 _STAIR = 1
+_SHOWN = 6
+"""Specks whose places are told."""
+_ROUNDING = 1e-9
+
+
+def load_floor(path: Path | str) -> OccupancyMap:
+    """The floor of a map file, `tidied`: for all that drive on it or measure it.
+
+    Raises:
+        FileError: the map is wrong, or none of its cells is free.
+    """
+    map_ = load_map(path)
+    try:
+        return tidied(map_)
+    except ValueError as refused:
+        raise mistake(path, str(refused)) from None
 
 
 def tidied(map_: OccupancyMap) -> OccupancyMap:
     """The map without specks; free cells not connected to the largest piece become unknown.
+
+    Remarks tell what was left out.
 
     Raises:
         ValueError: no cell is free.
@@ -39,10 +60,8 @@ def tidied(map_: OccupancyMap) -> OccupancyMap:
     free = map_.values == FREE
     if not free.any():
         raise ValueError("no cell of the map is free")
-    things, _ = ndimage.label(~free, np.ones((3, 3)))
-    small = np.bincount(things.ravel()) < SPECK_CELLS
-    small[0] = False
-    free |= small[things]
+    specks = _specks(free, map_.resolution)
+    free |= specks
     pieces, _ = ndimage.label(free)
     sizes = np.bincount(pieces.ravel())
     sizes[0] = 0
@@ -50,7 +69,48 @@ def tidied(map_: OccupancyMap) -> OccupancyMap:
     values = np.where(own, FREE, np.where(map_.values == FREE, UNKNOWN, map_.values))
     values = values.astype(np.int16)
     values.setflags(write=False)
-    return replace(map_, values=values)
+    dropped = specks & (map_.values >= OCCUPIED)
+    told = (*map_.remarks, *_speck_remarks(map_, dropped), *_piece_remarks(map_, free & ~own))
+    return replace(map_, values=values, remarks=told)
+
+
+def _specks(free: Mask, resolution: float) -> Mask:
+    """Cells that are not free and belong to a speck, seen as obstacles that touch at corners."""
+    things, _ = ndimage.label(~free, np.ones((3, 3)))
+    area = np.bincount(things.ravel()) * resolution**2
+    sides = [max(p.stop - p.start for p in box) for box in ndimage.find_objects(things)]
+    small = (area < SPECK_AREA - _ROUNDING) & (
+        np.array([0, *sides]) * resolution <= SPECK_SIDE + _ROUNDING
+    )
+    small[0] = False
+    specks: Mask = small[things]
+    return specks
+
+
+def _speck_remarks(map_: OccupancyMap, dropped: Mask) -> Iterator[str]:
+    things, count = ndimage.label(dropped, np.ones((3, 3)))
+    if count:
+        boxes = ndimage.find_objects(things)
+        side = map_.resolution * max(p.stop - p.start for box in boxes for p in box)
+        places = ", ".join(_place(map_, *np.argwhere(things == n)[0]) for n in _told(count))
+        more = f" and {count - _SHOWN} more" if count > _SHOWN else ""
+        specks = "1 speck" if count == 1 else f"{count} specks"
+        yield f"{specks} of at most {side:.2g} m left out, at {places}{more}"
+
+
+def _piece_remarks(map_: OccupancyMap, others: Mask) -> Iterator[str]:
+    if others.any():
+        area = np.count_nonzero(others) * map_.resolution**2
+        yield f"{area:.2f} m2 of free floor left out: it is not connected to the largest piece"
+
+
+def _told(count: int) -> range:
+    return range(1, 1 + min(count, _SHOWN))
+
+
+def _place(map_: OccupancyMap, row: int, column: int) -> str:
+    x, y = map_.center(int(row), int(column))
+    return f"({x:.2f}, {y:.2f})"
 
 
 def room_of(map_: OccupancyMap) -> Room:

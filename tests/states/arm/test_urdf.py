@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -87,7 +88,7 @@ def test_every_link_is_where_fixed_turning_sliding_and_mimic_joints_put_it():
             '<parent link="mst"/>',
             r":\d+: .*'mst' that is not there; did you",
         ),
-        ('type="continuous"', 'type="planar"', r":\d+: .*'planar'; known: fixed"),
+        ('type="continuous"', 'type="ball"', r":\d+: .*'ball'; known: fixed"),
         ('name="hand"/>', 'name="mast"/>', "stands twice"),
         ('xyz="0 0.6 0.8"', 'xyz="0 0 0"', "axis of no length"),
         ('xyz="0 0.5 1"', 'xyz="0 0.5"', "needs 3 finite numbers"),
@@ -208,6 +209,8 @@ def test_an_arm_with_other_frames_keeps_its_forward_kinematics_and_gets_inverse_
     [
         ('type="revolute"', 'type="fixed"', "5 joints from 'base_link' to 'tool'; needs 6"),
         ('type="revolute"', 'type="prismatic"', "'base_link_l1' slides"),
+        ('type="revolute"', 'type="floating"', "'base_link_l1' floats"),
+        ('type="revolute"', 'type="planar"', "'base_link_l1' slides in a plane"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 0.9 0.4"/>', "the axis of 'l2_l3' is"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><mimic joint="l2_l3"/>', "mimics another"),
     ],
@@ -268,3 +271,43 @@ def test_a_wrong_urdf_of_a_robot_file_is_told(arm, tmp_path, described, message)
     file.write_text(text.replace("calibration: null", f"urdf: {described}"))
     with pytest.raises(ValueError, match=message):
         manipulator_of(load_robot(file))
+
+
+CASE = Path(__file__).resolve().parents[4] / "shared/cases/u_floating.urdf"
+
+
+@pytest.mark.parametrize("kind", ["floating", "planar", "prismatic", "continuous"])
+def test_joints_above_and_beside_an_arm_change_nothing_of_it(kind):
+    like = manipulator_of(load_robot("rbkairos_ur10"))
+    plain = urdf_of(like)
+    more = f'''<link name="world"/><link name="tray"/><link name="lid"/>
+      <joint name="free" type="{kind}"><parent link="world"/><child link="base_footprint"/></joint>
+      <joint name="beside" type="{kind}"><parent link="base_footprint"/><child link="tray"/></joint>
+      <joint name="lid" type="prismatic"><parent link="tray"/><child link="lid"/>
+      <mimic joint="beside"/></joint></robot>'''
+    arms = [
+        manipulator_from_urdf(parse_urdf(text), "base_footprint", "tcp", like)
+        for text in (plain, plain.replace("</robot>", more))
+    ]
+    joints = np.random.default_rng(1).uniform(-2.0, 2.0, (20, 6))
+    one, other = (forward(KinematicChain.of(arm), joints) for arm in arms)
+    np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.skipif(not CASE.is_file(), reason=f"no {CASE}")
+def test_an_arm_whose_base_floats_is_read():
+    urdf = read_urdf(CASE)
+    like = manipulator_of(load_robot("rbkairos_ur10"))
+    free = manipulator_from_urdf(urdf, "base_link", "tool0", like)
+    text = CASE.read_text().replace('type="floating"', 'type="fixed"')
+    fixed = manipulator_from_urdf(parse_urdf(text), "base_link", "tool0", like)
+    assert free == fixed
+
+
+def test_xacro_is_named():
+    text = """<robot xmlns:xacro="http://wiki.ros.org/xacro" name="own"><link name="a">
+    <inertial><xacro:cylinder h="1"/></inertial></link></robot>"""
+    with pytest.raises(FileError, match=r"own.xacro:2:.*run `xacro own.xacro > own.expanded.urdf`"):
+        parse_urdf(text, "own.xacro")
+    expanded = text.replace('<xacro:cylinder h="1"/>', '<mass value="1"/>')
+    assert parse_urdf(expanded, "own.urdf").root == "a"

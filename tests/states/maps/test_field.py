@@ -23,6 +23,12 @@ def moved(room, x, y):
     return Room(shift(room.outer), tuple(map(shift, room.walls)), tuple(map(shift, room.columns)))
 
 
+def at(x, y, field):
+    """`distance_at` a place of the map, for fields that are not turned."""
+    corner = field.map_from_corner
+    return distance_at(x - corner.x, y - corner.y, field.table)
+
+
 @pytest.mark.parametrize(
     "room", [ROOM, Room(((0.0, 0.0), (9.0, 1.0), (7.0, 8.0), (3.0, 3.5)))], ids=["room", "skew"]
 )
@@ -64,9 +70,9 @@ def test_on_a_map_it_is_the_distance_between_centres_of_cells():
     values[walls[:, 0], walls[:, 1]] = OCCUPIED
     values[0, :5] = UNKNOWN
     field = map_field(OccupancyMap(values, 0.05, Pose2(0.0, 0.0)))
-    for row, column in np.ndindex(29, 39):
+    for row, column in np.ndindex(30, 40):
         least = min(math.dist((row, column), wall) for wall in np.argwhere(values == OCCUPIED))
-        found, _, _ = distance_at((column + 0.5) * 0.05, (row + 0.5) * 0.05, field.table)
+        found, _, _ = at((column + 0.5) * 0.05, (row + 0.5) * 0.05, field)
         assert found == pytest.approx(0.05 * least, abs=1e-12)
     assert field.sigma == 0.025
 
@@ -76,15 +82,31 @@ def test_between_centres_it_is_linear_and_the_direction_is_its_slope():
     values[:, 3] = OCCUPIED
     field = map_field(OccupancyMap(values, 0.1, Pose2(0.0, 0.0)))
     for x in np.linspace(0.36, 1.9, 50):
-        distance, nx, ny = distance_at(x, 0.77, field.table)
+        distance, nx, ny = at(x, 0.77, field)
         assert (distance, nx, ny) == pytest.approx((x - 0.35, 1.0, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("size", [0.05, 0.25, 0.7])
+def test_walls_in_the_outermost_cells_of_a_map_have_two_sides(size):
+    """The same map with a broad border of unknown cells has the same distances, edge or not."""
+    values = np.full((9, 12), FREE, np.int16)
+    values[0], values[-1], values[:, 0], values[:, -1] = (OCCUPIED,) * 4
+    border = math.ceil(2.0 * REACH / size) + 2
+    wide = np.pad(values, border, constant_values=UNKNOWN)
+    cropped = map_field(OccupancyMap(values, size, Pose2(0.0, 0.0)))
+    whole = map_field(OccupancyMap(wide, size, Pose2(-border * size, -border * size)))
+    low, high = -1.9, np.array([12.0, 9.0]) * size + 1.9
+    for x, y in np.random.default_rng(5).uniform(low, high, (500, 2)):
+        assert at(x, y, cropped) == pytest.approx(at(x, y, whole), abs=1e-9)
+    distance, nx, ny = at(1.0 * size, 4.5 * size, cropped)
+    assert (distance, nx, ny) == pytest.approx((0.5 * size, 1.0, 0.0))
 
 
 def test_a_thick_wall_draws_to_its_face():
     values = np.full((20, 20), FREE, np.int16)
     values[:, :8] = OCCUPIED
     field = map_field(OccupancyMap(values, 0.1, Pose2(0.0, 0.0)))
-    distance, nx, _ = distance_at(0.35, 1.0, field.table)
+    distance, nx, _ = at(0.35, 1.0, field)
     assert (distance, nx) == pytest.approx((0.4, -1.0))
 
 
