@@ -193,6 +193,16 @@ class Profile:
             for key, needed in least.items()
             if (value := getattr(self.navigation.named(name), key)) < needed
         ]
+        sensors = {**robot.sensing.lidars, **robot.sensing.trackers}
+        errors += [
+            self._error(
+                f"plant.sensing.mount_error.{name}",
+                f"{robot.name} has no such scanner or tracker",
+                did_you_mean(name, sensors),
+            )
+            for name in self.plant.sensing.mount_error
+            if name not in sensors
+        ]
         parked = None if robot.arm is None else self.robot.parked(robot.arm.shape.name)
         if parked is not None and robot.arm is not None:
             try:

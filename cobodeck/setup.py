@@ -20,6 +20,7 @@ from engine.files.finding import FileError
 from engine.machine import Box, Leaf, Machine, Vertex
 from engine.signals import Measured, Signal, closure, declare, roots
 from hw.connection import Connection, Narrowed
+from hw.geometry import Pose2
 from hw.robot import RobotModel, load_robot
 from hw.samples import PoseSigma
 from hw.scene import Scene
@@ -278,7 +279,8 @@ def _in_place(robot: RobotModel, place: RunPlace | None) -> RobotModel:
     calibrated = None if place is None else place.scene.calibration
     if calibrated is None or not calibrated.scanner_yaws:
         return robot
-    return replace(robot, sensing=robot.sensing.turned(calibrated.scanner_yaws))
+    turned = {name: Pose2(0.0, 0.0, yaw) for name, yaw in calibrated.scanner_yaws.items()}
+    return replace(robot, sensing=robot.sensing.moved(turned))
 
 
 def reachable(machine: Machine) -> list[Leaf]:

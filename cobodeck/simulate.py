@@ -127,6 +127,7 @@ def figures_of(
         "user": options.user or (None if setup.scene is None else setup.scene.user),
         "profile": setup.profile.name,
         "set": list(setup.profile.sets),
+        "mount_error": _mount_error(setup, options),
         "tier": options.tier,
         "seed": options.seed,
         "tick_hz": setup.tick_hz,
@@ -150,6 +151,12 @@ def figures_of(
             for name, usage in board.usage().items()
         },
     }
+
+
+def _mount_error(setup: Setup, options: Options) -> dict[str, list[float]]:
+    """Where mounts differ from the files, [x, y, yaw], m and rad, in a run with sensors."""
+    off = setup.profile.plant.sensing.mount_error if options.tier == 2 else {}
+    return {name: [pose.x, pose.y, pose.yaw] for name, pose in off.items()}
 
 
 def _manner(setup: Setup, options: Options, loop: Loop) -> dict[str, Any]:

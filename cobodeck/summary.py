@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -67,6 +68,8 @@ def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
         rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m{energy}"))
     if f.get("localization") is not None:
         rows.append(("pose of the robot", _localization(f["localization"])))
+    if f.get("mount_error"):
+        rows.append(("true mounts", _mounts(f["mount_error"])))
     if not f.get("person_watched", True):
         rows.append(("person", "not watched: nothing keeps the base away from people"))
     return rows
@@ -84,6 +87,15 @@ def _localization(found: Mapping[str, Any]) -> str:
     if found["unknown_s"]:
         parts.append(f"not known for {found['unknown_s']:.1f} s")
     return ", ".join(parts)
+
+
+def _mounts(off: Mapping[str, Sequence[float]]) -> str:
+    """Differences of the true mounts from those of the files."""
+    told = (
+        f"{name} {_mm(x)}, {_mm(y)}, {math.degrees(yaw):.2f} deg off the files"
+        for name, (x, y, yaw) in off.items()
+    )
+    return "; ".join(told)
 
 
 def _mm(length: float | None) -> str:

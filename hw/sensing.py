@@ -42,6 +42,10 @@ class Mount:
         """base_from_sensor."""
         return Pose3.from_yaw(self.x, self.y, self.z, self.yaw)
 
+    def moved(self, by: Pose2) -> Mount:
+        """The mount shifted by x and y along the base's axes, and turned on the spot by yaw."""
+        return replace(self, x=self.x + by.x, y=self.y + by.y, yaw=self.yaw + by.yaw)
+
 
 @dataclass(frozen=True, slots=True)
 class LidarModel:
@@ -119,12 +123,10 @@ class Sensing:
     odometry: OdometryModel | None = None
     imu: ImuModel | None = None
 
-    def turned(self, yaws: Mapping[str, float]) -> Sensing:
-        """The same with scanners rotated by these yaws against their mounts, rad, by name."""
+    def moved(self, by: Mapping[str, Pose2]) -> Sensing:
+        """The same with scanners elsewhere, by name: see `Mount.moved`."""
         lidars = {
-            name: replace(model, mount=replace(model.mount, yaw=model.mount.yaw + yaws[name]))
-            if name in yaws
-            else model
+            name: replace(model, mount=model.mount.moved(by[name])) if name in by else model
             for name, model in self.lidars.items()
         }
         return replace(self, lidars=lidars)

@@ -21,6 +21,7 @@ from hw.sim.slip import SlipperyFloor
 from hw.sim.track import Track
 from hw.sim.vive import SimulatedTrackers
 from hw.things import Body
+from hw.tracking import Tracking
 
 PERSON_HEIGHT = 1.8
 """Height of the cylinder that models the person, m."""
@@ -51,10 +52,10 @@ class Equipment:
             self._walked = Track(person.body)
             bodies = (Body(RADIUS, PERSON_HEIGHT, self._walker), *bodies)
         room = None if scene is None else scene.room
-        shapes, sensing = Shapes(room, bodies), robot.sensing
+        shapes, sensing = Shapes(room, bodies), robot.sensing.moved(errors.mount_error)
         seen = coverage.Coverage(room, shapes, errors.vive)
         calibrated = None if scene is None else scene.calibration
-        tracking = None if calibrated is None else calibrated.poses()
+        tracking = Tracking.of(sensing) if calibrated is None else calibrated.poses()
         everywhere = scene is None or scene.tracking == "everywhere"
         self.view = PersonView(seen, errors.vive, seed, everywhere=everywhere)
         self.tracking_delay = errors.vive.delay
@@ -67,7 +68,7 @@ class Equipment:
             self.parts["imu"] = SimImu(sensing.imu, self._body, errors.imu, seed)
         if sensing.trackers:
             self.parts["rover_trackers"] = SimulatedTrackers(
-                robot, self._body, seen, errors.vive, seed, tracking
+                robot, self._body, seen, errors.vive, seed, tracking.moved(errors.mount_error)
             )
 
     def note(self, now_ns: int) -> None:

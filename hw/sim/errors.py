@@ -8,8 +8,8 @@ base stations in the corners of the tracked area.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Annotated
 
 from engine.files.item import Fault
@@ -135,10 +135,15 @@ class ViveErrors:
 
 @dataclass(frozen=True, slots=True)
 class SensorErrors:
-    """All error models; `slip` null: a floor without slip."""
+    """All error models; `slip` null: a floor without slip.
+
+    `mount_error`: by scanner or tracker, the true mount less that of the robot file, or of the
+    calibration: x and y along the axes of the base, and yaw. Only the simulator knows of it.
+    """
 
     lidar: LidarErrors = LidarErrors()
     odometry: OdometryErrors = OdometryErrors()
     imu: ImuErrors = ImuErrors()
     vive: ViveErrors = ViveErrors()
     slip: Slip | None = Slip()
+    mount_error: Mapping[str, Pose] = field(default_factory=dict)

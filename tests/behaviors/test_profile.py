@@ -278,3 +278,15 @@ def test_a_floor_without_slip_and_wrong_errors_are_told(tmp_path: Path) -> None:
     }.items():
         with pytest.raises(FileError, match=told[1]):
             load_profile(written(tmp_path, PAPER.replace(wrong, told[0])))
+
+
+def test_mounts_that_are_off_are_of_sensors_that_the_robot_has(tmp_path: Path) -> None:
+    setting = "plant.sensing.mount_error.{}={{x: 2 cm, y: 0, yaw: 1 deg}}"
+    robot = load_robot("rbkairos_ur10")
+    mine = load_profile("tuned", [setting.format("front_laser")])
+
+    mine.require_robot(robot)
+    off = mine.plant.sensing.mount_error["front_laser"]
+    assert (off.x, off.yaw) == pytest.approx((0.02, 0.0174533), rel=1e-5)
+    with pytest.raises(FileError, match=r"no such scanner or tracker.*front_laser"):
+        load_profile("tuned", [setting.format("front_lasr")]).require_robot(robot)

@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 from engine.files.finding import FileError
+from hw.geometry import Pose2
 from hw.robot import FOLDER, MotionLimits, load_robot
 
 ROBOT = load_robot("rbkairos_ur10")
@@ -202,7 +203,7 @@ def test_no_joint_is_asked_to_turn_faster_than_it_can_either_way(sense):
 
 def test_calibrated_scanners_are_turned_on_from_their_mounts():
     sensing = load_robot("rbkairos_ur10").sensing
-    turned = sensing.turned({"front_laser": 0.25})
+    turned = sensing.moved({"front_laser": Pose2(0.0, 0.0, 0.25)})
 
     assert turned.mount("front_laser").yaw == pytest.approx(sensing.mount("front_laser").yaw + 0.25)
     assert turned.mount("rear_laser") == sensing.mount("rear_laser")

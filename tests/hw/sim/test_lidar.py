@@ -130,3 +130,20 @@ def test_noise_of_the_two_scanners_and_of_two_scans_is_not_the_same() -> None:
     mean = sum(x * y for x, y in zip(*errors, strict=True)) / 541
     assert abs(mean) < 0.2 * 0.02**2
     assert math.sqrt(sum(x * x for x in errors[0]) / 541) == pytest.approx(0.02, rel=0.15)
+
+
+def test_a_scanner_that_is_not_where_the_file_says_scans_from_where_it_is():
+    off = Pose2(0.05, -0.03, 0.04)
+    run = Driven(replace(PERFECT, mount_error={"front_laser": off}), command=lambda _: STILL)
+    base, at = Pose2(7.0, 7.0, -0.785), LIDARS["front_laser"].mount.flat
+    sensor = base @ Pose2(at.x + off.x, at.y + off.y, at.yaw + off.yaw)
+
+    for name, scan in [(scan.sensor, scan) for _, scan in run.values("base.scan")][:4]:
+        here = base @ LIDARS[name].mount.flat if name != "front_laser" else sensor
+        seen = [
+            here.transform(r * math.cos(a), r * math.sin(a))
+            for n, r in enumerate(scan.ranges)
+            if r < math.inf
+            for a in [scan.start + n * scan.step]
+        ]
+        assert max(map(to_wall, seen)) < 1e-3

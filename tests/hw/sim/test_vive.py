@@ -319,3 +319,23 @@ def test_a_gap_does_not_end_where_the_next_slot_begins() -> None:
         assert before == after, slot
         across += not before
     assert across > 20
+
+
+def test_a_tracker_that_is_not_where_the_file_says_is_seen_where_it_is():
+    off = Pose2(0.05, -0.03, 0.04)
+    sure = replace(ViveErrors(), noise=0.0, turn_noise=0.0, edge_bias=0.0, lost_for=0.0)
+    errors = replace(PERFECT, vive=sure)
+    still = {"asked": ["rover_trackers"], "command": lambda _: Twist2(0.0)}
+    right, wrong = (
+        Driven(replace(errors, mount_error=by), **still)
+        for by in ({}, dict.fromkeys(ROBOT.sensing.trackers, off))
+    )
+
+    pairs = list(zip(right.values("rover.tracker"), wrong.values("rover.tracker"), strict=True))
+    assert pairs
+    base = Pose2(7.0, 7.0, -0.785)
+    x, y = Pose2(0.0, 0.0, base.yaw).transform(off.x, off.y)
+    for (_, before), (_, after) in pairs:
+        shift = after.pose.x - before.pose.x, after.pose.y - before.pose.y
+        assert shift == pytest.approx((x, y), abs=1e-9)
+        assert after.pose.yaw - before.pose.yaw == pytest.approx(off.yaw, abs=1e-9)
