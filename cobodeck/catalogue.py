@@ -9,16 +9,20 @@ module may also have `SIGNALS` (a tuple of signals), `TYPES` (types by the name 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from cobodeck.console import Problem
+from cobodeck.console import FAILED, Problem
+from cobodeck.own_code import line_of, mistakes_in, state_classes, strangers
+from cobodeck.part_check import place_of
 from cobodeck.project import Project, projects
 from cobodeck.shadows import explained, shadows
-from engine.state import Action, Interface, Monitor, State, StateError, interface
+from engine.signals import Signal, declare
+from engine.state import Interface, State, interface
 from engine.types import Type, from_annotation
 from hw.interfaces import PARTS
 
@@ -36,16 +40,22 @@ MODULES = (
 CHARTS = Path(__file__).parent.parent / "charts"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Catalogue:
-    """State classes and their interfaces by name, and the types, signals and parts of projects."""
+    """State classes and their interfaces by name, and the types, signals and parts of projects.
+
+    `modules` are those of projects; `strangers` says what else these have, by name, and why it is
+    no state.
+    """
 
     classes: Mapping[str, type[State]]
     interfaces: Mapping[str, Interface]
     types: Mapping[str, Type]
-    own_signals: tuple[Any, ...]
+    own_signals: tuple[Signal, ...]
     own_parts: Mapping[str, Callable[[], Any]]
     projects: tuple[Project, ...] = ()
+    strangers: Mapping[str, str] = field(default_factory=dict)
+    modules: tuple[ModuleType, ...] = ()
 
     @property
     def packages(self) -> frozenset[str]:
@@ -57,9 +67,13 @@ class Catalogue:
         """The names of the parts that states may command."""
         return (*PARTS, *self.own_parts)
 
-    @property
+    @cached_property
     def signal_names(self) -> set[str]:
-        """The names of all signals; they are the same for any place and profile."""
+        """The names of all signals; they are the same for any place and profile.
+
+        Raises:
+            Problem: a signal of a project clashes with another, or depends on an unknown one.
+        """
         from behaviors.profile import load_profile
         from behaviors.signals import signals
         from hw.robot import load_robot
@@ -68,8 +82,26 @@ class Catalogue:
         # any scene and profile will do to build them
         profile, scene = load_profile("tuned"), load_scene("lab_a")
         environment = profile.environment(scene.room, load_robot(scene.robot))
-        own = {signal.name for signal in self.own_signals}
-        return own | {signal.name for signal in signals(environment, profile.settings)}
+        return set(self.declared(signals(environment, profile.settings)))
+
+    def declared(self, shipped: Iterable[Signal]) -> dict[str, Signal]:
+        """The shipped signals and those of projects, by name.
+
+        Raises:
+            Problem: a signal of a project clashes with another, or depends on an unknown one.
+        """
+        try:
+            return declare((*shipped, *self.own_signals))
+        except ValueError as error:
+            raise Problem(f"{self._place_in(str(error))}{error}", FAILED) from None
+
+    def _place_in(self, message: str) -> str:
+        """The place of the first signal of a project that a message names."""
+        for module in self.modules:
+            for signal in getattr(module, "SIGNALS", ()):
+                if repr(signal.name) in message:
+                    return line_of(module, "SIGNALS", signal.name)
+        return ""
 
     def module_of(self, name: str) -> str:
         """The module in which a state class is defined."""
@@ -83,17 +115,23 @@ def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
         Problem: a module cannot be imported, a class is not a valid state, or a name is taken.
     """
     added = projects(start) if own else []
-    modules = [_imported(name) for name in MODULES]
+    shipped = [_imported(name) for name in MODULES]
     for project in added:
         project.make_importable()
-        modules += [_imported(name) for name in project.modules]
+    modules = [_imported(name) for project in added for name in project.modules]
+    mistakes = [mistake for module in modules for mistake in mistakes_in(module)]
     classes: dict[str, type[State]] = {}
-    for module in modules:
-        _add(classes, module)
+    for module in (*shipped, *modules):
+        mistakes += _add(classes, module)
+    types = _types((_imported("behaviors.signals"), *shipped))
+    if not mistakes:
+        mistakes = _clashes("TYPES", types, modules) + _clashes("PARTS", {}, modules)
+    if mistakes:
+        raise Problem("\n".join(mistakes), FAILED)
     return Catalogue(
         classes=classes,
-        interfaces={name: _checked(cls) for name, cls in classes.items()},
-        types=_types(modules),
+        interfaces={name: interface(cls) for name, cls in classes.items()},  # type: ignore[arg-type]
+        types=types | _types(modules),
         own_signals=tuple(
             signal for module in modules for signal in getattr(module, "SIGNALS", ())
         ),
@@ -101,6 +139,8 @@ def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
             name: part for module in modules for name, part in getattr(module, "PARTS", {}).items()
         },
         projects=tuple(added),
+        strangers={name: why for module in modules for name, why in strangers(module).items()},
+        modules=tuple(modules),
     )
 
 
@@ -109,37 +149,31 @@ def shipped_charts() -> list[Path]:
     return sorted(CHARTS.glob("*.yaml"))
 
 
-def _add(classes: dict[str, type[State]], module: ModuleType) -> None:
+def _add(classes: dict[str, type[State]], module: ModuleType) -> list[str]:
+    """Add the state classes of a module; returns a message for each name that is taken."""
+    taken = []
     for cls in state_classes(module):
-        other = classes.get(cls.__name__)
-        if other is not None:
+        other = classes.setdefault(cls.__name__, cls)
+        if other is not cls:
             message = f"{module.__name__}.{cls.__name__}: a state of this name is also in"
-            raise Problem(f"{message} {other.__module__}; name it otherwise")
-        classes[cls.__name__] = cls
+            taken.append(f"{place_of(cls)}{message} {other.__module__}; name it otherwise")
+    return taken
 
 
-def state_classes(module: ModuleType) -> Iterator[type[State]]:
-    """The state classes defined in a module."""
-    for value in vars(module).values():
-        if not isinstance(value, type) or value.__module__ != module.__name__:
-            continue
-        if issubclass(value, Action | Monitor) and not value.__name__.startswith("_"):
-            yield value
-
-
-def _checked(cls: type[State]) -> Interface:
-    try:
-        return interface(cls)  # type: ignore[arg-type]  # classes can be hashed
-    except (StateError, TypeError, NameError) as error:
-        import inspect
-
-        line = inspect.getsourcelines(cls)[1]
-        raise Problem(f"{inspect.getsourcefile(cls)}:{line}: {error}") from None
+def _clashes(table: str, known: Mapping[str, Any], modules: Iterable[ModuleType]) -> list[str]:
+    """A message for each name in such a table of a project that stands for something else, too."""
+    taken, found = dict(known), []
+    for module in modules:
+        for name, value in getattr(module, table, {}).items():
+            if taken.setdefault(name, value) is not value:
+                where = line_of(module, table, name)
+                found.append(f"{where}{table}: {name!r} is taken already; name it otherwise")
+    return found
 
 
 def _types(modules: Iterable[ModuleType]) -> dict[str, Type]:
     found: dict[str, Type] = {}
-    for module in (_imported("behaviors.signals"), *modules):
+    for module in modules:
         for name, annotation in getattr(module, "TYPES", {}).items():
             is_type = isinstance(annotation, Type)
             found[name] = annotation if is_type else from_annotation(annotation)

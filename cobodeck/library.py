@@ -112,6 +112,7 @@ def findings_of(library: Library, catalogue: Catalogue, files: Iterable[Path]) -
         types=catalogue.types,
         signals=catalogue.signal_names,
         parts=catalogue.parts,
+        strangers=catalogue.strangers,
     )
     return [finding for finding in found if finding.place.file in named]
 

@@ -9,6 +9,7 @@ from inspect import signature
 from typing import Any, Literal
 
 from cobodeck.console import FAILED, Problem
+from cobodeck.part_check import told, why_no_part
 from cobodeck.setup import Uses
 from hw.connection import REFERS, Connection, RunInfo, ServedPart
 from hw.safety.guarded import HEARD
@@ -60,7 +61,7 @@ def open_all(
     for name in names:
         error = try_to(getattr(opened[name], "wait", nothing))
         if error is not None:
-            raise _problem(kind, name, served[name], error)
+            raise _problem(kind, name, served[name], error, type(opened[name]))
 
 
 def drivers_of(connection: Connection) -> dict[str, Any]:
@@ -149,9 +150,15 @@ def _opened(
     try:
         wanted = signature(driver).parameters
         given |= {key: value for key, value in offered.items() if key in wanted}
-        return driver(**given)
+        opened = driver(**given)
     except Exception as error:  # noqa: BLE001
-        raise _problem(kind, name, served, error) from None
+        raise _problem(kind, name, served, error, driver) from None
+    wrong = why_no_part(name, opened) if kind == "part" else None
+    if wrong is not None:
+        try_to(getattr(opened, "close", nothing))
+        entry = f"{served.place}: part {name!r} by {served.module}:{served.driver}"
+        raise Problem(f"{entry}: {wrong}", FAILED)
+    return opened
 
 
 def placed(value: Any) -> Any:
@@ -173,9 +180,11 @@ def own_host() -> str:
     return f"127.{64 + (number >> 16)}.{number >> 8 & 255}.{number & 255}"
 
 
-def _problem(kind: Kind, name: str, served: ServedPart, error: Exception) -> Problem:
+def _problem(
+    kind: Kind, name: str, served: ServedPart, error: Exception, driver: Any = None
+) -> Problem:
     entry = f"{served.place}: {kind} {name!r} by {served.module}:{served.driver}"
-    return Problem(f"{entry}: {type(error).__name__}: {error}", FAILED)
+    return Problem(f"{entry}: {told(error, driver)}", FAILED)
 
 
 def nothing(*_: object) -> None:

@@ -18,7 +18,7 @@ from cobodeck.places import RunPlace, environment_at, open_place
 from engine.chart import Chart
 from engine.files.finding import FileError
 from engine.machine import Box, Leaf, Machine, Vertex
-from engine.signals import Measured, Signal, closure, declare, roots
+from engine.signals import Measured, Signal, closure, roots
 from hw.connection import Connection, Narrowed
 from hw.geometry import Pose2
 from hw.robot import RobotModel, load_robot
@@ -137,10 +137,7 @@ class Setup:
             localizer = None if self.localizing is None else self.localizer
             settings = self.profile.settings
             shipped = signals(self.environment, settings, localizer, scanning=scanning)
-        try:
-            return declare((*shipped, *self.catalogue.own_signals))
-        except ValueError as error:
-            raise Problem(str(error)) from None
+        return self.catalogue.declared(shipped)
 
     def localizer(self) -> Localizes:
         """A new localizer for one run; it starts at the scene's robot pose."""

@@ -16,6 +16,7 @@ from cobodeck.loop import Loop
 from cobodeck.opening import finds_itself, is_needed, refuse_strange_drivers
 from cobodeck.operators import ConsoleOperator
 from cobodeck.options import FULL, Options
+from cobodeck.part_check import made
 from cobodeck.plants import Nothing
 from cobodeck.record.sink import behind_record
 from cobodeck.run_checks import latency_ns, refuse_blind_robot
@@ -238,8 +239,12 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
 
 def _own_parts(setup: Setup, uses: Uses) -> dict[str, Any]:
     """A project's own simulated parts, as far as the chart commands or reads them."""
-    parts = setup.catalogue.own_parts
-    return {name: part() for name, part in parts.items() if is_needed(name, part, uses)}
+    parts, declared = setup.catalogue.own_parts, setup.signals
+    return {
+        name: made(name, make, declared)
+        for name, make in parts.items()
+        if is_needed(name, make, uses)
+    }
 
 
 def _world(setup: Setup, person: Person | None, options: Options) -> World:

@@ -141,8 +141,8 @@ class Judge:
             value = str.__str__(value)  # a member of a StrEnum counts as its text
         declared = node.interface.outcomes
         if type(value) is not str or value not in declared:
-            text = f"{node.path} returned {shown(value)}; declared: {', '.join(declared)}"
-            raise UndeclaredOutcome(text)
+            right = f"declared: {', '.join(declared)}" if declared else "it declares no `outcomes`"
+            raise UndeclaredOutcome(f"{node.path} returned {shown(value)}; {right}")
         produced = node.produces.get(value, {})
         if not isinstance(given, Mapping) or set(given) != set(produced):
             came = list(given) if isinstance(given, Mapping) else f"a {type(given).__name__}"

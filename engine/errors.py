@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import inspect
 import traceback
+from collections.abc import Generator
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from types import GeneratorType
+from typing import Any, NamedTuple, TypeVar
 
 ENGINE = str(Path(__file__).parent)
 
@@ -46,14 +48,20 @@ class Raised(NamedTuple):
         return f"{where}{self.kind}: {self.text}" if self.text else f"{where}{self.kind}"
 
 
-def raised(time: int, path: str, error: BaseException, cls: type | None = None) -> Raised:
-    """`error` as a record; `cls` is the class of the state that raised it, if one did.
+def raised(
+    time: int,
+    path: str,
+    error: BaseException,
+    cls: type | None = None,
+    waits: Generator[Any, Any, Any] | None = None,
+) -> Raised:
+    """`error` as a record; `cls` is the class of the state or part that raised it, if one did.
 
-    The place is that of the innermost frame in the folder of the state's own file, because that is
-    where its author will look; without such a frame, the innermost one outside the engine, else
-    the class.
+    The place is that of the innermost frame in the folder of the class's own file, because that is
+    where its author will look; without such a frame the line where its generator `waits`, the
+    innermost frame outside the engine, else the class.
     """
-    file, line = _place(error, cls)
+    file, line = _place(error, cls, waits)
     return Raised(time, path, type(error).__name__, text_of(error), file, line)
 
 
@@ -70,7 +78,9 @@ def escaped(text: str) -> str:
     return text if text.isascii() else text.encode(errors="backslashreplace").decode()
 
 
-def _place(error: BaseException, cls: type | None) -> tuple[str, int]:
+def _place(
+    error: BaseException, cls: type | None, waits: Generator[Any, Any, Any] | None
+) -> tuple[str, int]:
     file = None if cls is None else _file_of(cls)
     home = None if file is None else str(Path(file).parent)
     own, outside = _innermost(error, home)
@@ -78,7 +88,7 @@ def _place(error: BaseException, cls: type | None) -> tuple[str, int]:
     if not own and cause is not None:  # Python turns a StopIteration into another error
         own, beyond = _innermost(cause, home)
         outside = beyond or outside
-    if found := own or outside:
+    if found := own or _line_of_yield(waits) or outside:
         return found
     if cls is None or file is None:
         return "", 0
@@ -97,6 +107,14 @@ def _innermost(
             if home is not None and file.startswith(home):
                 own = outside
     return own, outside
+
+
+def _line_of_yield(generator: Any) -> tuple[str, int] | None:
+    """File and line of the `yield` at which a generator, or the innermost it steps, waits."""
+    while isinstance(getattr(generator, "gi_yieldfrom", None), GeneratorType):
+        generator = generator.gi_yieldfrom
+    frame = getattr(generator, "gi_frame", None)
+    return None if frame is None else (frame.f_code.co_filename, frame.f_lineno)
 
 
 def _file_of(cls: type) -> str | None:

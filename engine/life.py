@@ -255,8 +255,11 @@ class Life:
     def report(self, node: RunNode, error: BaseException) -> None:
         """Rule 8: record what a state or a part has raised, SystemExit included."""
         self.add(("error", self.board.now, node, type(error).__name__))
-        cls = node.interface.make if isinstance(node, LeafNode) else None
-        found = raised(self.board.now, node.path, error, cls if isinstance(cls, type) else None)
+        cls, waits = (
+            (node.interface.make, node.generator) if isinstance(node, LeafNode) else (None, None)
+        )
+        cls = cls if isinstance(cls, type) else None
+        found = raised(self.board.now, node.path, error, cls, waits)
         self.errors.append(found)
         self.trim()
         self.notes[node.path] = f"{found.kind}: {found.text}" if found.text else found.kind

@@ -24,7 +24,7 @@ from engine.files.finding import Finding, did_you_mean
 from engine.files.source import Map, Mark, Seq, SourceFile, read, read_file
 from engine.files.values import is_name, shown
 from engine.files.words import help_with_name
-from engine.state import RESERVED_OUTCOMES
+from engine.state_class import RESERVED_OUTCOMES
 
 FORMS: tuple[Form, ...] = ("do", "watch", "use", "states", "any", "all")
 EVERY_NODE = ("next", "in", "out", "timeout", "about")
@@ -307,12 +307,16 @@ class _Reader:
     def outcomes(self, raw: Map) -> tuple[str, ...]:
         value = raw.get("outcomes", Seq(raw.at))
         if isinstance(value, Seq) and all(isinstance(item, str) for item in value):
+            seen: set[str] = set()
             for item, at in zip(value, value.values_at, strict=True):
-                if not is_name(item):
+                if item in seen:
+                    self.report("C06", f"outcome {item!r} is there already", at, "keep one of them")
+                elif not is_name(item):
                     self.report("C06", f"{item!r} is not a name", at, help_with_name(item))
                 elif item in RESERVED_OUTCOMES:
                     message = f"{item!r} is a reserved outcome"
                     self.report("C06", message, at, "use a name of your own, such as `failed`")
+                seen.add(item)
             return tuple(dict.fromkeys(value))
         self.report(
             "C03", "'outcomes' is a list of names", mark_of(raw, "outcomes"), "`[done, failed]`"

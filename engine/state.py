@@ -29,6 +29,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Protocol, cast, overload
 
+from engine.state_class import StateError, require_declarations
 from engine.types import Type, from_annotation
 
 if TYPE_CHECKING:
@@ -187,10 +188,6 @@ class Monitor(State):
     """A state that only watches; it is stepped before every action."""
 
 
-class StateError(TypeError):
-    """A state class that no chart could use; the message says what to fix."""
-
-
 _REQUIRED: Any = inspect.Parameter.empty
 
 
@@ -224,9 +221,6 @@ class Interface:
     make: Callable[..., State] = field(compare=False)
 
 
-RESERVED_OUTCOMES = ("error", "timeout", "stopped", "preempted")
-
-
 @cache
 def interface(cls: type[State]) -> Interface:
     """The interface of a state class, from its attributes, docstring and annotations.
@@ -237,15 +231,13 @@ def interface(cls: type[State]) -> Interface:
     name = cls.__name__
     if not issubclass(cls, Action | Monitor):
         raise StateError(f"{name}: derive from Action or Monitor")
-    if not cls.__doc__:
-        raise StateError(f"{name}: give it a docstring; it is shown in editors and lists")
-    _check_outcomes(cls)
-    _check_reads(cls)
+    require_declarations(cls)
+    _check_ages(cls)
     monitor = issubclass(cls, Monitor)
     if monitor and cls.commands:
         raise StateError(f"{name}: a Monitor commands no part, but lists {cls.commands!r}")
     outputs = {
-        outcome: {key: from_annotation(kind) for key, kind in named.items()}
+        outcome: {key: _type(f"{name}.outputs: {key!r}", kind) for key, kind in named.items()}
         for outcome, named in cls.outputs.items()
     }
     has_init = cls.__init__ is not object.__init__
@@ -259,26 +251,15 @@ def interface(cls: type[State]) -> Interface:
         reads=dict(cls.reads),
         commands=tuple(cls.commands),
         instant=not inspect.isgeneratorfunction(cls.run),
-        about=inspect.cleandoc(cls.__doc__),
+        about=inspect.cleandoc(cls.__doc__ or ""),
         make=cls,
     )
 
 
-def _check_outcomes(cls: type[State]) -> None:
-    name = cls.__name__
-    if not isinstance(cls.outcomes, tuple) or not all(isinstance(o, str) for o in cls.outcomes):
-        raise StateError(f"{name}.outcomes: a tuple of names, not {cls.outcomes!r}")
-    for outcome in cls.outcomes:
-        if outcome in RESERVED_OUTCOMES or not outcome.isidentifier():
-            raise StateError(f"{name}.outcomes: {outcome!r} is reserved or not a name")
-    unknown = set(cls.outputs) - set(cls.outcomes)
-    if unknown:
-        raise StateError(f"{name}.outputs: {sorted(unknown)} are not among its outcomes")
-
-
-def _check_reads(cls: type[State]) -> None:
+def _check_ages(cls: type[State]) -> None:
     for signal, age in cls.reads.items():
-        if age is not None and not 0.0 <= age < LONGEST_S:
+        number = isinstance(age, int | float) and not isinstance(age, bool)
+        if age is not None and not (number and 0.0 <= age < LONGEST_S):
             wanted = "the greatest age accepted, s, or None for any"
             raise StateError(f"{cls.__name__}.reads[{signal!r}]: {wanted}; not {age!r}")
 
@@ -287,7 +268,8 @@ def _inputs(cls: type[State]) -> dict[str, Argument]:
     arguments = inspect.signature(cls.run).parameters.values()
     if not cls.inputs and all(a.kind is not a.VAR_KEYWORD for a in arguments):
         return _arguments(cls, cls.run, skip=2)
-    return {name: Argument(from_annotation(kind)) for name, kind in cls.inputs.items()}
+    of = cls.__name__
+    return {n: Argument(_type(f"{of}.inputs: {n!r}", kind)) for n, kind in cls.inputs.items()}
 
 
 def _arguments(cls: type[State], function: Callable[..., Any], skip: int) -> dict[str, Argument]:
@@ -297,6 +279,15 @@ def _arguments(cls: type[State], function: Callable[..., Any], skip: int) -> dic
         if parameter.kind not in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY):
             raise StateError(f"{cls.__name__}: argument {parameter} cannot be given by name")
         if parameter.name not in hints:
-            raise StateError(f"{cls.__name__}: annotate {parameter.name!r}")
-        found[parameter.name] = Argument(from_annotation(hints[parameter.name]), parameter.default)
+            wanted = f"annotate {parameter.name!r} with its type, like `{parameter.name}: float`"
+            raise StateError(f"{cls.__name__}: {wanted}")
+        kind = _type(f"{cls.__name__}: {parameter.name!r}", hints[parameter.name])
+        found[parameter.name] = Argument(kind, parameter.default)
     return found
+
+
+def _type(what: str, annotation: Any) -> Type:
+    try:
+        return from_annotation(annotation)
+    except TypeError as error:
+        raise StateError(f"{what}: {error}") from None

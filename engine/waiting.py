@@ -8,7 +8,9 @@ from engine.board import Board
 from engine.errors import escaped
 from engine.life import Life
 from engine.node import AT_ONCE, EVERY_TICK, LeafNode, RunNode
+from engine.outputs import shown
 from engine.state import NEVER_NS, On, Until
+from engine.state_class import WAITS
 
 
 def wait(node: RunNode, yielded: Any, life: Life) -> None:
@@ -28,8 +30,7 @@ def wait(node: RunNode, yielded: Any, life: Life) -> None:
         node.wake, node.mask = (yielded.ns, 0) if later else (EVERY_TICK, 0)
         return
     if kind is not On:
-        message = f"yielded a {kind.__name__}; only None, Until, On and text mean something"
-        raise TypeError(message)
+        raise TypeError(f"yielded {shown(yielded)}, which means nothing; {_right_for(yielded)}")
     assert isinstance(node, LeafNode)
     node.wake, node.mask = max(yielded.until, AT_ONCE), node.context.bits(yielded.signals)
     node.asked = board.ticks
@@ -38,6 +39,15 @@ def wait(node: RunNode, yielded: Any, life: Life) -> None:
             board.accept(name, yielded.older)
         node.silence = yielded, board.now
         still_heard(node, board)
+
+
+def _right_for(yielded: Any) -> str:
+    """What a state should have yielded instead."""
+    if type(yielded) is float:
+        return f"to wait so many s, yield Until(ctx.after({yielded}))"
+    if type(yielded) is int:
+        return "to wait until an instant in ns, yield Until(…); for some s, Until(ctx.after(…))"
+    return WAITS
 
 
 def still_heard(node: RunNode, board: Board) -> bool:

@@ -1,4 +1,4 @@
-"""Check charts, scenes, users, robots, props and profiles; nothing is run.
+"""Check charts, scenes, users, robots, props and profiles; no state and no driver is run.
 
 Without a path: the charts of the project around the present folder, or all shipped files.
 Exit code 0: no errors; 1: errors, with --strict also warnings.
@@ -22,6 +22,7 @@ from cobodeck.library import (
     read_source,
     strictly,
 )
+from cobodeck.part_check import refuse_wrong_parts
 from engine.chart import Chart
 from engine.explore import explore
 from engine.files.finding import Finding, Place, in_order
@@ -47,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
     known = catalogue(own=args.own)
     files = files_in(args.paths or _default_paths(known))
     charts = [file for file, kind in files if kind == "chart"]
+    refuse_wrong_parts(known.own_parts, known.signal_names)
     library = load_beside(charts, known)
     findings = findings_of(library, known, charts)
     sources: dict[str, SourceFile] = {str(file): library.sources[str(file)] for file in charts}

@@ -36,6 +36,7 @@ def check(
     types: Mapping[str, Type] | None = None,
     signals: Collection[str] | None = None,
     parts: Collection[str] | None = None,
+    strangers: Mapping[str, str] | None = None,
 ) -> list[Finding]:
     """All findings in the charts of a library, sorted by place.
 
@@ -48,8 +49,11 @@ def check(
         types: types beyond the built-in ones, by name.
         signals: the declared signals; `None`: what classes read is not checked.
         parts: the parts of the robot; `None`: what classes command is not checked.
+        strangers: what is no state class although a chart may take it for one, and why, by name.
     """
-    scope = KnownNames(library, interfaces, known_types(types or {}), signals, parts)
+    scope = KnownNames(
+        library, interfaces, known_types(types or {}), signals, parts, strangers or {}
+    )
     charts = {name: CheckedChart(chart, scope) for name, chart in library.items()}
     for checked in charts.values():
         resolve_names(checked)

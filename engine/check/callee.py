@@ -68,6 +68,7 @@ class KnownNames:
     """Everything that names in charts can refer to; `None`: not known, hence not checked.
 
     `classes` and `charts` are caches; `unread` has the names of files in which no chart was found.
+    `strangers` says, by name, what else there is that is no state class, and why.
     """
 
     library: Library
@@ -75,6 +76,7 @@ class KnownNames:
     types: Mapping[str, Type]
     signals: Collection[str] | None = None
     parts: Collection[str] | None = None
+    strangers: Mapping[str, str] = field(default_factory=dict)
     classes: dict[str, Callee] = field(default_factory=dict)
     charts: dict[str, Callee] = field(default_factory=dict)
     unread: frozenset[str] = field(init=False)

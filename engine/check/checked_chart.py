@@ -234,6 +234,7 @@ def _state_class(checked: CheckedChart, node: Node) -> Callee | None:
         if node.raw[node.form] == node.target:  # otherwise reported on loading
             is_chart = node.target in scope.library
             hint = f"`use: {node.target}`, it is a chart" if is_chart else ""
+            hint = hint or scope.strangers.get(node.target, "")
             hint = hint or checked.near(node.target, scope.interfaces)
             checked.error("N01", f"no state class {node.target!r}", at, hint)
         return None

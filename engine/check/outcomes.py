@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from engine.chart import Node, key_mark_of, mark_of
 from engine.check.checked_chart import CheckedChart, Origin, PlacedNode
 from engine.files.source import Map, Mark
-from engine.state import RESERVED_OUTCOMES
+from engine.state_class import RESERVED_OUTCOMES
 
 
 def check_outcomes(checked: CheckedChart) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 from engine.chart import AUTONOMY
 from engine.files.values import NAME
 from engine.schema.values import Schema, value_schema
-from engine.state import RESERVED_OUTCOMES
+from engine.state_class import RESERVED_OUTCOMES
 from engine.types import Type
 
 _NAMES = {"pattern": f"^{NAME}$"}

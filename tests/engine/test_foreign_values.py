@@ -9,7 +9,8 @@ from typing import Any, ClassVar, NamedTuple
 import pytest
 
 from engine.outputs import checked
-from engine.state import Action, Context, Monitor, On, Run, StateError, Until, interface
+from engine.state import Action, Context, Monitor, On, Run, Until, interface
+from engine.state_class import StateError
 from engine.trace import encode, plain
 from engine.types import ANY, DEPTH, freeze
 from tests.engine.conftest import Bench

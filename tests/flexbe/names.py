@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from engine.state import RESERVED_OUTCOMES
+from engine.state_class import RESERVED_OUTCOMES
 
 
 def identifier(name: str) -> str:

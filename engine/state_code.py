@@ -1,0 +1,153 @@
+"""Reads what the `run` of a state yields and returns, and finds what can never be right.
+
+Only what holds whatever happens in a run is a mistake here: a number that is yielded, an outcome
+that is written out and not declared, a `run` that declares outcomes and returns none. Code that
+cannot be read, because it was made without a file, has no mistakes.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Iterator
+from typing import Any
+
+from engine.files.finding import did_you_mean
+from engine.state import Interface
+from engine.state_class import WAITS
+
+Mistake = tuple[str, int, str]
+"""File, line, what is wrong and what would be right."""
+_NESTED = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
+
+
+def mistakes_in_code(state: Interface) -> list[Mistake]:
+    """The mistakes in the `run` of a state class, by line; an inherited `run` is not looked at."""
+    function: Any = vars(state.make).get("run")
+    try:
+        file = inspect.getsourcefile(inspect.unwrap(function))
+        lines, first = inspect.getsourcelines(function)
+        (body,) = ast.parse(textwrap.dedent("".join(lines))).body
+    except (OSError, SyntaxError, TypeError, ValueError):
+        return []
+    if not isinstance(body, ast.FunctionDef):
+        return []
+    found = sorted([*_yields(body, state), *_returns(body, state)])
+    found = found or list(_never_returns(body, state))
+    return [(str(file), first + line - 1, f"{state.name}.run {what}") for line, what in found]
+
+
+def _inside(node: ast.AST) -> Iterator[ast.AST]:
+    """All nodes that belong to a function itself, not to functions in it."""
+    for child in ast.iter_child_nodes(node):
+        yield child
+        if not isinstance(child, _NESTED):
+            yield from _inside(child)
+
+
+def _yields(body: ast.FunctionDef, state: Interface) -> Iterator[tuple[int, str]]:
+    for node in _inside(body):
+        if not isinstance(node, ast.Yield) or node.value is None:
+            continue
+        value = node.value
+        first = value.elts[0] if isinstance(value, ast.Tuple) and value.elts else value
+        written = ast.unparse(value)
+        if isinstance(first, ast.Constant) and first.value in state.outcomes:
+            yield node.lineno, f"yields {written}, and that goes on; `return {written}` ends it"
+        elif _is_instant(value):
+            right = f"`yield Until({written})`"
+            yield node.lineno, f"yields {written}, a number of ns; to wait until then: {right}"
+        elif _is_number(value):
+            right = f"`yield Until(ctx.after({written}))`"
+            yield node.lineno, f"yields {written}, which means nothing; to wait so many s: {right}"
+        elif isinstance(value, ast.Tuple | ast.List | ast.Set | ast.Dict) or _is_odd(value):
+            yield node.lineno, f"yields {written}, which means nothing; {WAITS}"
+
+
+def _is_odd(value: ast.expr) -> bool:
+    """Whether it is a constant that is neither text nor None."""
+    return isinstance(value, ast.Constant) and not isinstance(value.value, str | None)
+
+
+def _is_number(value: ast.expr) -> bool:
+    if isinstance(value, ast.UnaryOp):
+        return _is_number(value.operand)
+    return isinstance(value, ast.Constant) and type(value.value) in (int, float)
+
+
+def _is_instant(value: ast.expr) -> bool:
+    """Whether it is `ctx.after(…)`, or `ctx.now` with or without something added."""
+    if isinstance(value, ast.BinOp):
+        return _is_instant(value.left)
+    named = value.func if isinstance(value, ast.Call) else value
+    return (
+        isinstance(named, ast.Attribute)
+        and isinstance(named.value, ast.Name)
+        and (named.value.id, named.attr) in (("ctx", "after"), ("ctx", "now"))
+    )
+
+
+def _returns(body: ast.FunctionDef, state: Interface) -> Iterator[tuple[int, str]]:
+    for node in _inside(body):
+        if isinstance(node, ast.Return):
+            for value in _alternatives(node.value):
+                wrong = _wrong_return(value, state)
+                if wrong is not None:
+                    yield node.lineno, wrong
+
+
+def _alternatives(value: ast.expr | None) -> Iterator[ast.expr | None]:
+    """The values that `a if condition else b` may have, or the one value."""
+    if isinstance(value, ast.IfExp):
+        yield from _alternatives(value.body)
+        yield from _alternatives(value.orelse)
+    else:
+        yield value
+
+
+def _wrong_return(value: ast.expr | None, state: Interface) -> str | None:
+    """What is wrong with a returned expression; None if that depends on the run."""
+    outputs: set[str] | None = set()
+    outcome = value
+    if isinstance(value, ast.Tuple) and len(value.elts) == 2:
+        outcome, outputs = value.elts[0], _keys(value.elts[1])
+    elif isinstance(value, ast.Tuple | ast.List | ast.Dict | ast.Set):
+        return f"returns {ast.unparse(value)}, which is no outcome; {_wanted(state)}"
+    if outcome is None:
+        return f"returns nothing here; {_wanted(state)}"
+    if not isinstance(outcome, ast.Constant):
+        return None
+    name = outcome.value
+    if not isinstance(name, str) or name not in state.outcomes:
+        near = did_you_mean(name, state.outcomes) if state.outcomes else _wanted(state)
+        return f"returns {name!r}, which is not among its outcomes; {near}"
+    produced = set(state.outputs.get(name, ()))
+    if outputs is None or outputs == produced:
+        return None
+    if not produced:
+        return f"returns outputs with {name!r}, which has none; declare them in `outputs`"
+    right = ", ".join(f"{key!r}: …" for key in state.outputs[name])
+    return f"returns {name!r} without its outputs; `return {name!r}, {{{right}}}`"
+
+
+def _keys(value: ast.expr) -> set[str] | None:
+    """The keys of a dict that is written out; None if they are not known."""
+    if not isinstance(value, ast.Dict):
+        return None
+    keys = [key.value for key in value.keys if isinstance(key, ast.Constant)]
+    return {str(key) for key in keys} if len(keys) == len(value.keys) else None
+
+
+def _wanted(state: Interface) -> str:
+    if not state.outcomes:
+        return "it declares none; give the class `outcomes = ('name',)`"
+    return f"return one of its outcomes: {', '.join(state.outcomes)}"
+
+
+def _never_returns(body: ast.FunctionDef, state: Interface) -> Iterator[tuple[int, str]]:
+    """A state that declares outcomes has to return one somewhere, unless it only raises."""
+    ends = any(isinstance(node, ast.Return) for node in _inside(body))
+    if state.outcomes and not ends and not isinstance(body.body[-1], ast.Raise):
+        line = body.lineno
+        yield line, f"never returns; {_wanted(state)} (a state without outcomes never ends)"
