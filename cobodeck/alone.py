@@ -77,6 +77,7 @@ def _declared(
 
     If the given values include an `environment`, its planners are declared too.
     """
+    kinds = {name: signal.type for name, signal in known.signals.items()}
     from behaviors.signals import MEASURED, planning
 
     shipped = (
@@ -90,7 +91,7 @@ def _declared(
     def add(name: str) -> None:
         if name in found:
             return
-        signal = own.get(name) or Measured(name)
+        signal = own.get(name) or Measured(name, kinds.get(name, object))
         for source in getattr(signal, "of", ()):
             add(source)
         found[name] = signal

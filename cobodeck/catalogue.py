@@ -9,7 +9,7 @@ module may also have `SIGNALS` (a tuple of signals), `TYPES` (types by the name 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -67,9 +67,14 @@ class Catalogue:
         """The names of the parts that states may command."""
         return (*PARTS, *self.own_parts)
 
+    @property
+    def signal_names(self) -> Collection[str]:
+        """The names of all signals."""
+        return self.signals.keys()
+
     @cached_property
-    def signal_names(self) -> set[str]:
-        """The names of all signals; they are the same for any place and profile.
+    def signals(self) -> Mapping[str, Signal]:
+        """All signals by name; names and types are the same for any place and profile.
 
         Raises:
             Problem: a signal of a project clashes with another, or depends on an unknown one.
@@ -82,7 +87,7 @@ class Catalogue:
         # any scene and profile will do to build them
         profile, scene = load_profile("tuned"), load_scene("lab_a")
         environment = profile.environment(scene.room, load_robot(scene.robot))
-        return set(self.declared(signals(environment, profile.settings)))
+        return self.declared(signals(environment, profile.settings))
 
     def declared(self, shipped: Iterable[Signal]) -> dict[str, Signal]:
         """The shipped signals and those of projects, by name.

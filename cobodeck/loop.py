@@ -20,6 +20,7 @@ from cobodeck.wiring import Wired
 from engine.clock import TickGrid
 from engine.errors import Raised, raised
 from engine.operator import Operator
+from hw.safety.guarded import GuardedBase
 
 LATE_NS = 1_000_000
 """A tick later than this, ns, takes the clock's reading as its instant."""
@@ -268,7 +269,7 @@ class Loop:
         errors = self.wired.run.errors
         failures, self.wired.inlet.failures = self.wired.inlet.failures, []
         for name, failure in (*failures, *self.plant.failures):
-            errors.append(raised(self.now_ns, f"part {name}", failure))
+            errors.append(raised(self.now_ns, f"part {name}", failure, self._class_of(name)))
             for tap in self.taps:
                 tap.failed(name, failure)
             if "stop_line" in self.plant.parts:
@@ -278,3 +279,10 @@ class Loop:
             if self.tell is not None:
                 for error in new:
                     self.tell(error)
+
+    def _class_of(self, name: str) -> type | None:
+        """The class of a part or, for the guarded base, of its driver."""
+        part = self.plant.parts.get(name)
+        if isinstance(part, GuardedBase):
+            part = part.base
+        return None if part is None else type(part)

@@ -136,7 +136,8 @@ def _wrong_methods(name: str, kind: str, part: Any) -> Iterator[str]:
         elif not callable(found):
             yield f"{kind}.{hook} is {reprlib.repr(found)}; write `{right}`"
         elif not binds(found, *range(right.count(":"))):
-            yield f"{kind}.{hook}{inspect.signature(found)} cannot be called; write `{right}`"
+            given = ", ".join(inspect.signature(found).parameters)
+            yield f"{kind}.{hook}({given}) does not take what it is given; write `{right}`"
     for attribute, asked in vars(PARTS.get(name, object)).items():
         if attribute.startswith("_") or hasattr(part, attribute):
             continue
