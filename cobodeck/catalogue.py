@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import Any
 
 from cobodeck.console import FAILED, Problem
-from cobodeck.own_code import line_of, mistakes_in, state_classes, strangers
+from cobodeck.own_code import doubts_in, line_of, mistakes_in, state_classes, strangers
 from cobodeck.part_check import place_of
 from cobodeck.project import Project, projects
 from cobodeck.shadows import explained, shadows
@@ -45,7 +45,7 @@ class Catalogue:
     """State classes and their interfaces by name, and the types, signals and parts of projects.
 
     `modules` are those of projects; `strangers` says what else these have, by name, and why it is
-    no state.
+    no state. `doubts` are messages about code of theirs that can run and is hardly meant.
     """
 
     classes: Mapping[str, type[State]]
@@ -56,6 +56,7 @@ class Catalogue:
     projects: tuple[Project, ...] = ()
     strangers: Mapping[str, str] = field(default_factory=dict)
     modules: tuple[ModuleType, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @property
     def packages(self) -> frozenset[str]:
@@ -146,6 +147,7 @@ def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
         projects=tuple(added),
         strangers={name: why for module in modules for name, why in strangers(module).items()},
         modules=tuple(modules),
+        doubts=tuple(doubt for module in modules for doubt in doubts_in(module)),
     )
 
 

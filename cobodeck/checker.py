@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from cobodeck.catalogue import Catalogue
 from cobodeck.library import chart_names
-from cobodeck.project import is_there
-from engine.files.finding import FileError, Finding
+from cobodeck.project import is_there, names_in
+from engine.files.finding import FileError, Finding, did_you_mean
 from engine.files.item import Item, gather, load_yaml
 from engine.load import Library, load_files
 
@@ -145,10 +145,16 @@ class FileChecker:
         gather(checks)
 
     def _driver(self, at: Item, driver: str) -> None:
-        """Check that a driver's module exists; importing it might need the vendor's library."""
-        module = driver.partition(":")[0]
+        """Check that a driver exists; importing it might need the vendor's library."""
+        module, _, name = driver.partition(":")
         package = module.partition(".")[0]
         if package not in self._known.packages:
             raise at.error(f"{package!r} is the package of no project", "check it in its project")
         if not is_there(module):
             raise at.error(f"there is no module {module!r}")
+        try:
+            names = names_in(module)
+        except SyntaxError as error:
+            raise at.error(f"{error.filename}:{error.lineno}: {error.msg}") from None
+        if names is not None and name not in names:
+            raise at.error(f"{module} has no {name!r}", did_you_mean(name, names))

@@ -159,9 +159,9 @@ class Inlet:
 
     def _misfit(self, name: str, value: object) -> str | None:
         """Why the first value of a signal, or one of another class, is wrong; None if it is not."""
-        if name not in self._fit and self.sources and name not in self.flowing:
-            near = did_you_mean(name, self.flowing)
-            return f"no part names this signal in its `signals`; {near}"
+        declared = self.board.declared
+        if self.sources and name not in declared:
+            return f"no signal of this name is declared; {did_you_mean(name, declared)}"
         return None if value is None else misfit(value, self._types.get(name, object))
 
 

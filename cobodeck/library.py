@@ -17,6 +17,7 @@ from cobodeck.named_files import head_of, kind_of
 from engine.chart import Chart
 from engine.check import check
 from engine.files.finding import FileError, Finding, did_you_mean
+from engine.files.named import YAML
 from engine.files.source import MAX_BYTES, SourceFile
 from engine.files.text import read_text
 from engine.load import Library, load_files
@@ -54,7 +55,7 @@ def yaml_files(folder: Path) -> Iterator[Path]:
     """The YAML files in a folder and below; hidden folders and those in `SKIPPED` are left out."""
     for place, folders, files in os.walk(folder):
         folders[:] = sorted(f for f in folders if not f.startswith(".") and f not in SKIPPED)
-        yield from (Path(place, f) for f in sorted(files) if f.endswith((".yaml", ".yml")))
+        yield from (Path(place, f) for f in sorted(files) if f.endswith(YAML))
 
 
 def load_beside(files: Sequence[Path], catalogue: Catalogue) -> Library:
@@ -72,13 +73,17 @@ def load_beside(files: Sequence[Path], catalogue: Catalogue) -> Library:
     return library
 
 
+def _yaml_in(folder: Path) -> set[Path]:
+    return {file for ending in YAML for file in folder.glob(f"*{ending}")}
+
+
 class _Beside:
     """Chart files in the same folders as the given files, by the chart's name."""
 
     def __init__(self, files: Sequence[Path]) -> None:
         self.files: dict[str, Path] = {}
         for folder in dict.fromkeys(file.parent for file in files):
-            for file in sorted({*folder.glob("*.yaml"), *folder.glob("*.yml")}.difference(files)):
+            for file in sorted(_yaml_in(folder).difference(files)):
                 head = head_of(file)
                 if head is not None and head[0] == "chart":
                     self.files.setdefault(head[1], file)
@@ -129,7 +134,7 @@ def chart_file(name_or_path: str, catalogue: Catalogue) -> Path:
         Problem: there is no such chart.
     """
     path = Path(name_or_path)
-    if path.suffix in (".yaml", ".yml") or path.is_file():
+    if path.suffix in YAML or path.is_file():
         if path.is_file():
             return path
         raise Problem(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")

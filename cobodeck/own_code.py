@@ -19,7 +19,7 @@ from cobodeck.part_check import binds, place_of
 from engine.signals import Derived, Measured, Signal
 from engine.state import Action, Monitor, State, interface
 from engine.state_class import StateError
-from engine.state_code import mistakes_in_code
+from engine.state_code import doubts_in_code, mistakes_in_code
 from engine.types import Type, builtin_types, from_annotation
 
 A_SIGNAL = "Measured('lamp.lit', bool)"
@@ -47,6 +47,13 @@ def mistakes_in(module: ModuleType) -> Iterator[str]:
     yield from _in_signals(module)
     yield from _in_table(module, "TYPES", "{'place': Pose2}", _wrong_type)
     yield from _in_table(module, "PARTS", "{'lamp': Lamp}", _wrong_maker)
+
+
+def doubts_in(module: ModuleType) -> Iterator[str]:
+    """What can run in a module without mistakes and is hardly meant, each with its place."""
+    for cls in state_classes(module):
+        found = doubts_in_code(interface(cls))  # type: ignore[arg-type]  # classes can be hashed
+        yield from (f"{file}:{line}: {what}" for file, line, what in found)
 
 
 def wrong_class(cls: type[State]) -> str | None:

@@ -15,11 +15,12 @@ from hw.interfaces import PARTS
 
 OURS = Path(__file__).parent.parent
 SAMPLES = "def samples(self, now_ns: int) -> list[Sample]"
+ADVANCE = "def advance(self, to_ns: int) -> None"
 HOOKS = {
     "samples": SAMPLES,
     "stop": "def stop(self) -> None",
     "hear": "def hear(self, sample: Sample, now_ns: int) -> None",
-    "advance": "def advance(self, to_ns: int) -> None",
+    "advance": ADVANCE,
     "show": "def show(self, stamp_ns: int) -> None",
     "acknowledge": "def acknowledge(self) -> bool",
     "close": "def close(self) -> None",
@@ -39,25 +40,20 @@ def made(name: str, make: Callable[[], Any], declared: Collection[str]) -> Any:
         why = told(error, make)
         raise Problem(f"{why} (while making part {name!r}, a simulated one)", FAILED) from None
     wrong = next(_wrong(name, part), None) or _undeclared(part, declared)
+    if wrong is None and name == "base" and not hasattr(part, "advance"):
+        wrong = f"{type(part).__name__} has no method advance, which moves it; write `{ADVANCE}`"
     if wrong is not None:
         raise Problem(f"{place_of(type(part))}part {name!r}: {wrong}", FAILED)
     return part
 
 
-def refuse_wrong_parts(parts: Mapping[str, Callable[[], Any]], declared: Collection[str]) -> None:
-    """Make a project's simulated parts, once each, as a simulation would.
-
-    Raises:
-        Problem: the text names all that cannot be made or that lack something.
-    """
-    wrong = []
+def wrong_parts(parts: Mapping[str, Callable[[], Any]], declared: Collection[str]) -> Iterator[str]:
+    """Why some of a project's simulated parts cannot be used; each is made once, as in a run."""
     for name, make in parts.items():
         try:
             made(name, make, declared)
         except Problem as problem:
-            wrong.append(str(problem))
-    if wrong:
-        raise Problem("\n".join(wrong), FAILED)
+            yield str(problem)
 
 
 def why_no_part(name: str, part: Any) -> str | None:
@@ -142,7 +138,7 @@ def _wrong_methods(name: str, kind: str, part: Any) -> Iterator[str]:
         if attribute.startswith("_") or hasattr(part, attribute):
             continue
         if inspect.isfunction(asked):
-            right = f"`def {attribute}{inspect.signature(asked)}`"
+            right = f"`def {attribute}{inspect.signature(asked)}`".replace("'", "")
             yield f"{kind} has no method {attribute}, which every part {name!r} has: {right}"
         elif isinstance(asked, property):
             yield f"{kind} has no {attribute}, which every part {name!r} has: {asked.__doc__}"

@@ -23,6 +23,7 @@ from typing import Any
 from cobodeck.console import Problem, complain
 from cobodeck.shadows import PACKAGES
 from engine.files.finding import FileError
+from engine.files.named import YAML
 from engine.files.text import read_bytes, read_text
 
 GROUP = "cobodeck.states"
@@ -70,7 +71,8 @@ class Project:
         for module in self.modules:
             folder = self._package(module)
             if folder is not None:
-                found |= dict.fromkeys(sorted(folder.rglob("*.yaml")))
+                inside = (file for ending in YAML for file in folder.rglob(f"*{ending}"))
+                found |= dict.fromkeys(sorted(inside))
         return list(found)
 
     def _package(self, module: str) -> Path | None:
@@ -121,6 +123,32 @@ def is_there(module: str) -> bool:
         return find_spec(module) is not None
     except (ImportError, ValueError):
         return False
+
+
+def names_in(module: str) -> set[str] | None:
+    """The names that a module defines, by its text; None if these do not say it all.
+
+    Raises:
+        SyntaxError: its text is not Python.
+    """
+    import ast
+    from importlib.util import find_spec
+
+    spec = find_spec(module)
+    file = str(spec and spec.origin)
+    try:
+        tree = ast.parse(read_bytes(Path(file), MAX_BYTES), file)
+    except (FileError, ValueError):  # it has no text
+        return None
+    found = set()
+    for node in ast.walk(tree):  # definitions may stand under a condition, too
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            found.add(node.name)
+        elif isinstance(node, ast.Import | ast.ImportFrom):
+            found |= {alias.asname or alias.name for alias in node.names}
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            found.add(node.id)
+    return None if {"*", "__getattr__"} & found else found
 
 
 def _installed(start: Path) -> Iterator[tuple[str, str]]:

@@ -1,8 +1,8 @@
 """Reads what the `run` of a state yields and returns, and finds what can never be right.
 
-Only what holds whatever happens in a run is a mistake here: a number that is yielded, an outcome
-that is written out and not declared, a `run` that declares outcomes and returns none. Code that
-cannot be read, because it was made without a file, has no mistakes.
+Only what is wrong whatever happens in a run is a mistake here: a number that is yielded, an outcome
+that is written out and not declared. A `run` that declares outcomes and returns none is a doubt: it
+can run. Code that cannot be read, because it was made without a file, has no mistakes.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import ast
 import inspect
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from engine.files.finding import did_you_mean
@@ -19,11 +19,22 @@ from engine.state_class import WAITS
 
 Mistake = tuple[str, int, str]
 """File, line, what is wrong and what would be right."""
+Told = tuple[int, str]
+"""The same, with the line in the function."""
 _NESTED = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 
 
 def mistakes_in_code(state: Interface) -> list[Mistake]:
     """The mistakes in the `run` of a state class, by line; an inherited `run` is not looked at."""
+    return _found(state, lambda body: sorted([*_yields(body, state), *_returns(body, state)]))
+
+
+def doubts_in_code(state: Interface) -> list[Mistake]:
+    """As `mistakes_in_code`, of what can run and is hardly meant."""
+    return _found(state, lambda body: _never_returns(body, state))
+
+
+def _found(state: Interface, look: Callable[[ast.FunctionDef], Iterable[Told]]) -> list[Mistake]:
     function: Any = vars(state.make).get("run")
     try:
         file = inspect.getsourcefile(inspect.unwrap(function))
@@ -33,9 +44,8 @@ def mistakes_in_code(state: Interface) -> list[Mistake]:
         return []
     if not isinstance(body, ast.FunctionDef):
         return []
-    found = sorted([*_yields(body, state), *_returns(body, state)])
-    found = found or list(_never_returns(body, state))
-    return [(str(file), first + line - 1, f"{state.name}.run {what}") for line, what in found]
+    told = look(body)
+    return [(str(file), first + line - 1, f"{state.name}.run {what}") for line, what in told]
 
 
 def _inside(node: ast.AST) -> Iterator[ast.AST]:
@@ -46,7 +56,7 @@ def _inside(node: ast.AST) -> Iterator[ast.AST]:
             yield from _inside(child)
 
 
-def _yields(body: ast.FunctionDef, state: Interface) -> Iterator[tuple[int, str]]:
+def _yields(body: ast.FunctionDef, state: Interface) -> Iterator[Told]:
     for node in _inside(body):
         if not isinstance(node, ast.Yield) or node.value is None:
             continue
@@ -88,7 +98,7 @@ def _is_instant(value: ast.expr) -> bool:
     )
 
 
-def _returns(body: ast.FunctionDef, state: Interface) -> Iterator[tuple[int, str]]:
+def _returns(body: ast.FunctionDef, state: Interface) -> Iterator[Told]:
     for node in _inside(body):
         if isinstance(node, ast.Return):
             for value in _alternatives(node.value):
@@ -145,9 +155,9 @@ def _wanted(state: Interface) -> str:
     return f"return one of its outcomes: {', '.join(state.outcomes)}"
 
 
-def _never_returns(body: ast.FunctionDef, state: Interface) -> Iterator[tuple[int, str]]:
+def _never_returns(body: ast.FunctionDef, state: Interface) -> Iterator[Told]:
     """A state that declares outcomes has to return one somewhere, unless it only raises."""
     ends = any(isinstance(node, ast.Return) for node in _inside(body))
     if state.outcomes and not ends and not isinstance(body.body[-1], ast.Raise):
-        line = body.lineno
-        yield line, f"never returns; {_wanted(state)} (a state without outcomes never ends)"
+        right = f"{_wanted(state)}; or declare none, if only something else is to end it"
+        yield body.lineno, f"never returns; {right}"

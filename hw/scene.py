@@ -34,7 +34,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from engine.files.item import Fault, Item, find_file, load_yaml
-from engine.files.named import known_files
+from engine.files.named import YAML, known_files
 from engine.files.record import Name, record
 from engine.files.text import is_file
 from engine.files.units import Length
@@ -145,8 +145,8 @@ def _room(item: Item) -> Room:
     """The room as polygons, or that of another scene."""
     if not isinstance(item.value, str):
         return record(item, Room)
-    beside = item.folder / f"{item.value}.yaml"
-    named = str(beside) if is_file(beside) else item.target()
+    beside = (item.folder / f"{item.value}{ending}" for ending in YAML)
+    named = next((str(file) for file in beside if is_file(file)), None) or item.target()
 
     def own(other: Item) -> Room:
         if isinstance(other.inner("room").value, str):

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from cobodeck.arguments import pose, scan_mounts, word
 from cobodeck.console import FAILED, OK, Problem, show, show_json, table
+from engine.files.named import YAML
 
 if TYPE_CHECKING:
     from cobodeck.logs.log import SensorLog
@@ -48,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     from cobodeck.logs.calibrated import calibrated
     from cobodeck.logs.opening import open_log
 
-    if args.output is not None and args.output.suffix not in (".yaml", ".yml"):
+    if args.output is not None and args.output.suffix not in YAML:
         raise Problem(f"{args.output}: a calibration is a YAML file; its name ends in .yaml")
     mounts = None if args.mounts is None else _known(args.mounts)
     log = open_log(args.log).mounted(dict(args.scan_mounts))

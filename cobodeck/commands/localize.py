@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from cobodeck.arguments import length, pose, scan_mounts, word
 from cobodeck.console import FAILED, OK, Problem, show, show_json, table
+from engine.files.named import YAML
 
 if TYPE_CHECKING:
     from cobodeck.logs.localized import Localized
@@ -51,7 +52,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _yaml(text: str) -> Path:
-    if not text.endswith((".yaml", ".yml")):
+    if not text.endswith(YAML):
         raise argparse.ArgumentTypeError(f"{text!r} does not end in .yaml, as maps do")
     return Path(text)
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from cobodeck.catalogue import CHARTS, Catalogue, catalogue
 from cobodeck.checker import FileChecker
-from cobodeck.console import FAILED, OK, show
+from cobodeck.console import FAILED, OK, complain, show
 from cobodeck.editor_schema import schema_notes
 from cobodeck.library import (
     errors_in_used,
@@ -22,7 +22,7 @@ from cobodeck.library import (
     read_source,
     strictly,
 )
-from cobodeck.part_check import refuse_wrong_parts
+from cobodeck.part_check import wrong_parts
 from engine.chart import Chart
 from engine.explore import explore
 from engine.files.finding import Finding, Place, in_order
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     known = catalogue(own=args.own)
     files = files_in(args.paths or _default_paths(known))
     charts = [file for file, kind in files if kind == "chart"]
-    refuse_wrong_parts(known.own_parts, known.signal_names)
+    in_code = [*known.doubts, *wrong_parts(known.own_parts, known.signal_names)]
     library = load_beside(charts, known)
     findings = findings_of(library, known, charts)
     sources: dict[str, SourceFile] = {str(file): library.sources[str(file)] for file in charts}
@@ -64,8 +64,10 @@ def run(args: argparse.Namespace) -> int:
     for name in {place.file for finding in findings for place in _places(finding)}:
         sources.setdefault(name, read_source(name))
     findings = in_order(strictly(findings) if args.strict else findings)
+    for mistake in in_code:
+        complain(mistake)
     show(report(findings, sources, args.format).rstrip("\n"))
-    if any(finding.severity == "error" for finding in findings):
+    if in_code or any(finding.severity == "error" for finding in findings):
         return FAILED
     if args.format == "text":
         for note in schema_notes((library.sources[str(file)] for file in charts), known):

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from engine.files import source as yaml
 from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean, not_found
-from engine.files.named import known_files
+from engine.files.named import YAML, known_files
 from engine.files.source import Map, Mark, Seq, SourceFile
 from engine.files.text import is_file, read_bytes
 from engine.files.values import shown
@@ -20,7 +20,7 @@ from engine.files.values import shown
 T = TypeVar("T")
 Fault = tuple[str, str]
 """The dotted key of a value that is inconsistent with others of its mapping, and why."""
-SUFFIXES = (".yaml", ".yml", ".txt", ".csv")
+SUFFIXES = (*YAML, ".txt", ".csv")
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,12 +160,12 @@ def find_file(name: str, folder: Path, kind: str, also: Iterable[str] = ()) -> P
 
     Raises:
         NotFound: no file has this name, or a path that does not exist is a known name with an
-            ending other than `.yaml`.
+            ending other than those of YAML files.
     """
     known = known_files(folder, kind)
     if is_path(name):
         path = Path(name)
-        if path.stem in known and path.suffix != ".yaml" and not is_file(path):
+        if path.stem in known and path.suffix not in YAML and not is_file(path):
             hint = f"did you mean {path.stem!r}, without the file ending?"
             raise not_found(name, f"no such {kind}", hint)
         return path

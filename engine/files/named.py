@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 
+YAML = (".yaml", ".yml")
+"""The endings of YAML files; either is as good as the other."""
 OwnFiles = Callable[[str], Mapping[str, Path]]
 """The files of one kind (`scene`, `robot`, `profile`, …) that a project brings, by name."""
 

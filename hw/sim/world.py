@@ -6,7 +6,7 @@ Person, room and arm are optional. Tier 1 is plain Python; all of it is determin
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +62,6 @@ class World:
     _vr: SimVr | None = None
     _trackers: SimTrackers | None = None
     _equipment: Equipment | None = None
-    _own: tuple[Any, ...] = ()
     _tracked: tuple[int | None, float] = (None, 0.0)
     """Stamp of the newest measured pose of the person, and the head's turn in it, rad."""
 
@@ -100,6 +99,8 @@ class World:
         if person is None:
             safety = replace(safety, watched=False)
         self.guard = GuardedBase(self.base, safety, robot.parked, self._line.pull)
+        self._own: dict[str, Any] = {}
+        self._failures: list[tuple[str, Exception]] = []
         self._operator = None
         if operator:
             self._operator = ScriptedOperator(self._line, by_hand=self.push_off)
@@ -189,7 +190,7 @@ class World:
 
         A base among them gets its own guard, which commands it from cycle to cycle.
         """
-        self._own += tuple(part for part in parts.values() if hasattr(part, "advance"))
+        self._own |= {name: part for name, part in parts.items() if hasattr(part, "advance")}
         own: dict[str, Any] = dict(parts)
         if "base" in own:
             limits, parked = self.guard.chain.limits, self.robot.parked
@@ -199,8 +200,9 @@ class World:
 
     @property
     def failures(self) -> list[tuple[str, Exception]]:
-        """Simulated parts do not fail."""
-        return []
+        """What added parts have raised since the last call; they are not advanced any more."""
+        told, self._failures = self._failures, []
+        return told
 
     def quiet_until(self) -> int:
         """Something is measured at every instant, so that no tick can be left out."""
@@ -248,13 +250,23 @@ class World:
 
     def _advance_own(self, since_ns: int, now_ns: int) -> None:
         """Advance added parts; a base among them from cycle to cycle."""
+        if self.guard.base is not self.base and "base" in self._own:
+            self._attempt("base", self._cycle, since_ns, now_ns)
+        for name, part in list(self._own.items()):
+            self._attempt(name, part.advance, now_ns)
+
+    def _cycle(self, since_ns: int, now_ns: int) -> None:
         wheels: Any = self.guard.base
-        if wheels is not self.base:
-            for now in range(since_ns, now_ns, CYCLE_NS):
-                self.guard.cycle(now)
-                wheels.advance(min(now + CYCLE_NS, now_ns))
-        for part in self._own:
-            part.advance(now_ns)
+        for now in range(since_ns, now_ns, CYCLE_NS):
+            self.guard.cycle(now)
+            wheels.advance(min(now + CYCLE_NS, now_ns))
+
+    def _attempt(self, name: str, act: Callable[..., object], *arguments: int) -> None:
+        try:
+            act(*arguments)
+        except Exception as error:  # noqa: BLE001  an added part may raise anything
+            self._own.pop(name, None)
+            self._failures.append((name, error))
 
     def _advance_person(self, person: Person, robot_before: Pose2) -> None:
         body_before = person.body

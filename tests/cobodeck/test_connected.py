@@ -17,7 +17,7 @@ from cobodeck.clocks import RealTime
 from cobodeck.connected import Connected, Stops, connect
 from cobodeck.console import Problem
 from cobodeck.health import fault_of
-from cobodeck.inlet import Inlet
+from cobodeck.inlet import Inlet, WrongSample
 from cobodeck.loop import Loop
 from cobodeck.opening import finds_itself, is_needed, nothing
 from cobodeck.operators import ConsoleOperator
@@ -115,6 +115,13 @@ class Wheels(Base):
 
 class Arm(Driver):
     """An arm that says nothing."""
+
+    def follow(self, points: Any) -> int:
+        """It stays where it is."""
+        return 1
+
+    def pace(self, share: float, separation: float | None = None, needed: float = 0.0) -> None:
+        """It does not move."""
 
 
 class Lamp(Driver):
@@ -547,21 +554,27 @@ def test_a_part_that_raises_while_it_is_sampled_is_told_and_stops_the_robot() ->
     assert OPENED["Lamp"].calls.count("samples") == 1
 
 
-def test_garbage_from_a_driver_is_not_let_in_and_nothing_moves() -> None:
+def test_garbage_from_a_driver_is_not_let_in_and_ends_what_moves() -> None:
     plant = connected(base=(Base, ""), lamp=(Lamp, ""))
     OPENED["Base"].pose = OPENED["Base"].twist = (0.0, 0.0, 0.0)  # a tuple is neither
     loop = looped(plant, 0.2)
 
-    assert loop.wired.inlet.refused["base.pose"] > 3
+    (error,) = loop.wired.run.errors
+    assert (error.path, error.kind) == ("part base", "WrongSample")
+    assert error.text == "sample 'base.pose': its value is a tuple; wanted: Pose2"
+    assert error.file == __file__
+    assert loop.wired.inlet.refused == {"base.pose": 1}
     assert AHEAD not in OPENED["Base"].driven
-    assert loop.wired.run.errors == []
+    assert plant.parts["stop_line"].reason == "part base: WrongSample"
 
 
 def test_a_stamp_that_is_ahead_is_not_let_in() -> None:
     board = Board(declare([Measured("base.pose", Pose2)]))
     inlet = Inlet(board)
-    for stamp in (3_000_000_000, float("nan"), None, "now"):
-        inlet.give(Sample("base.pose", stamp, Pose2(1.0, 0.0)), 0)  # type: ignore[arg-type]
+    inlet.give(Sample("base.pose", 3_000_000_000, Pose2(1.0, 0.0)), 0)
+    for stamp in (float("nan"), None, "now"):
+        with pytest.raises(WrongSample, match=r"'base\.pose': its stamp is .*; wanted: whole ns"):
+            inlet.give(Sample("base.pose", stamp, Pose2(1.0, 0.0)), 0)  # type: ignore[arg-type]
 
     assert not board.inbox
     assert inlet.refused == {"base.pose": 4}
