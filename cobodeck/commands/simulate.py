@@ -214,8 +214,6 @@ def _setup(args: argparse.Namespace) -> Setup:
     from cobodeck.setup import open_setup
 
     known, body = catalogue(own=args.own), _robot_of(args)
-    for doubt in known.doubts:
-        complain(doubt)
     setup = open_setup(
         args.chart, args.scene, args.profile, args.tick_hz, body, known=known, sets=args.sets
     )
