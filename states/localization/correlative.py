@@ -35,7 +35,7 @@ SPREAD, REACHES = 0.1, 0.3
 """Standard deviation of beam ends, m, and the distance from which all beams count alike, m."""
 FINEST = 0.04
 """Half size of the smallest boxes, m: well within the basin of Gauss-Newton."""
-FIRST, BOXES = 600, 64
+FIRST, BOXES = 600, 32
 """Largest number of boxes at the start, and of those that are divided at each level."""
 BEAMS = 60
 """Largest number of beams that are looked at."""
@@ -113,13 +113,14 @@ def _searched(task: _Task, metres: float, radians: float) -> Array:
     lever = task.lever
     half = first_half(metres, radians, lever)
     boxes = _grid(metres, radians, half, half / lever)
+    least = _bounds(task, np.zeros((1, 3)), 0.0, -math.inf)[0]
     while half > FINEST:
-        bounds = _bounds(task, boxes, half)
+        bounds = _bounds(task, boxes, half, least)
         order = np.argsort(-bounds)[:BOXES]
-        least = _bounds(task, boxes[order[:1]], 0.0)[0]
+        least = max(least, _bounds(task, boxes[order[:1]], 0.0, -math.inf)[0])
         half *= 0.5
         boxes = _divided(boxes[order[bounds[order] >= least]], half, half / lever)
-    scores = _bounds(task, boxes, 0.0)
+    scores = _bounds(task, boxes, 0.0, -math.inf)
     best = _apart(boxes[np.argsort(-scores)], 4.0 * half, 4.0 * half / lever)
     for i in range(3):
         best[:, i] += task.predicted[i]
@@ -136,8 +137,11 @@ def first_half(metres: float, radians: float, lever: float) -> float:
 
 
 @compiled
-def _bounds(task: _Task, boxes: Array, half: float) -> Array:
-    """Bounds (n,) of the scores in boxes about centres (n, 3); with half size 0: their scores."""
+def _bounds(task: _Task, boxes: Array, half: float, least: float) -> Array:
+    """Bounds (n,) of the scores in boxes about centres (n, 3); with half size 0: their scores.
+
+    Those that are below `least` are minus infinity.
+    """
     halves = (half, half, half / task.lever)
     loose = 0.0
     for i in range(3):
@@ -149,8 +153,10 @@ def _bounds(task: _Task, boxes: Array, half: float) -> Array:
         pose = (task.predicted[0] + dx, task.predicted[1] + dy, task.predicted[2] + dyaw)
         root = max(0.0, math.sqrt(_square(dx, dy, dyaw, task.prior)) - math.sqrt(loose))
         slack = (math.sqrt(2.0) * half, halves[2])
-        fit = fit_of(task.points, pose, task.table, task.lengths, slack)
-        bounds[k] = task.alike * fit - min(CARRIED, 0.5 * root * root)
+        prior = min(CARRIED, 0.5 * root * root)
+        enough = (least + prior) / task.alike
+        fit = fit_of(task.points, pose, task.table, task.lengths, slack, enough)
+        bounds[k] = task.alike * fit - prior
     return bounds
 
 
@@ -219,14 +225,20 @@ def fit_of(
     table: Table,
     lengths: tuple[float, float],
     slack: tuple[float, float],
+    least: float = -math.inf,
 ) -> float:
-    """Sum of -min(d, c)^2 / 2 s^2, with distances less `slack`, m and m per m, at least 0."""
+    """Sum of -min(d, c)^2 / 2 s^2, with distances less `slack`, m and m per m, at least 0.
+
+    Minus infinity, found early, if it is below `least`.
+    """
     c, s = math.cos(pose[2]), math.sin(pose[2])
     sigma, farthest = lengths
-    total = 0.0
+    total, lowest = 0.0, 2.0 * sigma * sigma * least
     for i in range(len(points)):
         px, py = points[i, 0], points[i, 1]
         d = distance_at(pose[0] + c * px - s * py, pose[1] + s * px + c * py, table)[0]
-        d = min(farthest, max(0.0, d - slack[0] - slack[1] * math.hypot(px, py)))
+        d = min(farthest, max(0.0, d - slack[0] - slack[1] * math.sqrt(px * px + py * py)))
         total -= d * d
+        if total < lowest:
+            return -math.inf
     return total / (2.0 * sigma * sigma)
