@@ -55,7 +55,7 @@ class Localizer:
 
     `start` is the given start pose, known to `start_sigma`; without it the whole floor is searched.
     Samples are taken in the order of arrival. `counts` has the number of matches, of scans skipped
-    at rest, of tracker poses used and of poses found by a search.
+    at rest or before the wheels, of tracker poses used and of poses found by a search.
     """
 
     def __init__(
@@ -190,6 +190,9 @@ class Localizer:
         if self._start is not None:
             self._begin_at_start(stamp_ns, self._start)
         self._wheels.saw_scan(stamp_ns)
+        if self._wheels.awaited and not self._resting:
+            self.counts["skipped"] += 1
+            return
         if self._resting and stamp_ns < self._check_ns:
             self.counts["skipped"] += 1
             return

@@ -13,6 +13,8 @@ from states.maps.distance import Array
 
 MISSING_NS = 300_000_000
 """Wheels whose newest sample is this much older than the newest scan count as missing, ns."""
+MISSED_SCANS = 3
+"""Least number of scans without a wheel sample between them until wheels count as missing."""
 MOMENT_NS = 50_000_000
 """Time over which the velocity at an instant is measured, ns."""
 TURNING = 0.05
@@ -29,7 +31,7 @@ class WheelMotion:
         self.clock = WheelClock()
         self._reckoning = DeadReckoning(slip)
         self.reckoned_ns = 0
-        self.scan_ns = 0
+        self.scan_ns = self._unaccompanied = 0
         self.rate: float | None = None
 
     def put(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
@@ -40,6 +42,7 @@ class WheelMotion:
         before_ns, resets = self.trail.stamp_ns, self.trail.resets
         if not self.trail.put(stamp_ns, odom_from_base):
             return False
+        self._unaccompanied = 0
         self.rate = self.gyro.take(stamp_ns)
         unseen = before_ns is not None and self.reckoned_ns - before_ns > MISSING_NS
         if unseen or self.trail.resets > resets:
@@ -56,7 +59,16 @@ class WheelMotion:
     def missing(self) -> bool:
         """True if scans keep coming and the wheels have gone silent."""
         heard = self.trail.stamp_ns
-        return heard is None or self.scan_ns - heard > MISSING_NS
+        return heard is None or (self._is_late(heard) and self._unaccompanied >= MISSED_SCANS)
+
+    @property
+    def awaited(self) -> bool:
+        """True if, after a gap in both, a scan has come before the wheels: they may follow yet."""
+        heard = self.trail.stamp_ns
+        return heard is not None and self._is_late(heard) and not self.missing
+
+    def _is_late(self, heard_ns: int) -> bool:
+        return self.scan_ns - heard_ns > MISSING_NS
 
     @property
     def believed(self) -> bool:
@@ -76,6 +88,7 @@ class WheelMotion:
     def saw_scan(self, stamp_ns: int) -> None:
         """Note the stamp of a scan, by which silence of the wheels is measured."""
         self.scan_ns = max(self.scan_ns, stamp_ns)
+        self._unaccompanied += 1
 
     def velocity(self, first_ns: int, last_ns: int) -> Twist2 | None:
         """Mean velocity between two stamps, in the base frame; None unless believed."""

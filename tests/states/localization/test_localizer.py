@@ -412,3 +412,24 @@ def test_before_the_first_sample_nothing_is_known():
     assert found.pose is None
     assert found.stamp_ns is None
     assert found.sigma.position == math.inf
+
+
+@pytest.mark.parametrize("seed", [63, 64])
+def test_after_a_gap_scans_wait_for_wheels_that_come_late(seed):
+    """Nothing for 5 s, then a scan 0.2 s before the wheels that know the way through the gap."""
+    world = World(random_drive(seed, 14.0), seed)
+    late, gap = 200_000_000, (4_000_000_000, 9_000_000_000)
+    samples = []
+    for one in world.samples(*WHEELS_AND_SCANS):
+        if not gap[0] < one.stamp_ns < gap[1]:
+            wheels = one.name == "base.odometry"
+            samples.append(one._replace(stamp_ns=one.stamp_ns + late) if wheels else one)
+    samples.sort(key=lambda one: one.stamp_ns)
+    sparse = [one for k, one in enumerate(samples) if one.name == "base.odometry" or k % 5 == 0]
+    found, off = localizer(world, world.drive.pose(0.0)), []
+    for sample in sparse:
+        found.update(*sample)
+        if sample.name == "base.scan" and sample.stamp_ns > gap[1] + 1_000_000_000:
+            off.append(found.pose.distance_to(world.drive.pose(found.stamp_ns * 1e-9)))
+    assert found.counts["skipped"] > 0
+    assert max(off) < 0.1
