@@ -57,6 +57,7 @@ def test_all_that_are_shipped_take_drivers_of_ours_alone() -> None:
 WRONG = {
     '"elsewhere.can:Base"': "5:18: error[D01] parts.base.driver: 'elsewhere' is the package of no",
     '"hw.drivers.nothing:Base"': "5:18: error[D01] parts.base.driver: there is no module",
+    '"hw.sim.base:SimBas"': "5:18: error[D01] parts.base.driver: hw.sim.base has no 'SimBas'",
     '"hw.nothing.at_all:Base"': "5:18: error[D01] parts.base.driver: there is no module",
 }
 

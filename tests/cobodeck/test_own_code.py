@@ -6,12 +6,16 @@ import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 import cobodeck
 from cobodeck.__main__ import main
-from cobodeck.console import FAILED, OK
+from cobodeck.console import FAILED, OK, Problem
+from cobodeck.opening import open_all
+from hw.connection import ServedPart
 from tests.cobodeck.own_mistakes import (
     CHART,
     LIT,
@@ -57,7 +61,7 @@ def test_the_project_without_a_mistake_is_right(
 
 
 @pytest.mark.parametrize("mistake", [pytest.param(m, id=m.id) for m in MISTAKES])
-@pytest.mark.few(12)
+@pytest.mark.few(6)
 def test_a_mistake_is_told_with_its_place_and_what_would_be_right(
     package: Path, mistake: OwnMistake, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -95,6 +99,7 @@ def test_a_state_that_never_returns_can_run_and_is_a_finding(
 
 
 @pytest.mark.parametrize("value", ["None", "float('nan')", "float('inf')"])
+@pytest.mark.few(1)
 def test_what_a_device_may_measure_ends_no_run(
     package: Path, value: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -117,3 +122,29 @@ def test_files_that_end_in_yml_are_files_of_a_project(
     assert main(["validate"]) == OK
     assert "no errors in 2 files" in capsys.readouterr().out
     assert main(SIMULATE) == OK
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "told"),
+    [
+        ("lamp", '    signals = ("lamp.lit",)\n', "", "Lamp has no signals; give the class"),
+        ("lamp", "def samples(", "def sample(", "Lamp has no method samples; write"),
+        ("lamp", "lit = False\n", "lit = {}[1]\n", r"states.py:\d+: KeyError: 1"),
+        (
+            "arm",
+            "lit = False",
+            "dark = True",
+            "Lamp has no method follow",
+        ),
+    ],
+)
+def test_a_driver_that_is_no_part_is_refused_at_its_opening(
+    package: Path, name: str, old: str, new: str, told: str
+) -> None:
+    write(package, STATES.replace(old, new))
+    sys.path.insert(0, str(package.parent))
+    opening: Any = SimpleNamespace(now=lambda: 0)
+    served = {name: ServedPart(f"{package.name}.states", "Lamp", {}, "rover.yaml:4:3")}
+
+    with pytest.raises(Problem, match=rf"^rover\.yaml:4:3: part '{name}' by .*:Lamp: .*{told}"):
+        open_all("part", served, served, opening, {}, {})

@@ -1,6 +1,8 @@
 """The tools for authors of charts: scripted outcomes, scripted signals, virtual time."""
 
+import math
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -8,8 +10,11 @@ from pathlib import Path
 import pytest
 
 from cobodeck.console import Problem
+from cobodeck.inlet import WrongSample
 from cobodeck.stub_parts import Parts
 from cobodeck.testing import ChartTester
+from hw.geometry import Pose2
+from hw.samples import UserPose
 
 FETCH = """
 chart: fetch
@@ -93,6 +98,24 @@ def test_a_real_monitor_sees_scripted_signals(sim: ChartTester) -> None:
     sim.signal("stop.engaged", "bumper: person")
 
     sim.until("failed", timeout=0.1)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "wrong"),
+    [
+        ("stop.engaged", 5, "its value is 5 (int); wanted: str"),
+        ("user.pose", (1.0, 2.0), "its value is a tuple; wanted: UserPose"),
+        ("user.pose", UserPose("here", 0.0), "its value's body is 'here' (str); wanted: Pose2"),  # type: ignore[arg-type]
+        ("user.pose", UserPose(Pose2(0.0, math.nan), 0.0), "a number in it is not finite"),
+    ],
+)
+def test_a_signal_of_another_type_fails_the_test(
+    sim: ChartTester, name: str, value: object, wrong: str
+) -> None:
+    sim.start(FETCH, real=["fault"])
+
+    with pytest.raises(WrongSample, match=re.escape(f"sample {name!r}: {wrong}")):
+        sim.signal(name, value)
 
 
 def test_a_real_action_gets_stand_ins_for_its_parts(sim: ChartTester, parts: Parts) -> None:

@@ -1,6 +1,7 @@
 """Your own parts, simulated: a lamp that charts command, and a battery that they read.
 
 A part gives samples, and takes commands through its own methods. `PARTS` registers them.
+Each sample is of the type that `SIGNALS` declares; another one fails the run.
 """
 
 from collections.abc import Callable
