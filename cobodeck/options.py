@@ -7,7 +7,7 @@ from typing import TextIO
 
 from cobodeck.record.sink import behind_record
 from hw.connection import Connection
-from hw.people.recording import Heading
+from hw.people.recording import Heading, Up
 
 FULL = 2
 """The tier with all sensors: the base localizes itself."""
@@ -20,16 +20,17 @@ class Options:
     """How to run.
 
     `duration_s` limits the run, s; `stretch_m` enlarges a recorded walk to this size, m, `heading`
-    is how its headings are computed; `eager` computes every signal in every tick and leaves no tick
-    out; `mock` takes the mocked robot, `connection` the real parts that it names. `console` is the
-    operator's input, None without an operator; `unwatched` accepts that no part tracks people,
-    because nobody is near.
+    is how its headings are computed, `up` its axis that is up; `eager` computes every signal in
+    every tick and leaves no tick out; `mock` takes the mocked robot, `connection` the real parts
+    that it names. `console` is the operator's input, None without an operator; `unwatched` accepts
+    that no part tracks people, because nobody is near.
     """
 
     user: str | None = None
     requests: int | None = None
     stretch_m: float | None = None
     heading: Heading = "centred"
+    up: Up | None = None
     tier: int = 1
     seed: int = 0
     duration_s: float = LONGEST_S

@@ -225,7 +225,7 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
         if source is not None:
             raise Problem(f"--user {source} needs a room; give one with --scene")
         return None
-    given = options.requests, options.stretch_m, options.seed, options.heading
+    given = options.requests, options.stretch_m, options.seed, options.heading, options.up
     if source is not None and behind_record(source) is not None:
         from cobodeck.record.person import recalled  # the reader of records is loaded only here
 

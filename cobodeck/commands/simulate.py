@@ -82,6 +82,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "just walked; default centred",
     )
     parser.add_argument(
+        "--up",
+        choices=("z", "y", "y-right"),
+        help="the axis of a recorded walk that is up: z, the floor is x, y; y of a left-handed "
+        "frame (Unity), the floor is x, z; y of a right-handed one (OpenVR, OpenXR), x, -z; "
+        "default z, unless y looks like a head's height",
+    )
+    parser.add_argument(
         "--record",
         type=kept_file,
         metavar="FILE",
@@ -104,6 +111,7 @@ def run(args: argparse.Namespace) -> int:
         requests=args.requests,
         stretch_m=args.stretch,
         heading=args.heading,
+        up=args.up,
         tier=args.tier,
         seed=args.seed,
         duration_s=args.duration or max(LONGEST_S, 180.0 * (args.requests or 0)),

@@ -14,7 +14,7 @@ from engine.clock import TickGrid
 from engine.files.finding import mistake
 from hw.geometry import wrap
 from hw.people.recalled import Asked, Past, Recalled, SeenPerson, Stood
-from hw.people.recording import Heading, Recording
+from hw.people.recording import Heading, Recording, Up
 from hw.room import Room
 from hw.samples import UserPose
 from hw.truth import Truth
@@ -29,18 +29,19 @@ def recalled(
     stretch_m: float | None,
     seed: int,
     heading: Heading,
+    up: Up | None,
 ) -> Recalled:
     """The person of a record, in a room.
 
-    `requests` and `stretch_m` (m) must be None, and `heading` the default. The seed gives their
-    reaction to the stop sign.
+    `requests`, `stretch_m` (m) and `up` must be None, and `heading` the default. The seed gives
+    their reaction to the stop sign.
 
     Raises:
         Problem: an option is given that a recorded person does not have; FileError: the record
             cannot be read, has no person, or they would leave the free floor.
     """
     causal = None if heading == "centred" else heading
-    given = {"--requests": requests, "--stretch": stretch_m, "--heading": causal}
+    given = {"--requests": requests, "--stretch": stretch_m, "--heading": causal, "--up": up}
     asked = (name for name, value in given.items() if value is not None)
     refused = behind_record(source) or next(asked, None)
     if refused is not None:

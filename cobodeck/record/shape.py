@@ -24,7 +24,10 @@ OPTIONS = _object(
     user=MAYBE, requests=_or_none(WHOLE), stretch_m=_or_none(NUMBER), tier=WHOLE, seed=WHOLE,
     duration_s=NUMBER, eager=FLAG, frozen_base=FLAG, mock=FLAG, unwatched=FLAG,
 ) | {"additionalProperties": False}  # fmt: skip
-OPTIONS["properties"] |= {"heading": {"enum": ["centred", "causal"]}}
+OPTIONS["properties"] |= {
+    "heading": {"enum": ["centred", "causal"]},
+    "up": _or_none({"enum": ["z", "y", "y-right"]}),
+}
 GIVEN = _object(scene=MAYBE, profile=MAYBE, robot=MAYBE)
 HEADER = _object(
     began=TEXT,

@@ -3,6 +3,10 @@
 `.txt` is the TUM format, one `stamp tx ty tz qx qy qz qw` per line in s and m. `.csv` has a header
 with an optional person, a time and a position, such as `id,t,x,y`; a name may carry a unit (`t_ms`,
 `x_cm`). The tag export `id;x;y;z;time` (mm, date and time of day) is read too.
+
+The floor is x, y, with z up. Where y is up, x and z are on the floor, and seen from above z points
+to the left of x in a left-handed frame (Unity), to the right in a right-handed one (OpenVR, OpenXR,
+OpenGL): y of the floor is z or -z.
 """
 
 from __future__ import annotations
@@ -33,12 +37,22 @@ _NAMES = {
     "t": ("t", "time", "stamp", "timestamp"),
     "x": ("x",),
     "y": ("y",),
+    "z": ("z",),
 }
 _TAG_EXPORT = "id;x;y;z;time"
 
 Heading = Literal["centred", "causal"]
 """Whether a heading looks ahead, as of the true body, or is that of the way just walked."""
+Up = Literal["z", "y", "y-right"]
+"""The axis that is up: z, y of a left-handed frame, or y of a right-handed one."""
 RecordingRow = tuple[float, float, float]
+"""Time, s, and place on the floor, m."""
+SpaceRow = tuple[float, float, float, float]
+"""Time, s, and x, y, z as in the file, m; NaN where it has none."""
+HEAD = (0.5, 2.3)
+"""Heights of a person's head, sitting or standing, m."""
+UP_SPAN = 1.0
+"""A head's height changes by less than this, m, a walk's width by more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,24 +151,49 @@ class Recording:
         return chords
 
 
-def read_recording(path: Path, person: str | None = None) -> Recording:
-    """The walk of one person in a file.
+def read_recording(path: Path, person: str | None = None, up: Up | None = None) -> Recording:
+    """The walk of one person in a file; `up` None: z, unless y looks like a head's height.
 
     Raises:
         FileError: with file and line: unknown format, bad numbers, stamps that do not rise,
-            fewer than two rows, an unknown person, or several without a choice.
+            fewer than two rows, an unknown person, several without a choice, or y looks like a
+            height and no `up` is given.
     """
     if path.suffix not in (".txt", ".csv"):
         raise mistake(path, f"'{path.suffix}' is not a known format; use .txt (TUM) or .csv")
     lines = read_text(path, MAX_BYTES).splitlines()
     if path.suffix == ".txt" and person is not None:
         raise mistake(path, f"a TUM file holds one person; leave out '#{person}'")
-    people = _tum(path, lines) if path.suffix == ".txt" else _csv(path, lines)
+    needed = "txy" if up in (None, "z") else "txz"
+    people = _tum(path, lines) if path.suffix == ".txt" else _csv(path, lines, needed)
     name = _choose(path, tuple(people), person)
-    return _checked(path, f"{path}#{name}" if name else str(path), people[name])
+    rows = people[name]
+    if up is None:
+        _refuse_heights(path, [row for _, row in rows])
+    floor = [(line, _on_floor(row, up or "z")) for line, row in rows]
+    return _checked(path, f"{path}#{name}" if name else str(path), floor)
 
 
-People = dict[str, list[tuple[int, RecordingRow]]]
+People = dict[str, list[tuple[int, SpaceRow]]]
+
+
+def _on_floor(row: SpaceRow, up: Up) -> RecordingRow:
+    t, x, y, z = row
+    return t, x, {"z": y, "y": z, "y-right": -z}[up]
+
+
+def _refuse_heights(path: Path, rows: list[SpaceRow]) -> None:
+    ys, zs = [row[2] for row in rows], [row[3] for row in rows]
+    low, high = min(ys), max(ys)
+    is_height = HEAD[0] <= low and high <= HEAD[1] and high - low < UP_SPAN
+    if is_height and max(zs) - min(zs) > UP_SPAN:
+        raise mistake(
+            path,
+            f"y stays within {low:.2f} and {high:.2f} m, like a head's height, and z does not: "
+            "are x and z on the floor",
+            hint="`--up y` reads x, z of a left-handed frame (Unity), `--up y-right` x, -z of a "
+            "right-handed one (OpenVR, OpenXR), `--up z` x, y",
+        )
 
 
 def _tum(path: Path, lines: list[str]) -> People:
@@ -167,18 +206,19 @@ def _tum(path: Path, lines: list[str]) -> People:
             raise mistake(
                 path, f"{len(fields)} values; needs 8: stamp tx ty tz qx qy qz qw", number
             )
-        t, x, y, *_ = (_number(path, number, field) for field in fields)
-        rows.append((number, (t, x, y)))
+        t, x, y, z, *_ = (_number(path, number, field) for field in fields)
+        rows.append((number, (t, x, y, z)))
     return {"": rows} if rows else {}
 
 
-def _csv(path: Path, lines: list[str]) -> People:
+def _csv(path: Path, lines: list[str], needed: str) -> People:
     header = lines[0].strip() if lines else ""
     if header == _TAG_EXPORT:
-        separator, columns = ";", {"id": (0, 1.0), "x": (1, 1e-3), "y": (2, 1e-3), "t": (4, 1.0)}
+        separator = ";"
+        columns = {"id": (0, 1.0), "t": (4, 1.0)} | {k: (i, 1e-3) for i, k in enumerate("xyz", 1)}
     else:
         separator = max(",;\t", key=header.count)
-        columns = _columns(path, header.lower().split(separator))
+        columns = _columns(path, header.lower().split(separator), needed)
     people: People = {}
     for number, line in enumerate(lines[1:], start=2):
         if not line.strip():
@@ -187,27 +227,46 @@ def _csv(path: Path, lines: list[str]) -> People:
         if len(fields) != header.count(separator) + 1:
             expected = header.count(separator) + 1
             raise mistake(path, f"{len(fields)} values; the header has {expected}", number)
-        t, x, y = (
-            columns[key][1] * _number(path, number, fields[columns[key][0]]) for key in "txy"
-        )
+        t, x, y, z = (_column(path, number, fields, columns, key, needed) for key in "txyz")
         name = fields[columns["id"][0]].strip() if "id" in columns else ""
-        people.setdefault(name, []).append((number, (t, x, y)))
+        people.setdefault(name, []).append((number, (t, x, y, z)))
     return people
 
 
-def _columns(path: Path, header: list[str]) -> dict[str, tuple[int, float]]:
+def _column(
+    path: Path,
+    line: int,
+    fields: list[str],
+    columns: dict[str, tuple[int, float]],
+    key: str,
+    needed: str,
+) -> float:
+    """A value in s or m; one that is not needed may be missing or no number, which is NaN."""
+    index, unit = columns.get(key, (-1, 1.0))
+    if key in needed:
+        return unit * _number(path, line, fields[index])
+    try:
+        return unit * float(fields[index]) if key in columns else math.nan
+    except ValueError:
+        return math.nan
+
+
+def _columns(path: Path, header: list[str], needed: str) -> dict[str, tuple[int, float]]:
     found: dict[str, tuple[int, float]] = {}
     for index, title in enumerate(header):
         name, _, unit = title.strip().partition("_")
         key = next((key for key, names in _NAMES.items() if name in names), None)
         if key is None or key in found:
             continue
+        if key in "xyz" and key not in needed and unit not in _UNITS:
+            continue
         if unit not in _UNITS or (key == "id" and unit):
             raise mistake(path, f"column '{title.strip()}': unknown unit '{unit}'", 1)
         found[key] = (index, _UNITS[unit])
-    missing = [key for key in "txy" if key not in found]
+    missing = [key for key in needed if key not in found]
     if missing:
-        raise mistake(path, f"no column {', '.join(missing)}; the header must be like id,t,x,y", 1)
+        like = ",".join(needed)
+        raise mistake(path, f"no column {', '.join(missing)}; the header must be like id,{like}", 1)
     return found
 
 

@@ -25,7 +25,7 @@ from hw.people.live import LivePerson
 from hw.people.manner import ATTENTIVE, Manner, manner_named
 from hw.people.person import RADIUS, Person
 from hw.people.playback import Playback
-from hw.people.recording import Heading, Recording, read_recording
+from hw.people.recording import Heading, Recording, Up, read_recording
 from hw.people.script import load_script
 from hw.people.walker import Walker
 from hw.room import Disc, Point, Room
@@ -84,6 +84,7 @@ def open_user(
     size: float | None = None,
     seed: int = 0,
     heading: Heading = "centred",
+    up: Up | None = None,
 ) -> Person:
     """The person that a source names, in a scene; in an `Interaction` if it has touchable surfaces.
 
@@ -97,12 +98,14 @@ def open_user(
         size: scale a recording to this longer side of its bounding box, m.
         seed: of all that a person does by chance.
         heading: how the headings of a recording are computed.
+        up: the axis of a recording that is up; None: z, unless y looks like a height.
 
+    Raises:
         FileError: with file, line and what would be right.
     """
     if not scene.touchable:
-        return _open(source, scene, requests, size, seed, heading)
-    person = _open(source, scene, None, size, seed, heading)
+        return _open(source, scene, requests, size, seed, heading, up)
+    person = _open(source, scene, None, size, seed, heading, up)
     return Interaction(person, scene.touchable, requests)
 
 
@@ -130,17 +133,20 @@ def _open(
     size: float | None,
     seed: int,
     heading: Heading,
+    up: Up | None,
 ) -> Person:
     bare, manner = with_manner(source)
     if manner is None:
         return LivePerson(scene.user_start or _middle(scene.room))
     if is_recording(bare):
-        recording = _placed(parse_source(bare), scene, size)
+        recording = _placed(parse_source(bare), scene, size, up)
         return Playback(recording, scene.room, requests or 0, None, manner, seed, heading)
     if size is not None:
         raise mistake(source, "only a recording can be stretched")
     if heading != "centred":
         raise mistake(source, "only a recording has headings to compute")
+    if up is not None:
+        raise mistake(source, "only a recording has an axis that is up")
     if bare == wanderer.NAME:
         start = scene.user_start or _middle(scene.room)
         return wanderer.Wanderer(scene.room, start, seed, requests, manner)
@@ -148,8 +154,8 @@ def _open(
     return Walker(script, scene.room, scene.user_start, requests, manner, seed)
 
 
-def _placed(source: PersonSource, scene: Scene, size: float | None) -> Recording:
-    recording = read_recording(source.path, source.person)
+def _placed(source: PersonSource, scene: Scene, size: float | None, up: Up | None) -> Recording:
+    recording = read_recording(source.path, source.person, up)
     if size is not None:
         recording = recording.stretched(size)
     if source.place is None:

@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 from engine.files.finding import FileError
 from hw.people.recording import Recording, read_recording
+from hw.people.user import open_user
+from hw.scene import load_scene
 
 WALKING = (Path(__file__).resolve().parents[3] / "../shared/data/walking").resolve()
 
@@ -219,3 +221,66 @@ def test_real_recordings_are_read(name, person, rows, seconds):
 def test_the_drop_out_of_two_seconds_in_a_real_walk_is_found():
     longest = max(read_recording(shared("tum_room3.txt")).gaps(), key=lambda gap: gap[1] - gap[0])
     assert (longest[1] - longest[0]) * 1e-9 == pytest.approx(1.99, abs=0.01)
+
+
+def circle(up: str) -> list[tuple[float, float, float, float]]:
+    """A circle walked counter-clockwise seen from above, head at 1.7 m: t, x, y, z in a frame."""
+    rows = []
+    for i in range(60):
+        angle = 0.1 * i
+        x, y, height = 2.0 * math.cos(angle), 3.0 + 2.0 * math.sin(angle), 1.7 + 0.02 * (i % 3)
+        place = {"z": (x, y, height), "y": (x, height, y), "y-right": (x, height, -y)}[up]
+        rows.append((0.2 * i, *place))
+    return rows
+
+
+WRITTEN = {
+    "walk.csv": ("t,x,y,z\n", "{},{},{},{}\n"),
+    "cm.csv": ("id;t_ms;x_cm;y_cm;z_cm\n", "7;{0};{1};{2};{3}\n"),
+    "walk.txt": ("# TUM\n", "{} {} {} {} 0 0 0 1\n"),
+}
+
+
+def written(folder: Path, name: str, up: str) -> Path:
+    head, line = WRITTEN[name]
+    scale = (1000.0, 100.0, 100.0, 100.0) if name == "cm.csv" else (1.0,) * 4
+    rows = [line.format(*(a * b for a, b in zip(row, scale, strict=True))) for row in circle(up)]
+    return write(folder, head + "".join(rows), name)
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+@pytest.mark.parametrize("up", ["z", "y", "y-right"])
+def test_a_circle_turns_the_same_way_whatever_axis_is_up(tmp_path, name, up):
+    walk = read_recording(written(tmp_path, name, up), up=up)
+    plain = [row[1:3] for row in circle("z")]
+    assert list(zip(walk.xs, walk.ys, strict=True)) == [pytest.approx(place) for place in plain]
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+@pytest.mark.parametrize("up", ["y", "y-right"])
+def test_a_walk_whose_y_is_a_height_is_told(tmp_path, name, up):
+    path = written(tmp_path, name, up)
+    with pytest.raises(FileError, match=r"like a head's height.*`--up y` reads x, z"):
+        read_recording(path)
+    assert read_recording(path, up="z").size[1] < 0.1
+
+
+def test_a_walk_along_x_with_a_head_that_bends_down_is_not_told_off(tmp_path):
+    rows = "".join(f"{0.5 * i},{0.4 * i},1.5,{1.7 - 0.9 * (i == 3)}\n" for i in range(8))
+    assert read_recording(write(tmp_path, "t,x,y,z\n" + rows)).size == pytest.approx((2.8, 0.0))
+
+
+def test_only_the_axes_on_the_floor_are_needed(tmp_path):
+    flat = write(tmp_path, "t,x,z\n0,1,2\n1,1,3\n", "flat.csv")
+    assert read_recording(flat, up="y").ys == (2.0, 3.0)
+    with pytest.raises(FileError, match="no column y; the header must be like id,t,x,y"):
+        read_recording(flat)
+    odd = write(tmp_path, "t,x,y,z_ft\n0,1,2,-\n1,1,3,-\n", "odd.csv")
+    assert read_recording(odd).ys == (2.0, 3.0)
+    with pytest.raises(FileError, match=r"no column z|unknown unit 'ft'"):
+        read_recording(odd, up="y")
+
+
+def test_a_script_has_no_axis_that_is_up():
+    with pytest.raises(FileError, match="only a recording has an axis"):
+        open_user("demo", load_scene("study"), up="y")
