@@ -302,6 +302,8 @@ def test_an_arm_whose_base_floats_is_read():
     text = CASE.read_text().replace('type="floating"', 'type="fixed"')
     fixed = manipulator_from_urdf(parse_urdf(text), "base_link", "tool0", like)
     assert free == fixed
+    assert not next(joint for joint in urdf.joints if joint.name == "free").moves
+    np.testing.assert_array_equal(urdf.poses({"free": 1.0})["base_link"], np.eye(4))
 
 
 def test_xacro_is_named():
