@@ -92,11 +92,14 @@ def log_row(
     steps: Sequence[LocalizedScan],
     truth: Sequence[Pose2 | None],
 ) -> LogRow:
-    """The figures of a run: one step and one true pose, if known, per scan."""
+    """The figures of a run: one step and one true pose, if known, per scan.
+
+    While it is `starting` a pose is not scored, as by `localize`: the start is not yet confirmed.
+    """
     pairs = [
         (step, step.pose.distance_to(true))
         for step, true in zip(steps, truth, strict=True)
-        if step.pose is not None and true is not None
+        if step.scored and step.pose is not None and true is not None
     ]
     errors = np.array([error for _, error in pairs])
     variances = np.array([step.sigma.position**2 for step, _ in pairs]) + REFERENCE_SIGMA**2

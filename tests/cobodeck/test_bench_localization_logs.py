@@ -152,12 +152,13 @@ def test_a_row_counts_lost_scans_and_poses_that_are_confidently_wrong() -> None:
         step(OFF - 0.1, 0.01, "tracking"),
         step(0.0, 0.1, "lost", known=False),
         step(0.2, 0.1, "ambiguous"),
+        step(9.0, 0.1, "starting"),  # not yet confirmed
     ]
-    row = log_row("a.log", "cobodeck", ("slip", 2.0), steps, [Pose2(0.0, 0.0)] * 8)
+    row = log_row("a.log", "cobodeck", ("slip", 2.0), steps, [Pose2(0.0, 0.0)] * 9)
     errors = [0.03, 0.0, 0.8, 0.8, 0.8, OFF - 0.1, 0.2]
     sigmas = [0.03, 0.03, 0.1, 0.1, 0.5, 0.01, 0.1]
     nees = [e**2 / (s**2 + REFERENCE_SIGMA**2) for e, s in zip(errors, sigmas, strict=True)]
-    assert (row.knob, row.value, row.lost, row.wrong) == ("slip", 2.0, 2, 1 / 8)
+    assert (row.knob, row.value, row.lost, row.wrong) == ("slip", 2.0, 2, 1 / 9)
     assert row.error == pytest.approx(100.0 * math.sqrt(np.mean(np.square(errors))))
     assert row.worst == pytest.approx(80.0)
     assert row.nees == pytest.approx(np.median(nees))
