@@ -26,6 +26,7 @@ from states.localization.localizer_values import LocalizerValues
 from states.localization.match_health import LocalizerMode, MatchHealth
 from states.localization.planar import SLIPPING
 from states.localization.pose_matcher import (
+    LEAP,
     PoseMatcher,
     Prediction,
     is_near,
@@ -224,9 +225,12 @@ class Localizer:
             gated = self._wheels.believed and leaps(found, *predictions[0])
             self._fusion.scan(stamp_ns, pose, found.information, gated=gated)
             self._anchor(stamp_ns)
-        if health.take(stamp_ns, found):
+        supported = health.mode != "doubtful" or self._search.supports(pose)
+        if health.take(stamp_ns, found, supported=supported):
             here = self._fusion.at(stamp_ns)
-            self._search.anywhere(None if here is None else here[0])
+            # a base that drives is not carried away: elsewhere it needs more evidence
+            given = not self._wheels.standing
+            self._search.anywhere(None if here is None else here[0], given=given)
         if found.is_healthy(self._values.matching):
             self._wheels.compare(stamp_ns, pose)
             self._settle(stamp_ns)
@@ -320,7 +324,10 @@ class Localizer:
             return
         here = self._fusion.at(stamp_ns) if mode == "doubtful" else None
         stays = here is not None and is_same(here[0], found.map_from_base)
-        if mode == "doubtful" and not stays and not self._health.is_elsewhere(found):
+        moves = not self._wheels.standing
+        if mode == "doubtful" and not (stays or moves or self._health.is_elsewhere(found)):
+            return
+        if mode in ("doubtful", "lost") and self._has_left(stamp_ns, found):
             return
         self.counts["found"] += 1
         if stays:
@@ -330,6 +337,13 @@ class Localizer:
         covariance = inverse(found.information + np.eye(3))
         self._begin(stamp_ns, found.map_from_base, covariance, velocity)
         self._wheels.relocated()
+
+    def _has_left(self, stamp_ns: int, found: Match) -> bool:
+        """True if wheels lead off the map, where nothing fits: places inside are only alike."""
+        carried = self._wheels.carried_on(stamp_ns)
+        if carried is None or self._matcher.is_on_the_floor(carried[0]):
+            return False
+        return not is_near(found.map_from_base, *carried, 2.0 * LEAP)
 
     @cached_property
     def _search(self) -> Search:

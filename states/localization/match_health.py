@@ -37,7 +37,7 @@ class MatchHealth:
         self.mode: LocalizerMode = "starting"
         self.fair_ns = 0
         self.share = 1.0
-        self._bad = self._unfair = self._elsewhere = 0
+        self._bad = self._good = self._unfair = self._elsewhere = 0
         self._sure_ns = -1
 
     def least_share_of_wider(self, near: Match) -> float:
@@ -45,19 +45,23 @@ class MatchHealth:
         lasts = self._bad >= self._values.patience
         return near.share + MUCH_BETTER if lasts else self._values.plain
 
-    def take(self, stamp_ns: int, found: Match) -> bool:
-        """Take a match; True if it begins a doubt, so that a search is to be started."""
+    def take(self, stamp_ns: int, found: Match, *, supported: bool) -> bool:
+        """Take a match; True if it begins a doubt, so that a search is to be started.
+
+        `supported` is false if a running search finds the base elsewhere, or at several places.
+        """
         matching = self._values.matching
         self.share += SMOOTHING * (found.share - self.share)
         self._unfair += 1
         if found.is_fair(matching):
             self.fair_ns, self._unfair = stamp_ns, 0
-        self._bad = 0 if found.is_healthy(matching) else self._bad + 1
-        return self._change_mode(stamp_ns)
+        healthy = found.is_healthy(matching)
+        self._bad, self._good = (0, self._good + 1) if healthy else (self._bad + 1, 0)
+        return self._change_mode(stamp_ns, supported)
 
-    def _change_mode(self, stamp_ns: int) -> bool:
+    def _change_mode(self, stamp_ns: int, supported: bool) -> bool:
         values = self._values
-        good = self.share >= values.plain and self._bad == 0
+        good = supported and self.share >= values.plain and self._good >= values.patience
         odd = self.share < values.plain or self._bad >= values.patience
         blind = stamp_ns - self.fair_ns > BLIND_NS
         if self.mode == "tracking" and (blind or (odd and stamp_ns > self._sure_ns)):

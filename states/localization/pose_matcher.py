@@ -60,9 +60,9 @@ class PoseMatcher:
         if not best.is_fair(self._values.matching) or best.share < health.share - WORSE:
             around = [self._around(cloud, one, best, health) for one in predictions]
             best = max(around, key=_share)
-        return best if self._is_on_the_floor(best.map_from_base) else replace(best, share=0.0)
+        return best if self.is_on_the_floor(best.map_from_base) else replace(best, share=0.0)
 
-    def _is_on_the_floor(self, map_from_base: Pose2) -> bool:
+    def is_on_the_floor(self, map_from_base: Pose2) -> bool:
         """True if some floor of the map is near a pose, or the floor is unknown."""
         table, pose = self._field.table, self._field.map_from_corner.inverse() @ map_from_base
         column, row, around = (round(n / table.cell) for n in (pose.x, pose.y, OUTSIDE))

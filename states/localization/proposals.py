@@ -34,12 +34,17 @@ PROPOSED = 100
 """Largest number of proposals."""
 APART = (0.3, 0.25)
 """Least distance between proposals, m and rad."""
+LIKE = 0.5
+"""Log-likelihood per beam by which a pose of the lattice may be behind another and be as likely."""
 WIDE = 3.0
 """Standard deviations of a prior within which poses are tried."""
 
 
 class Proposals:
-    """Poses for points (n, 2) of the base frame; about a pose with covariance (3, 3), if given."""
+    """Poses for points (n, 2) of the base frame; about a pose with covariance (3, 3), if given.
+
+    `more` is true if there are more places as likely as those that were chosen.
+    """
 
     def __init__(
         self, field: Field, points: Array, about: tuple[Pose2, Array] | None = None
@@ -48,6 +53,7 @@ class Proposals:
         self._points = np.ascontiguousarray(points[:: math.ceil(max(1, len(points)) / BEAMS)])
         self._table = _coarse(field.table)
         self._slices = _everywhere(field) if about is None else _around(field, *about)
+        self.more = False
         self._likeliest = np.empty((0, 3))
         self._fits = np.empty(0)
 
@@ -64,9 +70,12 @@ class Proposals:
         return True
 
     def chosen(self) -> list[Pose2]:
-        """The proposals so far, likeliest first, map_from_base."""
+        """The proposals so far, likeliest first, map_from_base; sets `more`."""
         corner = self._field.map_from_corner
         rows = _apart(self._likeliest, PROPOSED, *APART)
+        if len(rows) == PROPOSED:
+            last = int(np.flatnonzero((self._likeliest == rows[-1]).all(axis=1))[0])
+            self.more = bool(self._fits[last] > self._fits[0] - LIKE * len(self._points))
         return [corner @ Pose2(x, y, wrap(yaw)) for x, y, yaw in rows.tolist()]
 
 

@@ -33,6 +33,10 @@ from states.maps.field import Field, Table, distance_at, is_floor
 
 REFINED = 10
 """Most hypotheses that are refined at once."""
+GIVEN = (1.0, 0.5)
+"""Distance up to which a place is where the base was said to be, m and rad."""
+APART = 0.5
+"""Distance from which a place is another one, m."""
 ONE = (0.1, 0.05)
 """Hypotheses that come closer than this, m and rad, are merged."""
 BEHIND_WALL = 3.0
@@ -49,10 +53,15 @@ is what a tenth of 180 beams contributes."""
 FEWEST, MORE, PLAIN = 4, 60, 0.6
 """Least number of scans before an answer, so that both scanners contribute; `MORE` where less than
 a share `PLAIN` of beams is on walls, so that moving obstacles have time to change."""
-PLACES = 5
-"""Number of places whose evidence is enough in any case."""
+CLEAR = 0.8
+"""Share of beams on walls from which no motion is needed."""
+PLACES, FAR = 5, (10, 20)
+"""Places from which a place must have been confirmed if it is not clear; and if it is not where the
+base was said to be, when clear and when not."""
 PATIENCE = 25
-"""Scans in a row that fit no hypothesis, after which the search restarts on the whole floor."""
+"""Scans in a row that fit no hypothesis, after which the search begins anew."""
+TRIES = 4
+"""Searches about a given pose before one on the whole floor."""
 _NEAR, _CLOSE = covariance_of(PoseSigma(0.3, 0.2)), covariance_of(PoseSigma(0.05, 0.03))
 
 
@@ -100,16 +109,21 @@ class Search:
 
     def about(self, map_from_base: Pose2, covariance: Array) -> None:
         """Search near a pose, with covariance (3, 3) in the map."""
+        self._given, self._tries = True, 0
         self._start(map_from_base, inverse(covariance))
 
-    def anywhere(self, also: Pose2 | None = None) -> None:
-        """Search the whole floor; `also` is a further hypothesis, the pose so far."""
+    def anywhere(self, also: Pose2 | None = None, *, given: bool = False) -> None:
+        """Search the whole floor; `also` is a further hypothesis, the pose so far.
+
+        If that is `given`, places elsewhere need more evidence.
+        """
+        self._given, self._tries = given, TRIES
         self._start(also, None)
 
     def _start(self, also: Pose2 | None, prior: Array | None) -> None:
         self._also, self._prior = also, prior
         self._seen: _Seen | None = None
-        self._is_busy = False
+        self._is_busy = self._more = False
         self._work: Iterator[None] = iter(())
         self._hypotheses: list[_Hypothesis] = []
         self._scans = self._unfit = self._places = 0
@@ -147,14 +161,43 @@ class Search:
         ahead, fair = self._is_ahead(), best.is_fair(self._matching)
         self._unfit = 0 if fair else self._unfit + 1
         if self._unfit >= PATIENCE:
-            self.anywhere(self._also)
+            self._restart()
+            return None
+        if self._more and self._prior is None and self._places >= PLACES:
+            self._start(self._also, None)
+            # there were more like places than hypotheses; there may be fewer here
+            self.ambiguous = True
             return None
         sure, plain = fair and ahead, best.share >= PLAIN
-        self.guess = best if sure and plain else None
+        elsewhere = self._given and self._prior is None
+        self.guess = best if sure and plain and not elsewhere else None
         unsure = fair and plain and not ahead and self._scans >= FEWEST
         self.ambiguous = unsure and self._prior is None
-        enough = self._scans >= (FEWEST if plain else MORE) or self._places >= PLACES
-        return best if sure and enough else None
+        return best if sure and self._is_enough(best) else None
+
+    def _is_enough(self, best: Match) -> bool:
+        """True once there is as much evidence as a place needs: more, the less is in its favour."""
+        if self._scans < FEWEST:
+            return False
+        late = self._scans >= MORE
+        if self._prior is not None:
+            return best.share >= PLAIN or late or self._places >= PLACES
+        also = self._also
+        if self._given and not (also and _is_near(best.map_from_base, also, *GIVEN)):
+            return best.share >= PLAIN and self._places >= FAR[best.share < CLEAR]
+        plain = best.share >= PLAIN and self._places >= PLACES
+        return best.share >= CLEAR or plain or late
+
+    def supports(self, map_from_base: Pose2) -> bool:
+        """True unless places elsewhere are at least as likely as this one."""
+        if self.ambiguous or self.best is None:
+            return not self.ambiguous
+        return self.best.map_from_base.distance_to(map_from_base) < APART
+
+    def _restart(self) -> None:
+        """Search anew: about the given pose some times more, then everywhere."""
+        self._tries += 1
+        self._start(self._also, self._prior if self._tries < TRIES else None)
 
     # the work on one scan, in slices
 
@@ -174,7 +217,9 @@ class Search:
             predicted = one.match.map_from_base
             one.match = match(self._field, seen.points, predicted, about, self._matching)
             one.see(seen.sensor, self._fit(seen.points, one.match.map_from_base))
-        self._hypotheses = _kept(self._hypotheses)
+        kept = _kept(self._hypotheses)
+        self._more |= len(kept) == KEPT and kept[-1].log > kept[0].log - SURE - LIKE
+        self._hypotheses = kept
 
     def _propose(self, seen: _Seen) -> Iterator[None]:
         also, prior = self._also, self._prior
@@ -182,7 +227,9 @@ class Search:
         proposals = Proposals(self._field, seen.points, about)
         while proposals.advance():
             yield
-        poses = [*proposals.chosen(), *(() if also is None else (also,))]
+        chosen = proposals.chosen()
+        self._more = proposals.more
+        poses = [*chosen, *(() if also is None else (also,))]
         none = np.zeros((3, 3))
         self._hypotheses = [
             _Hypothesis(Match(pose, none, 0.0, 0, 0.0, 0), self._expected(pose)) for pose in poses
@@ -203,6 +250,8 @@ class Search:
 
     def _is_ahead(self) -> bool:
         """True if no other hypothesis is about as likely as the best."""
+        if self._more and self._prior is None:
+            return False
         best, others = self._hypotheses[0], self._hypotheses[1:]
         needed = SURE + LIKE / (1 + self._places)
         return not others or best.log - others[0].log >= needed
@@ -240,7 +289,11 @@ def _kept(hypotheses: list[_Hypothesis]) -> list[_Hypothesis]:
 
 
 def _same(one: Pose2, other: Pose2) -> bool:
-    return one.distance_to(other) < ONE[0] and abs(wrap(one.yaw - other.yaw)) < ONE[1]
+    return _is_near(one, other, *ONE)
+
+
+def _is_near(one: Pose2, other: Pose2, metres: float, radians: float) -> bool:
+    return one.distance_to(other) < metres and abs(wrap(one.yaw - other.yaw)) < radians
 
 
 @compiled
