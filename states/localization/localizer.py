@@ -56,7 +56,7 @@ class Localizer:
 
     `start` is the given start pose, known to `start_sigma`; without it the whole floor is searched.
     Samples are taken in the order of arrival. `counts` has the number of matches, of scans skipped
-    at rest or before the wheels, of tracker poses used and of poses found by a search.
+    at rest, of tracker poses used and of poses found by a search.
     """
 
     def __init__(
@@ -81,6 +81,7 @@ class Localizer:
         self._known: tuple[Pose2, Array] | None = None
         self._sigma: PoseSigma | None = None
         self._resting = False
+        self._held: tuple[int, Scan] | None = None
         self._check_ns = self._stood = 0
 
     @property
@@ -171,6 +172,9 @@ class Localizer:
         if self._health.mode != "tracking":
             self._search.advance()
         self._move_on(stamp_ns)
+        held, self._held = self._held, None
+        if held is not None:
+            self._take_scan(*held)
 
     def _begin_at_start(self, stamp_ns: int, start: Pose2) -> None:
         self._start = None
@@ -192,7 +196,7 @@ class Localizer:
             self._begin_at_start(stamp_ns, self._start)
         self._wheels.saw_scan(stamp_ns)
         if self._wheels.awaited and not self._resting:
-            self.counts["skipped"] += 1
+            self._held = stamp_ns, scan
             return
         if self._resting and stamp_ns < self._check_ns:
             self.counts["skipped"] += 1
