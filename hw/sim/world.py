@@ -246,11 +246,12 @@ class World:
         self.collisions.watch_others(robot_before)
         if self._operator is not None:
             self._operator.step(now_ns)
-        self._advance_own(since_ns, now_ns)
+        if self._own:
+            self._advance_own(since_ns, now_ns)
 
     def _advance_own(self, since_ns: int, now_ns: int) -> None:
         """Advance added parts; a base among them from cycle to cycle."""
-        if self.guard.base is not self.base and "base" in self._own:
+        if "base" in self._own:
             self._attempt("base", self._cycle, since_ns, now_ns)
         for name, part in list(self._own.items()):
             self._attempt(name, part.advance, now_ns)
