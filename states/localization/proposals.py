@@ -26,12 +26,12 @@ SPREAD, REACHES = 0.2, 0.6
 all beams count alike, m."""
 BEAMS = 60
 """Largest number of beams that are tried."""
-SLICE = 8_000
+SLICE = 12_000
 """Most poses that are tried at once."""
 LIKELIEST = 4_096
 """Number of poses of the lattice from which the proposals are chosen."""
-PROPOSED = 100
-"""Largest number of proposals."""
+PROPOSED, AROUND = 100, 20
+"""Largest number of proposals on the whole floor, and around a pose."""
 APART = (0.3, 0.25)
 """Least distance between proposals, m and rad."""
 LIKE = 0.5
@@ -53,7 +53,7 @@ class Proposals:
         self._points = np.ascontiguousarray(points[:: math.ceil(max(1, len(points)) / BEAMS)])
         self._table = _coarse(field.table)
         self._slices = _everywhere(field) if about is None else _around(field, *about)
-        self.more = False
+        self._most, self.more = PROPOSED if about is None else AROUND, False
         self._likeliest = np.empty((0, 3))
         self._fits = np.empty(0)
 
@@ -72,8 +72,8 @@ class Proposals:
     def chosen(self) -> list[Pose2]:
         """The proposals so far, likeliest first, map_from_base; sets `more`."""
         corner = self._field.map_from_corner
-        rows = _apart(self._likeliest, PROPOSED, *APART)
-        if len(rows) == PROPOSED:
+        rows = _apart(self._likeliest, self._most, *APART)
+        if len(rows) == self._most:
             last = int(np.flatnonzero((self._likeliest == rows[-1]).all(axis=1))[0])
             self.more = bool(self._fits[last] > self._fits[0] - LIKE * len(self._points))
         return [corner @ Pose2(x, y, wrap(yaw)) for x, y, yaw in rows.tolist()]

@@ -31,7 +31,7 @@ from states.localization.scan_tracker import Match, TrackerValues, match
 from states.maps.distance import Array
 from states.maps.field import Field, Table, distance_at, is_floor
 
-REFINED = 10
+REFINED = 20
 """Most hypotheses that are refined at once."""
 GIVEN = (1.0, 0.5)
 """Distance up to which a place is where the base was said to be, m and rad."""
