@@ -24,7 +24,7 @@ from hw.compiled import compiled
 from hw.geometry import Pose2, wrap
 from hw.samples import PoseSigma
 from states.localization.amcl import AmclValues
-from states.localization.correlative import ALIKE, CARRIED
+from states.localization.correlative import ALIKE, CARRIED, Window, correlated
 from states.localization.fusion import covariance_of, inverse
 from states.localization.proposals import Proposals
 from states.localization.scan_tracker import Match, TrackerValues, match
@@ -50,6 +50,8 @@ KEEP = 0.9
 SURE, LIKE = math.log(99.0), 8.0
 """Log-odds of the best hypothesis over the next one: needed, and in addition before any motion. 8
 is what a tenth of 180 beams contributes."""
+WINDOW = (0.9, 0.6)
+"""Half sizes of the window in which the last hypothesis is sought, m and rad."""
 FEWEST, MORE, PLAIN = 4, 60, 0.6
 """Least number of scans before an answer, so that both scanners contribute; `MORE` where less than
 a share `PLAIN` of beams is on walls, so that moving obstacles have time to change."""
@@ -214,12 +216,20 @@ class Search:
         for number, one in enumerate(self._hypotheses):
             if number and number % REFINED == 0:
                 yield
-            predicted = one.match.map_from_base
-            one.match = match(self._field, seen.points, predicted, about, self._matching)
+            one.match = self._refined(one.match.map_from_base, seen.points, about)
             one.see(seen.sensor, self._fit(seen.points, one.match.map_from_base))
         kept = _kept(self._hypotheses)
         self._more |= len(kept) == KEPT and kept[-1].log > kept[0].log - SURE - LIKE
         self._hypotheses = kept
+
+    def _refined(self, predicted: Pose2, points: Array, about: Array) -> Match:
+        """The match near a prediction; of a last hypothesis, in a window about it if need be."""
+        found = match(self._field, points, predicted, about, self._matching)
+        if len(self._hypotheses) > 1 or found.is_fair(self._matching):
+            return found
+        starts = correlated(self._field, points, Window(predicted, _NEAR, *WINDOW))
+        others = [match(self._field, points, one, _CLOSE, self._matching) for one in starts]
+        return max((found, *others), key=lambda one: one.share)
 
     def _propose(self, seen: _Seen) -> Iterator[None]:
         also, prior = self._also, self._prior
