@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import time
+from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,7 @@ from cobodeck.bench.log_variants import USUAL, VARIANTS, LogDrive, drive_of
 from cobodeck.logs.localized import LocalizedScan
 from cobodeck.logs.mapped import built_ground
 from cobodeck.logs.opening import open_log
+from cobodeck.logs.seen import scans_of
 from engine.files.finding import mistake
 from hw.geometry import Pose2
 
@@ -82,7 +84,25 @@ def _rows_of(
     start = next(pose for pose in drive.truth if pose is not None)
     for peer, run in LOG_PEERS.items():
         steps = run(drive, start, seed, time.thread_time)
-        yield log_row(name, peer, variant, steps, drive.truth)
+        yield log_row(name, peer, variant, steps, _true_poses(drive, steps))
+
+
+def _true_poses(drive: LogDrive, steps: Sequence[LocalizedScan]) -> list[Pose2 | None]:
+    """The true pose at the stamp of each step's pose, which may be older than the scan."""
+    stamps = [seen.stamp_ns for seen in scans_of(drive.log)]
+    return [
+        true if step.stamp_ns >= stamp else _true_at(step.stamp_ns, stamps, drive.truth)
+        for step, stamp, true in zip(steps, stamps, drive.truth, strict=True)
+    ]
+
+
+def _true_at(stamp_ns: int, stamps: Sequence[int], truth: Sequence[Pose2 | None]) -> Pose2 | None:
+    after = bisect_right(stamps, stamp_ns)
+    before, then = truth[max(0, after - 1)], truth[min(after, len(truth) - 1)]
+    if not 0 < after < len(stamps) or before is None or then is None:
+        return None
+    share = (stamp_ns - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
+    return before.between(then, share)
 
 
 def log_row(

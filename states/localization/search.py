@@ -50,8 +50,10 @@ KEEP = 0.9
 SURE, LIKE = math.log(99.0), 8.0
 """Log-odds of the best hypothesis over the next one: needed, and in addition before any motion. 8
 is what a tenth of 180 beams contributes."""
-WINDOW = (0.9, 0.6)
-"""Half sizes of the window in which the last hypothesis is sought, m and rad."""
+STEP = (0.3, 0.3)
+"""After a longer way between two scans wheels may be farther off, m and rad."""
+FEW, WINDOW = 2, (0.9, 0.6)
+"""So many last hypotheses are sought in a window of these half sizes, m and rad."""
 FEWEST, MORE, PLAIN = 4, 60, 0.6
 """Least number of scans before an answer, so that both scanners contribute; `MORE` where less than
 a share `PLAIN` of beams is on walls, so that moving obstacles have time to change."""
@@ -205,14 +207,17 @@ class Search:
 
     def _round(self, seen: _Seen, before: _Seen | None) -> Iterator[None]:
         """Refine all hypotheses by one scan; the first scan proposes them."""
+        far = self._scans < FEWEST
         if before is None or not self._hypotheses:
             yield from self._propose(seen)
         else:
-            self._carry(before.odom_from_base.inverse() @ seen.odom_from_base)
+            moved = before.odom_from_base.inverse() @ seen.odom_from_base
+            far |= math.hypot(moved.x, moved.y) > STEP[0] or abs(moved.yaw) > STEP[1]
+            self._carry(moved)
         since = self._place.inverse() @ seen.odom_from_base
         if math.hypot(since.x, since.y) > MOVED[0] or abs(since.yaw) > MOVED[1]:
             self._settle(seen.odom_from_base)
-        about = _NEAR if self._scans < FEWEST else _CLOSE
+        about = _NEAR if far else _CLOSE
         for number, one in enumerate(self._hypotheses):
             if number and number % REFINED == 0:
                 yield
@@ -223,9 +228,9 @@ class Search:
         self._hypotheses = kept
 
     def _refined(self, predicted: Pose2, points: Array, about: Array) -> Match:
-        """The match near a prediction; of a last hypothesis, in a window about it if need be."""
+        """The match near a prediction; of the last hypotheses, in a window about it if need be."""
         found = match(self._field, points, predicted, about, self._matching)
-        if len(self._hypotheses) > 1 or found.is_fair(self._matching):
+        if len(self._hypotheses) > FEW or found.is_fair(self._matching):
             return found
         starts = correlated(self._field, points, Window(predicted, _NEAR, *WINDOW))
         others = [match(self._field, points, one, _CLOSE, self._matching) for one in starts]
