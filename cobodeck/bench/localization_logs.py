@@ -38,6 +38,10 @@ GOALS = {None: 4.5, ("slip", 1.0): 4.5, ("slip", 2.0): 6.0}
 """Goals of the root mean square error by variant, cm."""
 
 
+LONGEST_NS = 1_000_000_000
+"""Longest interval between scans within which true poses are interpolated, ns."""
+
+
 @dataclass(frozen=True, slots=True)
 class LogRow(BenchRow):
     """A row of a log: `time_us` is the median per scan, `error` the RMS of positions, cm.
@@ -88,7 +92,10 @@ def _rows_of(
 
 
 def _true_poses(drive: LogDrive, steps: Sequence[LocalizedScan]) -> list[Pose2 | None]:
-    """The true pose at the stamp of each step's pose, which may be older than the scan."""
+    """The true pose at the stamp of each step's pose, which may be older than the scan.
+
+    None where that is between scans too far apart: the scan waits for its wheels.
+    """
     stamps = [seen.stamp_ns for seen in scans_of(drive.log)]
     return [
         true if step.stamp_ns >= stamp else _true_at(step.stamp_ns, stamps, drive.truth)
@@ -100,6 +107,8 @@ def _true_at(stamp_ns: int, stamps: Sequence[int], truth: Sequence[Pose2 | None]
     after = bisect_right(stamps, stamp_ns)
     before, then = truth[max(0, after - 1)], truth[min(after, len(truth) - 1)]
     if not 0 < after < len(stamps) or before is None or then is None:
+        return None
+    if stamps[after] - stamps[after - 1] > LONGEST_NS:
         return None
     share = (stamp_ns - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
     return before.between(then, share)
