@@ -87,7 +87,8 @@ class Localizer:
     @property
     def pose(self) -> Pose2 | None:
         """map_from_base at `stamp_ns`, the same object while the base rests; None while unknown."""
-        if self._health.mode == "lost" or self._is_ambiguous or self._known is None:
+        mode = self._health.mode
+        if self._known is None or mode == "lost" or (mode == "starting" and self._is_ambiguous):
             return None
         return self._known[0]
 

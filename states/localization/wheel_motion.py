@@ -48,7 +48,7 @@ class WheelMotion:
         if unseen or self.trail.resets > resets:
             self._reckoning.restart(odom_from_base)
             self.watch.restart()
-        elif stamp_ns > self.reckoned_ns:
+        elif stamp_ns > self.reckoned_ns and not self.still:
             elapsed = (stamp_ns - self.reckoned_ns) * 1e-9
             turn = None if self.rate is None else self.rate * elapsed
             self._reckoning.move(odom_from_base, elapsed, turn)
