@@ -13,7 +13,7 @@ from cobodeck.separation import SeparationWatch
 from engine.machine import Box
 from engine.run import ChartRun
 from hw.log import Log
-from hw.truth import Contact
+from hw.truth import Contact, Hit
 
 
 def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float | None]:
@@ -53,6 +53,23 @@ def _listed(contact: Contact) -> dict[str, Any]:
         "granted": contact.granted,
         "who": contact.who,
     }
+
+
+def hit_figures(hits: Sequence[Hit] | None) -> list[dict[str, Any]] | None:
+    """Walls and things that held the robot, when and where; None where they are not known."""
+    if hits is None:
+        return None
+    return [
+        {
+            "at_s": hit.at_ns / 1e9,
+            "until_s": hit.until_ns / 1e9,
+            "what": hit.what,
+            "x": hit.x,
+            "y": hit.y,
+            "count": hit.count,
+        }
+        for hit in hits
+    ]
 
 
 class Visit(NamedTuple):
@@ -129,6 +146,8 @@ NOTHING: Mapping[str, Any] = {
     **contact_figures(None),
     "wall_hits": None,
     "object_hits": None,
+    "hits": None,
+    "stuck": None,
     "min_gap_m": None,
     "walking_s": None,
     "beside_share": None,

@@ -15,14 +15,16 @@ from cobodeck.metrics import Evaluator
 from cobodeck.plants import Plant
 from cobodeck.requests import RequestWatch
 from cobodeck.separation import SeparationWatch
+from cobodeck.stuck import StuckWatch
 from cobodeck.wiring import Wired
 from hw.geometry import Pose2, Pose3
 from hw.robot import RobotModel
 from hw.samples import Joints
+from hw.scene import Scene
 from hw.truth import BASE
 
 
-def watchers(plant: Plant, wired: Wired, robot: RobotModel) -> list[Observer]:
+def watchers(plant: Plant, wired: Wired, robot: RobotModel, scene: Scene | None) -> list[Observer]:
     """The observers that evaluate a run: by ground truth if the plant has it, else by samples."""
     truth, seen = plant.truth, "user.pose" in wired.inlet.flowing
     if truth is None or (truth.body is None and seen):  # a world does not contain the dummy
@@ -31,6 +33,8 @@ def watchers(plant: Plant, wired: Wired, robot: RobotModel) -> list[Observer]:
         found = [_by_truth(plant, robot, truth.body is not None)]
     if truth is not None and ESTIMATE in wired.board.slots:
         found.append(LocalizationWatch(plant, wired.board))
+    if truth is not None and scene is not None:
+        found.append(StuckWatch(plant, wired.run, scene, robot.footprint))
     if plant.cycles is not None:
         found.append(SeparationWatch(plant.cycles))
     return found

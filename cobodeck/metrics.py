@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from cobodeck.arm_contact import ArmWatch
-from cobodeck.figures import contact_figures, spread
+from cobodeck.figures import contact_figures, hit_figures, spread
 from cobodeck.requests import RequestWatch
 from hw.geometry import Pose2, wrap
 from hw.truth import Contact, Truth
@@ -166,6 +166,7 @@ class Evaluator:
             "energy_j": truth.energy_j,
             "wall_hits": truth.wall_hits,
             "object_hits": truth.object_hits,
+            "hits": hit_figures(truth.hits),
             "motion_sha256": self.motion.sha256,
         }
         if not self.person:

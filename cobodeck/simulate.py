@@ -20,6 +20,7 @@ from cobodeck.run_checks import refuse_small_floor
 from cobodeck.separation import SeparationWatch
 from cobodeck.setup import Setup
 from cobodeck.stage import localizing, stage
+from cobodeck.stuck import StuckWatch
 from cobodeck.warmup import warm_up
 from cobodeck.wiring import Wired
 from engine.board import Usage
@@ -138,6 +139,8 @@ def figures_of(
         "left_out": loop.left_out,
         "missed": loop.missed,
         "outcome": run.outcome,
+        "ended": _ended(options, loop, sim_s),
+        "objects_seen": _objects_seen(setup, options, loop),
         "refused_samples": loop.wired.inlet.refused,
         "errors": [{"at_s": e.time / 1e9, "node": e.path, "error": str(e)} for e in run.errors],
         "transitions": sum(record.kind == "move" for record in run.trace),
@@ -159,6 +162,22 @@ def _mount_error(setup: Setup, options: Options) -> dict[str, list[float]]:
     return {name: [pose.x, pose.y, pose.yaw] for name, pose in off.items()}
 
 
+def _ended(options: Options, loop: Loop, sim_s: float) -> str:
+    """What ended the run: `outcome` of the chart, `time`, `user` (who is done), `broken off`."""
+    if loop.wired.run.outcome is not None:
+        return "outcome"
+    if round(sim_s * 1e9) >= round(options.duration_s * 1e9):
+        return "time"
+    return "user" if loop.plant.finished else "broken off"
+
+
+def _objects_seen(setup: Setup, options: Options, loop: Loop) -> bool | None:
+    """Whether anything scans for the objects of the scene; None if it has none."""
+    if not options.tier or setup.scene is None or not setup.scene.objects:
+        return None
+    return "base.scan" in loop.wired.inlet.flowing
+
+
 def _manner(setup: Setup, options: Options, loop: Loop) -> dict[str, Any]:
     """How the simulated person treats the robot, and how late they see the sign, s."""
     source = options.user or (None if setup.scene is None else setup.scene.user)
@@ -174,7 +193,7 @@ def _manner(setup: Setup, options: Options, loop: Loop) -> dict[str, Any]:
 def _judged(loop: Loop) -> dict[str, Any]:
     """Figures of robot and person, without those that do not exist or cannot be known."""
     guard = loop.plant.guard
-    found: dict[str, Any] = {"localization": None}
+    found: dict[str, Any] = {"localization": None, "stuck": None}
     if guard is not None:
         limits = guard.limits
         found["governor"] = limits.governor and limits.watched
@@ -182,6 +201,9 @@ def _judged(loop: Loop) -> dict[str, Any]:
     for observer in loop.observers:
         if isinstance(observer, SeparationWatch):
             found["separation"] = observer.report()
+        if isinstance(observer, StuckWatch):
+            observer.finish(loop.now_ns)
+            found["stuck"] = observer.found
         if isinstance(observer, LocalizationWatch):
             found["localization"] = observer.report()
         if isinstance(observer, Evaluator):

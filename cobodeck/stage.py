@@ -82,7 +82,7 @@ def stage(
     wired = wire(
         setup, world.parts, eager=options.eager, clock=reading, parameters=parameters, tap=tap
     )
-    watching = watchers(world, wired, setup.robot)
+    watching = watchers(world, wired, setup.robot, setup.scene)
     loop = Loop(world, wired, grid, watching, timing, leave_out=not options.eager)
     if operator is not None and options.console is not None:
         operator.attend(options.console, loop.stop)
@@ -138,7 +138,7 @@ def _on_real_parts(
     except BaseException:
         plant.close()
         raise
-    watching = watchers(plant, wired, setup.robot)
+    watching = watchers(plant, wired, setup.robot, setup.scene)
     loop = Loop(plant, wired, TickGrid(setup.tick_hz), watching, clock)
     if isinstance(operator, ConsoleOperator) and options.console is not None:
         operator.attend(options.console, loop.stop)

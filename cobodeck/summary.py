@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from cobodeck.console import table
@@ -33,7 +33,7 @@ def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None)
         ("transitions", f"{f['transitions']} in {f['ticks']} ticks{_ticks(f)}"),
         ("errors", _errors(f["errors"])),
         *((("refused samples", _faults(f["refused_samples"])),) if f["refused_samples"] else ()),
-        ("outcome", _outcome(f["outcome"], ended_by)),
+        ("outcome", _outcome(f, ended_by)),
         ("trace", f"{f['trace_sha256'][:16]} in {f['trace_file'] or '-'}"),
         *((("record", f["record_file"]),) if f["record_file"] else ()),
     ]
@@ -63,6 +63,10 @@ def _manner(f: Mapping[str, Any]) -> str:
 
 def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows = [("faults", _faults(f["fault_names"]))]
+    rows += _blocked(f["hits"] or (), "ran into", _hit)
+    rows += _blocked(f["stuck"] or (), "no way on", _stuck)
+    if f["objects_seen"] is False:
+        rows.append(("objects", "not seen: tier 1 has no scanners; --tier 2 has"))
     if f["distance_m"] is not None:
         energy = "" if f["energy_j"] is None else f", {f['energy_j'] / 1000:.1f} kJ"
         rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m{energy}"))
@@ -73,6 +77,33 @@ def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     if not f.get("person_watched", True):
         rows.append(("person", "not watched: nothing keeps the base away from people"))
     return rows
+
+
+def _blocked(
+    found: Sequence[Mapping[str, Any]], title: str, told: Callable[[Mapping[str, Any]], str]
+) -> list[tuple[str, str]]:
+    """A row for each, the ones with the most tries first."""
+    most = sorted(found, key=lambda one: -one["count"])[:SHOWN]
+    rows = [(title if n == 0 else "", told(one)) for n, one in enumerate(most)]
+    more = len(found) - len(most)
+    return [*rows, *((("", f"and {more} more"),) if more else ())]
+
+
+def _hit(hit: Mapping[str, Any]) -> str:
+    return f"{hit['what']} at ({hit['x']:.1f}, {hit['y']:.1f}), {_times(hit)}"
+
+
+def _stuck(one: Mapping[str, Any]) -> str:
+    """Where a drive came to nothing, and what stood there."""
+    near = f"{one['near']} at ({one['near_x']:.1f}, {one['near_y']:.1f})"
+    where = f"at ({one['x']:.1f}, {one['y']:.1f}), {max(0.0, one['gap_m']):.2f} m from {near}"
+    return f"{one['node'] or 'the chart'} {one['outcome']} {where}, {_times(one)}"
+
+
+def _times(one: Mapping[str, Any]) -> str:
+    if one["count"] == 1:
+        return f"at {one['at_s']:.1f} s"
+    return f"{one['count']} times from {one['at_s']:.1f} to {one['until_s']:.1f} s"
 
 
 def _localization(found: Mapping[str, Any]) -> str:
@@ -116,9 +147,17 @@ def _errors(errors: Sequence[Mapping[str, Any]]) -> str:
     return f"{first['error']} in {first['node'] or 'a part'} at {first['at_s']:.2f} s{more}"
 
 
-def _outcome(outcome: str | None, ended_by: tuple[str, str] | None) -> str:
+ENDED = {
+    "user": "none; ended as asked: the person is done",
+    "time": "none; ended as asked: the time is up",
+}
+"""How a run ended that has no outcome, by the figure `ended`."""
+
+
+def _outcome(f: Mapping[str, Any], ended_by: tuple[str, str] | None) -> str:
+    outcome: str | None = f["outcome"]
     if outcome is None:
-        return "still running"
+        return ENDED.get(str(f["ended"]), "still running when the run was broken off")
     if ended_by is None or not ended_by[0]:
         return outcome
     return f"{outcome}: {ended_by[0]} ended with {ended_by[1]}"

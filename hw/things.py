@@ -11,7 +11,7 @@ places of `walks`; with `again` back and forth endlessly, otherwise it stays at 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Literal, NamedTuple
@@ -79,6 +79,11 @@ class Thing:
             way %= 2.0 * length
             way = min(way, 2.0 * length - way)
         return _along(places, way)
+
+
+def named(things: Sequence[Thing]) -> list[tuple[str, Thing]]:
+    """The objects of a scene by name: `chair_1`, `person_2`, numbered in the order of its file."""
+    return [(f"{thing.kind}_{n}", thing) for n, thing in enumerate(things, 1)]
 
 
 def _along(places: tuple[PlanePoint, ...], way: float) -> PlanePoint:

@@ -55,6 +55,26 @@ class Contact:
         return "slow_arm" if closing > BASE_CLOSING else "person"
 
 
+@dataclass(frozen=True, slots=True)
+class Hit:
+    """A wall or thing that held the robot: one hit, however often it tries again from there.
+
+    Attributes:
+        at_ns: first touch, ns since the start of the run; `until_ns`: the last one.
+        what: `wall`, or the name of an object, such as `chair_1`.
+        x: place of what was hit in the map, m; y likewise: the middle of a thing, the nearest
+            point of a wall.
+        count: touches so far.
+    """
+
+    at_ns: int
+    until_ns: int
+    what: str
+    x: float
+    y: float
+    count: int = 1
+
+
 class Truth(NamedTuple):
     """A snapshot; None for what does not exist or is not known.
 
@@ -73,6 +93,7 @@ class Truth(NamedTuple):
         min_gap: least gap between footprint and person so far, m; 0 or less if they touched.
         contacts: of the rover's footprint and people so far, in order.
         others: poses of people besides the user, in the map, by name.
+        hits: walls and things that have held the robot, in order.
     """
 
     base: Pose2 | None = None
@@ -91,3 +112,4 @@ class Truth(NamedTuple):
     contacts: tuple[Contact, ...] | None = None
     object_hits: int | None = None
     others: tuple[tuple[str, Pose2], ...] = ()
+    hits: tuple[Hit, ...] | None = None

@@ -14,7 +14,8 @@ from hw.geometry import Pose2, Pose3
 from hw.robot import Footprint
 from hw.room import Room
 from hw.samples import Joints
-from hw.truth import Contact
+from hw.things import Thing
+from hw.truth import Contact, Hit
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +75,7 @@ class Course:
         sequences: paths of the `states` containers.
         contacts: None if they cannot be known.
         arm: None if the robot has none.
+        objects: of the scene; `hits`: of walls and of these.
     """
 
     title: str
@@ -89,6 +91,8 @@ class Course:
     requests: tuple[TouchRequest, ...] = ()
     contacts: tuple[Contact, ...] | None = None
     arm: ArmOutline | None = field(default=None, compare=False)
+    objects: tuple[Thing, ...] = ()
+    hits: tuple[Hit, ...] = ()
 
     def between(self, start_s: float | None, end_s: float | None) -> Course:
         """The part from `start_s` (None: the start) to `end_s` (None: the end).
@@ -115,6 +119,7 @@ class Course:
             requests=tuple(r for r in self.requests if r.start_s < high and r.end_s > low),
             contacts=self.contacts
             and tuple(c for c in self.contacts if low <= c.at_ns / 1e9 <= high),
+            hits=tuple(h for h in self.hits if h.at_ns / 1e9 <= high and h.until_ns / 1e9 >= low),
         )
 
     @cached_property

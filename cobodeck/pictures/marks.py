@@ -22,6 +22,8 @@ PLACE_M = 0.3
 MOST_GHOSTS = 8
 """With more contacts than this, the outlines of robot and person at contacts are not drawn."""
 
+HIT: dict[str, Any] = {"ls": "", "marker": "X", "mfc": "#d81b60", "mec": INK, "mew": 0.8}
+"""The mark of a wall or thing that has held the robot."""
 _LONGEST_LIST = 4
 
 
@@ -29,6 +31,7 @@ def draw_marks(on: Sheet, course: Course) -> None:
     """All events, labelled where there is room: contacts first, then requests and times."""
     labels = Labels(on)
     _draw_contacts(on, course, labels)
+    _draw_hits(on, course, labels)
     _draw_requests(on, course, labels)
     _draw_events(on, course, labels)
     _draw_times(on, course, labels)
@@ -48,6 +51,16 @@ def _draw_contacts(on: Sheet, course: Course, labels: Labels) -> None:
     for contact in contacts:
         text = f"{contact.at_ns / 1e9:.1f} s {contact.part}"
         labels.mark((contact.x, contact.y), 9, text, INK, 7.0)
+
+
+def _draw_hits(on: Sheet, course: Course, labels: Labels) -> None:
+    """What held the robot, and how often."""
+    for hit in course.hits:
+        on.axes.plot(hit.x, hit.y, ms=9, zorder=8.4, **HIT)
+        often = f" {hit.count}×" if hit.count > 1 else ""
+        labels.mark((hit.x, hit.y), 9, f"{hit.at_ns / 1e9:.1f} s {hit.what}{often}", INK, 7.0)
+    if course.hits:
+        on.explain("ran into (3×: three times)", Line2D([], [], ms=8, **HIT))
 
 
 def _draw_ghosts(on: Sheet, course: Course, times: Sequence[float]) -> None:

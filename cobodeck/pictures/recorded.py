@@ -80,7 +80,7 @@ def course_of(
     return watch.course(
         visible(_title(setup, header)),
         tuple(map(visible, _lines(record, known.measured))),
-        None if setup.scene is None else setup.scene.room,
+        setup.scene,
         used_charts(setup.chart, setup.library),
         trace,
     )

@@ -55,11 +55,16 @@ def draw_tracked_area(on: Sheet, room: Room) -> None:
     on.explain("tracked area", Line2D([], [], **style))
 
 
-def draw_objects(on: Sheet, objects: Sequence[Thing]) -> None:
-    """Objects that no map contains: circles at their first places, and paths of moving ones."""
+def draw_objects(on: Sheet, objects: Sequence[Thing], at_s: float | None = None) -> None:
+    """Objects that no map contains, and paths of moving ones.
+
+    As they stand `at_s`, absent ones left out; None: all at their first places.
+    """
     style: dict[str, Any] = {"facecolor": OBJECT, "edgecolor": INK, "linewidth": 0.6}
     for thing in objects:
-        on.axes.add_patch(Circle(thing.at, thing.body.radius, zorder=4.0, **style))
+        place = thing.at if at_s is None else thing.place(round(at_s * 1e9))
+        if place is not None:
+            on.axes.add_patch(Circle(place, thing.body.radius, zorder=4.0, **style))
         if thing.walks:
             xs, ys = zip(thing.at, *thing.walks, strict=True)
             on.axes.plot(xs, ys, color=OBJECT, linewidth=1.2, zorder=3.9)

@@ -6,7 +6,7 @@ from cobodeck.pictures.canvas import Sheet, sheet
 from cobodeck.pictures.course import Course
 from cobodeck.pictures.lanes import draw_lanes, height_in
 from cobodeck.pictures.marks import draw_marks
-from cobodeck.pictures.room import draw_room, draw_tracked_area
+from cobodeck.pictures.room import draw_objects, draw_room, draw_tracked_area
 from cobodeck.pictures.tracks import bounds_of, draw_tracks
 from engine.draw.style import GREY
 
@@ -24,6 +24,7 @@ def run_picture(course: Course) -> Sheet:
         if course.room is not None:
             draw_room(on, course.room)
             draw_tracked_area(on, course.room)
+        draw_objects(on, course.objects, course.end_s)
     else:
         on.axes.set_axis_off()
         on.axes.text(*_MIDDLE, NOWHERE, color=GREY, fontsize=9, ha="center", va="center")

@@ -14,7 +14,7 @@ from engine.chart import Chart, Node
 from engine.trace import TraceRecord
 from hw.geometry import Pose3
 from hw.robot import RobotModel
-from hw.room import Room
+from hw.scene import Scene
 from hw.sim.contact import gap
 from hw.truth import Truth
 
@@ -62,7 +62,7 @@ class CourseWatch:
         self,
         title: str,
         lines: tuple[str, ...],
-        room: Room | None,
+        scene: Scene | None,
         charts: Mapping[str, str],
         records: Iterable[TraceRecord],
     ) -> Course:
@@ -72,7 +72,7 @@ class CourseWatch:
         return Course(
             title,
             lines,
-            room,
+            None if scene is None else scene.room,
             self._footprint,
             charts,
             0.0,
@@ -83,6 +83,8 @@ class CourseWatch:
             tuple(self._requests),
             None if contacts is None else tuple(contacts),
             self._arm,
+            () if scene is None else scene.objects,
+            self.truth.hits or (),
         )
 
 

@@ -248,7 +248,10 @@ def stage_replay(
         wired = wire(setup, plant.parts, eager=options["eager"], tap=tap)
     clock: Clock = RecordedClock(feed) if header["real_time"] else Virtual()
     checker = ReplayChecker(feed, plant, wired.run, setup)
-    watching = (checker, *(watchers(plant, wired, setup.robot) if options["tier"] else ()))
+    watching = (
+        checker,
+        *(watchers(plant, wired, setup.robot, setup.scene) if options["tier"] else ()),
+    )
     loop = Loop(
         plant, wired, TickGrid(setup.tick_hz), watching, clock, leave_out=not options["eager"],
         taps=(checker,),

@@ -7,6 +7,7 @@ of the bumper.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from engine.files.finding import mistake
 from hw.geometry import Pose2, wrap
@@ -16,11 +17,14 @@ from hw.scene import Scene
 from hw.sim.devices import SimBumper
 from hw.sim.meeting import Bystanders, Meeting
 from hw.sim.moving import MovingBase
+from hw.sim.nearby import Nearby
 from hw.sim.walls import Walls
-from hw.truth import USER, Contact
+from hw.truth import USER, Contact, Hit
 
 PUSHED_OFF, PUSHING = 0.3, 0.3
 """The operator pushes a robot that touches a person to this gap, m, at this speed, m/s."""
+SAME_M = 0.3
+"""Touches of a wall, or of a thing that moves, within this distance are one hit, m."""
 _PUSHES = tuple(math.radians(angle) for angle in (0, 20, -20, 40, -40, 60, -60, 80, -80))
 """Directions of a push, relative to straight away from the person, rad; of two alike the first."""
 
@@ -29,7 +33,7 @@ class Collisions:
     """Contacts and hits so far; `begin` comes first in each step of the world.
 
     `contacts` are the touches of the outline and people, swept between steps; `wall_hits` and
-    `object_hits` count touches of the room and of chairs and the like.
+    `object_hits` count touches of the room and of chairs and the like; `hits` has which.
     """
 
     def __init__(
@@ -41,6 +45,7 @@ class Collisions:
         bumper: SimBumper,
     ) -> None:
         self.contacts: tuple[Contact, ...] = ()
+        self.hits: tuple[Hit, ...] = ()
         self.wall_hits = self.object_hits = 0
         self.user = Meeting(robot.footprint, USER)
         self.others = Bystanders(() if scene is None else scene.objects, robot.footprint)
@@ -92,11 +97,13 @@ class Collisions:
 
     def collide(self, before: Pose2) -> None:
         """The base has moved from `before`: hold it there if it has run into something solid."""
-        if self._hits_wall(self._base.pose):
+        if self._walls is not None and self._hits_wall(self._base.pose):
             self.wall_hits += 1
+            self._note(self._walls.nearest(before))
             self._hit("wall", before)
-        elif self.others.in_the_way((before, self._base.pose), self._now_ns):
+        elif thing := self.others.in_the_way((before, self._base.pose), self._now_ns):
             self.object_hits += 1
+            self._note(thing)
             self._hit("object", before)
 
     def watch_user(self, robot_before: Pose2, body_before: Pose2) -> None:
@@ -162,6 +169,16 @@ class Collisions:
     def _touch(self, contact: Contact, body: Pose2) -> None:
         self.contacts = (*self.contacts, contact)
         self._bumper.touch(self._now_ns, self._base.pose.bearing_to(body), "person")
+
+    def _note(self, found: Nearby) -> None:
+        """Note a touch; it belongs to the last hit if that was of the same, at the same place."""
+        last, now = self.hits[-1] if self.hits else None, self._now_ns
+        same = last is not None and last.what == found.what
+        if last is None or not same or math.dist((last.x, last.y), (found.x, found.y)) > SAME_M:
+            self.hits = (*self.hits, Hit(now, now, found.what, found.x, found.y))
+        else:
+            again = replace(last, until_ns=now, count=last.count + 1)
+            self.hits = (*self.hits[:-1], again)
 
     def _hit(self, what: str, before: Pose2) -> None:
         pose = self._base.pose

@@ -9,7 +9,8 @@ from hw.geometry import Pose2
 from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.sim.contact import Sweep, first_touch, gap, swept_gap
-from hw.things import Thing
+from hw.sim.nearby import Nearby
+from hw.things import Thing, named
 from hw.truth import BASE, Contact
 
 
@@ -68,10 +69,10 @@ class Bystanders:
     def __init__(self, things: Sequence[Thing], footprint: Footprint) -> None:
         self.bodies = tuple(thing.body for thing in things)
         self._footprint = footprint
-        self._chairs = tuple(thing for thing in things if thing.kind != "person")
+        self._chairs = tuple(one for one in named(things) if one[1].kind != "person")
         self._people = tuple(
-            (thing, Meeting(footprint, f"person_{n}", thing.body.radius))
-            for n, thing in enumerate(things, 1)
+            (thing, Meeting(footprint, who, thing.body.radius))
+            for who, thing in named(things)
             if thing.kind == "person"
         )
 
@@ -103,15 +104,15 @@ class Bystanders:
                 found.append((contact, there))
         return found
 
-    def in_the_way(self, robot: Sweep, now_ns: int) -> bool:
-        """True if the robot moves further into a thing it touches; moving away is always free."""
+    def in_the_way(self, robot: Sweep, now_ns: int) -> Nearby | None:
+        """The thing that the robot touches and moves further into; moving away is always free."""
         before, after = robot
-        for thing in self._chairs:
+        for what, thing in self._chairs:
             place = thing.place(now_ns)
             if place is None:
                 continue
             radius = thing.body.radius
             left = gap(self._footprint, after, *place, radius)
             if left <= 0.0 and left < gap(self._footprint, before, *place, radius):
-                return True
-        return False
+                return Nearby(left, what, *place)
+        return None

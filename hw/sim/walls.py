@@ -7,7 +7,7 @@ import math
 from hw.geometry import Pose2
 from hw.robot import RobotModel
 from hw.room import Room
-from hw.sim.contact import rectangle_segment_distance
+from hw.sim.nearby import Nearby, nearest_wall
 
 
 class Walls:
@@ -31,12 +31,9 @@ class Walls:
         self._at, self._clear = pose, self._distance(pose)
         return self._clear <= margin or not self._room.is_free(pose.x, pose.y)
 
+    def nearest(self, pose: Pose2) -> Nearby:
+        """The wall next to the footprint."""
+        return nearest_wall(self._room, self._footprint, pose)
+
     def _distance(self, pose: Pose2) -> float:
-        length, width = self._footprint.half_length, self._footprint.half_width
-        base_from_map = pose.inverse()
-        return min(
-            rectangle_segment_distance(
-                length, width, base_from_map.transform(x1, y1), base_from_map.transform(x2, y2)
-            )
-            for x1, y1, x2, y2 in self._room.segments
-        )
+        return self.nearest(pose).gap

@@ -178,6 +178,7 @@ class World:
             contacts=None if person is None else self.collisions.contacts,
             object_hits=self.collisions.object_hits,
             others=self.collisions.others.people(self.now_ns),
+            hits=self.collisions.hits,
         )
 
     @property

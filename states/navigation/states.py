@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
 from typing import TYPE_CHECKING, Literal
 
 from engine.files.units import Duration
-from engine.state import NEVER_NS, Action, Context, Run
+from engine.state import NEVER_NS, Action, Context, Run, Yielded
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.room import Disc
@@ -48,6 +48,13 @@ NARROW = 0.03
 SLOW = 0.1
 """Speed below which the robot counts as standing, m/s."""
 
+FIRST_POSE_S = 2.0
+"""How long a drive waits for the first pose of the base, s.
+
+An estimate with a given start has it after one turn of each scanner and one match, 0.1 to 0.2 s; a
+robot that then has to search needs more, and where it stands is not known: `lost`.
+"""
+
 
 class DriveTo(Action):
     """Drive to a goal on the fastest path around walls and user, with a subsystem's values.
@@ -57,7 +64,8 @@ class DriveTo(Action):
     `clearance` names another subsystem whose `inflation` and, where there is no room for more,
     `user_radius` are kept instead; Escape's are from a place nearer to walls than the inflation.
     `no_path`: for 1 s the goal has not been free or reachable; `stuck`: no progress for
-    `patience`; `lost`: the pose of base or user is, or a scanner has fallen silent. With the `mode`
+    `patience`; `lost`: the pose of base or user is, or a scanner has fallen silent; a first pose
+    is waited for (`FIRST_POSE_S`). With the `mode`
     differential the robot drives only along its heading (R2), until the drive ends.
     """
 
@@ -79,7 +87,7 @@ class DriveTo(Action):
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
         environment = environment_of(ctx)
-        keeping = self._keeping(ctx)
+        keeping = yield from self._keeping(ctx)
         planner = planner_of(ctx, keeping)
         if planner is None:
             return "lost"
@@ -118,8 +126,9 @@ class DriveTo(Action):
                 base.grant(None)
         return "lost"
 
-    def _keeping(self, ctx: Context) -> SubsystemName:
-        """The subsystem whose distances from walls and user are kept on this drive."""
+    def _keeping(self, ctx: Context) -> Generator[Yielded, None, SubsystemName]:
+        """The subsystem whose distances from walls and user are kept, once the pose is known."""
+        yield from first_pose(ctx, planner_key(self.subsystem))
         if self.clearance != "own":
             return self.clearance
         planner, here = planner_of(ctx, self.subsystem), ctx.value(BASE_POSE)
@@ -145,6 +154,13 @@ class DriveTo(Action):
         wide = wide_disc(now.user, own, tight, goal)
         path = planner.plan((now.pose.x, now.pose.y), (goal.x, goal.y), wide)
         return user_disc(now.user, tight) if path is None else wide
+
+
+def first_pose(ctx: Context, *others: str) -> Generator[Yielded, None, None]:
+    """Wait up to FIRST_POSE_S while the base's pose, or one of `others`, has never been known."""
+    until = ctx.after(FIRST_POSE_S)
+    while ctx.now < until and any(ctx.age(name) == math.inf for name in (BASE_POSE, *others)):
+        yield "waits for the first pose of the base"
 
 
 def command_of(

@@ -194,8 +194,7 @@ def test_the_course_of_a_simulated_run_has_what_its_figures_count() -> None:
     loop.observers = (*loop.observers, Watching())
     loop.go(10**12)
     trace = loop.wired.run.trace
-    room = setup.scene.room if setup.scene else None
-    run = watch.course("a run", (), room, used_charts(setup.chart, setup.library), trace)
+    run = watch.course("a run", (), setup.scene, used_charts(setup.chart, setup.library), trace)
     (judge,) = (o for o in loop.observers if isinstance(o, Evaluator))
     judge.finish()
     figures = judge.report()

@@ -55,7 +55,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Course]:
     charts = used_charts(setup.chart, setup.library)
     assert setup.scene is not None
     trace = watching[0].loop.wired.run.trace
-    return path, watching[0].course.course("", (), setup.scene.room, charts, trace)
+    return path, watching[0].course.course("", (), setup.scene, charts, trace)
 
 
 @pytest.fixture(scope="module")

@@ -178,7 +178,7 @@ def test_a_full_disk_fails_a_run_only_if_its_record_was_asked_for(
     found = capfd.readouterr()
     assert found.err.count("\n") == 1
     assert "No space left on device" in found.err
-    assert "still running" in found.out
+    assert "ended as asked: the time is up" in found.out
 
 
 def test_of_a_trace_file_that_does_not_fit_nothing_is_left(
@@ -226,7 +226,7 @@ def test_a_folder_that_cannot_be_made_is_told_once(
     found = capfd.readouterr()
     assert found.err.startswith(f"cobodeck: {told}")
     assert found.err.count("\n") == 1
-    assert "still running" in found.out
+    assert "ended as asked: the time is up" in found.out
     assert (tmp_path / "out").read_text() == OLD
 
 
