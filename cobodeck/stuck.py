@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,7 +10,7 @@ from cobodeck.metrics import PoseSource
 from engine.run import ChartRun
 from hw.robot import Footprint
 from hw.scene import Scene
-from hw.sim.nearby import nearest
+from hw.sim.nearby import BESIDE_M, nearest
 
 OUTCOMES = ("stuck", "no_path")
 """Outcomes of a leaf whose drive came to nothing."""
@@ -44,8 +45,12 @@ class StuckWatch:
 
     def _note(self, now_ns: int, at_s: float, node: str, outcome: str) -> None:
         truth = self.plant.truth
-        near = None if truth is None else nearest(self.scene, self.footprint, truth, now_ns)
-        if truth is None or truth.base is None or near is None:
+        if truth is None or truth.base is None:
+            return
+        # a way is closed by what may still be far off
+        within = BESIDE_M if outcome == "stuck" else math.inf
+        near = nearest(self.scene, self.footprint, truth, now_ns, within)
+        if near is None:
             return
         last = self.found[-1] if self.found else {}
         if (last.get("node"), last.get("outcome"), last.get("near")) == (node, outcome, near.what):

@@ -32,15 +32,17 @@ class Nearby(NamedTuple):
     y: float
 
 
-def nearest(scene: Scene, footprint: Footprint, truth: Truth, now_ns: int) -> Nearby | None:
+def nearest(
+    scene: Scene, footprint: Footprint, truth: Truth, now_ns: int, within: float = BESIDE_M
+) -> Nearby | None:
     """What is next to the robot's outline; None if the robot's pose is not known.
 
-    A thing or person within BESIDE_M comes before walls, around which a path was planned.
+    A thing or person within this gap, m, comes before walls, around which a path was planned.
     """
     if truth.base is None:
         return None
     bodies = [*_bodies(scene, footprint, truth.base, truth, now_ns)]
-    beside = [body for body in bodies if body.gap <= BESIDE_M]
+    beside = [body for body in bodies if body.gap <= within]
     return min(beside or [nearest_wall(scene.room, footprint, truth.base), *bodies])
 
 

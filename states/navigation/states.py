@@ -128,7 +128,7 @@ class DriveTo(Action):
 
     def _keeping(self, ctx: Context) -> Generator[Yielded, None, SubsystemName]:
         """The subsystem whose distances from walls and user are kept, once the pose is known."""
-        yield from first_pose(ctx, planner_key(self.subsystem))
+        yield from first_pose(ctx)
         if self.clearance != "own":
             return self.clearance
         planner, here = planner_of(ctx, self.subsystem), ctx.value(BASE_POSE)
@@ -156,10 +156,10 @@ class DriveTo(Action):
         return user_disc(now.user, tight) if path is None else wide
 
 
-def first_pose(ctx: Context, *others: str) -> Generator[Yielded, None, None]:
-    """Wait up to FIRST_POSE_S while the base's pose, or one of `others`, has never been known."""
+def first_pose(ctx: Context) -> Generator[Yielded, None, None]:
+    """Wait up to FIRST_POSE_S while the pose of the base has never been known."""
     until = ctx.after(FIRST_POSE_S)
-    while ctx.now < until and any(ctx.age(name) == math.inf for name in (BASE_POSE, *others)):
+    while ctx.now < until and ctx.age(BASE_POSE) == math.inf:
         yield "waits for the first pose of the base"
 
 
