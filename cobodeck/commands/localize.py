@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cobodeck.arguments import length, pose, scan_mounts, word
-from cobodeck.console import FAILED, OK, Problem, show, show_json, table
+from cobodeck.console import FAILED, OK, Problem, ProgressLine, show, show_json, table
 from engine.files.named import YAML
 
 if TYPE_CHECKING:
@@ -92,7 +92,11 @@ def _ground(log: SensorLog, args: argparse.Namespace) -> Ground:
 
     resolution = args.resolution or RESOLUTION
     if args.place is None:
-        return built_ground(log, resolution)
+        progress = ProgressLine("map from the log")
+        try:
+            return built_ground(log, resolution, progress.at)
+        finally:
+            progress.done()
     return given_ground(args.place, log, resolution)
 
 

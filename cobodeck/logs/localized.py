@@ -91,12 +91,12 @@ class Localized:
 
     @property
     def remarks(self) -> list[str]:
-        """What is worth a look: those of the log, and a clock that is off."""
-        late = self.clock_offset
+        """What is worth a look: those of the log and of its map, and a clock that is off."""
+        late, told = self.clock_offset, [*self.log.remarks, *self.ground.remarks]
         if late is None or abs(late) < OFF_CLOCK:
-            return list(self.log.remarks)
+            return told
         which = "late" if late > 0.0 else "early"
-        return [*self.log.remarks, f"stamps of the odometry are {abs(late):.2f} s {which}"]
+        return [*told, f"stamps of the odometry are {abs(late):.2f} s {which}"]
 
     @property
     def walls(self) -> list[float]:

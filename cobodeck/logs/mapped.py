@@ -17,11 +17,11 @@ import numpy as np
 from cobodeck.logs.log import SCAN, SensorLog
 from cobodeck.logs.rawlog import is_rawlog, read_rawlog
 from cobodeck.logs.seen import SeenScan, scans_of
-from engine.files.finding import mistake
+from engine.files.finding import FileError, mistake
 from engine.files.source import read_file
 from hw.geometry import Pose2
-from states.localization.growing import Growing, points_in
-from states.localization.loops import close_loops, polished
+from states.localization.growing import points_in
+from states.localization.placing import Placing, Progress, Taken, place
 from states.maps.field import Field, map_field, room_field
 from states.maps.mapping import RESOLUTION, Mapper
 from states.maps.occupancy import UNKNOWN, OccupancyMap, load_map
@@ -34,8 +34,6 @@ _HALVES: Split = "halves"
 _ALTERNATE: Split = "alternate"
 _SEEN = 0.6
 """A scan counts as seen if at least this share of its beams ends in known cells of the map."""
-_POLISHES = 3
-"""Number of times all scans are matched to the map made from all of them."""
 _OFTEN = 0.9
 """Least share of the second half's scans that must be seen."""
 
@@ -55,6 +53,7 @@ class Ground:
     `source`: origin of the map, in words; `map`: a map of cells, `room`: a drawn one. `scored`:
     numbers of the scans that the map was not made from; `placed`: poses of all scans, if the map
     was made from some. `own` is true if corrected poses of the log are poses in this map.
+    `remarks`: what was odd in making it, in words.
     """
 
     source: str
@@ -65,6 +64,7 @@ class Ground:
     split: Split | None = None
     placed: tuple[Placed, ...] = ()
     own: bool = True
+    remarks: tuple[str, ...] = ()
 
 
 def given_ground(place: str, log: SensorLog, resolution: float = RESOLUTION) -> Ground:
@@ -95,7 +95,13 @@ def room_ground(log: SensorLog, room: Room) -> Ground:
     return Ground("the room of the log", room_field(room), None, room, numbers)
 
 
-def built_ground(log: SensorLog, resolution: float = RESOLUTION) -> Ground:
+def _silent(_text: str, _share: float) -> None:
+    pass
+
+
+def built_ground(
+    log: SensorLog, resolution: float = RESOLUTION, progress: Progress = _silent
+) -> Ground:
     """The ground made from part of the log's scans.
 
     Raises:
@@ -106,7 +112,11 @@ def built_ground(log: SensorLog, resolution: float = RESOLUTION) -> Ground:
         hint = "--map MAP gives one"
         raise mistake(log.path, f"has {count} scans: too few for a map of its own", hint=hint)
     by = "its corrected poses" if log.reference else "matching scan to scan"
-    placed = placed_by_reference(log) if log.reference else placed_by_matching(log, resolution)
+    remarks: tuple[str, ...] = ()
+    if log.reference:
+        placed = placed_by_reference(log)
+    else:
+        placed, remarks = placed_by_matching(log, resolution, progress)
     if len(placed) < 4:
         raise mistake(log.path, f"has poses for {len(placed)} scans only: too few for a map")
     half = len(placed) // 2
@@ -116,7 +126,8 @@ def built_ground(log: SensorLog, resolution: float = RESOLUTION) -> Ground:
     part = "the first half of its scans" if split == _HALVES else "every other scan"
     source = f"{part}, by {by}, {resolution:g} m"
     numbers = frozenset(one.number for one in scored)
-    return Ground(source, map_field(map_), map_, None, numbers, split, tuple(placed))
+    field = map_field(map_)
+    return Ground(source, field, map_, None, numbers, split, tuple(placed), remarks=remarks)
 
 
 def placed_by_reference(log: SensorLog) -> list[Placed]:
@@ -131,29 +142,40 @@ def placed_by_reference(log: SensorLog) -> list[Placed]:
     return [Placed(number, seen, pose) for number, seen, pose in found if pose is not None]
 
 
-def placed_by_matching(log: SensorLog, resolution: float) -> list[Placed]:
-    """All scans, placed by matching each to those before, by closing loops, and by polishing.
+def placed_by_matching(
+    log: SensorLog, resolution: float, progress: Progress = _silent
+) -> tuple[list[Placed], tuple[str, ...]]:
+    """All scans, placed by wheels, matches and loops in one graph, and remarks.
 
     Raises:
         FileError: their poses are too far apart for a map.
     """
-    growing, scans = Growing(resolution), scans_of(log)
-    clouds = [seen.points for seen in scans]
+    scans = scans_of(log)
+    taken = [Taken(seen.sensor, seen.points, seen.odom_from_base) for seen in scans]
 
     def placed(poses: Sequence[Pose2]) -> list[Placed]:
         return [Placed(n, scans[n], pose) for n, pose in enumerate(poses)]
 
+    def field_of(poses: Sequence[Pose2]) -> Field:
+        return map_field(_map_of(placed(poses), log, resolution))
+
     try:
-        poses = [
-            growing.take(seen.odom_from_base or Pose2(0.0, 0.0), seen.sensor, seen.points)
-            for seen in scans
-        ]
-        poses = close_loops(poses, clouds)
+        found = place(taken, field_of, progress, resolution=resolution)
+    except FileError:
+        raise
     except ValueError as error:
         raise mistake(log.path, f"gives no map: {error}") from None
-    for _ in range(_POLISHES):
-        poses = polished(poses, clouds, map_field(_map_of(placed(poses), log, resolution)))
-    return placed(poses)
+    return placed(found.poses), _remarks(found)
+
+
+def _remarks(found: Placing) -> tuple[str, ...]:
+    if not found.wrong:
+        return ()
+    which = "contradicts" if found.wrong == 1 else "contradict"
+    return (
+        f"{found.wrong} of {found.loops} places where the path seems to return {which} the rest "
+        "and were left out of the map",
+    )
 
 
 def reference_at(log: SensorLog, stamp_ns: int) -> Pose2 | None:

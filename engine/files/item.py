@@ -160,12 +160,12 @@ def find_file(name: str, folder: Path, kind: str, also: Iterable[str] = ()) -> P
 
     Raises:
         NotFound: no file has this name, or a path that does not exist is a known name with an
-            ending other than those of YAML files.
+            ending other than `.yaml`.
     """
     known = known_files(folder, kind)
     if is_path(name):
         path = Path(name)
-        if path.stem in known and path.suffix not in YAML and not is_file(path):
+        if path.stem in known and path.suffix != ".yaml" and not is_file(path):
             hint = f"did you mean {path.stem!r}, without the file ending?"
             raise not_found(name, f"no such {kind}", hint)
         return path

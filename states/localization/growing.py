@@ -1,7 +1,7 @@
 """Localization without a map: each scan is matched to the walls that earlier scans have shown.
 
-Scans from new places add walls. Loops are not closed here (`loops.py` does), so errors of matching
-accumulate slowly along the path.
+Scans from new places add walls. Loops are not closed here (`placing.py` does), so errors of
+matching accumulate slowly along the path.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ import numpy as np
 
 from hw.compiled import compiled
 from hw.geometry import Pose2, wrap
-from states.localization.scan_tracker import TrackerValues, match
+from states.localization.correlative import ALIKE, Window, correlated
+from states.localization.scan_tracker import Match, TrackerValues, match
 from states.maps.cells import Mask
 from states.maps.distance import Array
 from states.maps.field import Field, Table
@@ -21,6 +22,10 @@ from states.maps.mapping import FARTHEST, RESOLUTION, Corner, covering
 
 _REACH = 1.0
 """Distances to walls are capped at this, m."""
+_FLOOR = np.diag([0.01**2, 0.01**2, 0.003**2])
+"""Least covariance of a match: walls are rough, and errors of cells do not average out."""
+_UNKNOWN_M, _UNKNOWN_RAD = 0.3, 0.3
+"""Without odometry the motion between two scans may change by this (standard deviations)."""
 
 
 def _wide() -> TrackerValues:
@@ -34,7 +39,8 @@ class GrowingValues:
 
     A scan's walls are added once the base is `distance` m or `turn` rad from the last such scan of
     the sensor. Wheel errors are assumed to be `slip` m per m, `twist` rad per m and `spin` rad per
-    rad, plus 1 cm and 0.01 rad. Matches that are not healthy are ignored.
+    rad, plus 1 cm and 0.01 rad. Matches that are not healthy are ignored. Without odometry the base
+    is assumed to go on as it did between the last two scans.
     """
 
     distance: float = 0.25
@@ -52,20 +58,25 @@ class Growing:
         self._values = values or GrowingValues()
         self._walls = GrowingWalls(resolution)
         self._odom: Pose2 | None = None
-        self._pose = Pose2(0.0, 0.0)
+        self._pose, self._step = Pose2(0.0, 0.0), Pose2(0.0, 0.0)
         self._added: dict[str, Pose2] = {}
+        self.information = np.zeros((3, 3))
+        """Of the last match (see `matched_information`), in the map; 0 without a healthy one."""
 
-    def take(self, odom_from_base: Pose2, sensor: str, points: Array) -> Pose2:
+    def take(self, odom_from_base: Pose2 | None, sensor: str, points: Array) -> Pose2:
         """map_from_base after a scan of a sensor, points (n, 2) in the base frame, m.
 
         Raises:
             ValueError: the map becomes too large.
         """
         near = points[np.hypot(points[:, 0], points[:, 1]) < FARTHEST]
-        if self._odom is None:
-            self._pose = odom_from_base
+        if not self._added:
+            self._pose = odom_from_base or self._pose
+        elif odom_from_base is not None and self._odom is not None:
+            step = self._odom.inverse() @ odom_from_base
+            self._move(step, wheel_covariance(step, self._values), near)
         else:
-            self._move(self._odom.inverse() @ odom_from_base, near)
+            self._move(self._step, _UNKNOWN, near)
         self._odom = odom_from_base
         if self._is_new(self._added.get(sensor)):
             self._added[sensor] = self._pose
@@ -78,19 +89,58 @@ class Growing:
             return True
         return abs(wrap(pose.yaw - last.yaw)) >= values.turn
 
-    def _move(self, step: Pose2, points: Array) -> None:
-        """Predict by the wheels, correct by the walls."""
-        values = self._values
-        distance, turn = math.hypot(step.x, step.y), abs(step.yaw)
-        off = 0.01 + values.slip * distance
-        about = 0.01 + values.twist * distance + values.spin * turn
-        self._pose = self._pose @ step
-        if len(points) == 0:
-            return
-        covariance = np.diag([off * off, off * off, about * about])
-        found = match(self._walls.field, points, self._pose, covariance, values.matching)
-        if found.is_healthy(values.matching):
-            self._pose = found.map_from_base
+    def _move(self, step: Pose2, covariance: Array, points: Array) -> None:
+        """Predict by a displacement with its covariance (base frame), correct by the walls."""
+        before, values = self._pose, self._values.matching
+        self._pose, self.information = before @ step, np.zeros((3, 3))
+        if len(points):
+            found = self._matched(points, rotated(covariance, before.yaw))
+            if found.is_healthy(values):
+                self._pose, self.information = found.map_from_base, matched_information(found)
+        self._step = before.inverse() @ self._pose
+
+    def _matched(self, points: Array, covariance: Array) -> Match:
+        """The match near the prediction; unless it is healthy, the best one within 3 sigma."""
+        field, values = self._walls.field, self._values.matching
+        found = match(field, points, self._pose, covariance, values)
+        if found.is_healthy(values) or found.count == 0:
+            return found
+        metres, radians = 3.0 * np.sqrt([covariance[:2, :2].trace() / 2.0, covariance[2, 2]])
+        window = Window(self._pose, covariance, float(metres), float(radians))
+        for start in correlated(field, points, window)[:1]:
+            other = match(field, points, start, covariance, values)
+            found = max(found, other, key=lambda one: one.share)
+        return found
+
+
+def wheel_covariance(step: Pose2, values: GrowingValues) -> Array:
+    """Covariance (3, 3) of a displacement measured by wheels, base frame, m2 and rad2."""
+    distance, turn = math.hypot(step.x, step.y), abs(step.yaw)
+    off = 0.01 + values.slip * distance
+    about = 0.01 + values.twist * distance + values.spin * turn
+    return np.diag([off * off, off * off, about * about])
+
+
+def matched_information(found: Match) -> Array:
+    """What a match knows about x, y, yaw (3, 3): (I^-1 + F)^-1 = I (1 + F I)^-1.
+
+    I is that of independent beams (see `correlative.ALIKE`), F the least covariance of a match.
+    """
+    beams = ALIKE * found.information
+    known = beams @ np.linalg.inv(np.eye(3) + _FLOOR @ beams)
+    symmetric: Array = 0.5 * (known + known.T)
+    return symmetric
+
+
+def rotated(matrix: Array, yaw: float) -> Array:
+    """A covariance or information (3, 3) of x, y, yaw, in a frame turned by -yaw."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    moved: Array = turn @ matrix @ turn.T
+    return moved
+
+
+_UNKNOWN = np.diag([_UNKNOWN_M**2, _UNKNOWN_M**2, _UNKNOWN_RAD**2])
 
 
 class GrowingWalls:

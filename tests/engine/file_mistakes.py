@@ -38,7 +38,7 @@ SCENES = [
     ("a key in capitals", "robot: {file", "¦Robot: {file", "'robot'"),
     ("a Cyrillic key", "robot: {file", "¦r\u043ebot: {file", "Cyrillic"),
     ("an unknown robot", "rbkairos_ur10", "¦rbkairos_ur1", "'rbkairos_ur10'"),
-    ("a robot with the wrong ending", "rbkairos_ur10", "¦rbkairos_ur10.jsn", "'rbkairos_ur10'"),
+    ("a robot with the wrong ending", "rbkairos_ur10", "¦rbkairos_ur10.yml", "'rbkairos_ur10'"),
     ("an unknown user", "source: demo", "source: ¦dmeo", "'demo'"),
     ("a coordinate missing", "start: {x: 8.0, y: 6.0, yaw", "¦start: {x: 8.0, yaw", "'y' is missing"),
     ("a point of one number", "[10.0, 9.0], [0.0, 9.0]]\n  w", "¦[10.0], [0.0, 9.0]]\n  w", "2 values"),
