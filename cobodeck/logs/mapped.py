@@ -21,7 +21,7 @@ from engine.files.finding import FileError, mistake
 from engine.files.source import read_file
 from hw.geometry import Pose2
 from states.localization.growing import points_in
-from states.localization.placing import Placing, Progress, Taken, place
+from states.localization.placing import PlacedScan, Placing, Progress, place
 from states.maps.field import Field, map_field, room_field
 from states.maps.mapping import RESOLUTION, Mapper
 from states.maps.occupancy import UNKNOWN, OccupancyMap, load_map
@@ -151,7 +151,7 @@ def placed_by_matching(
         FileError: their poses are too far apart for a map.
     """
     scans = scans_of(log)
-    taken = [Taken(seen.sensor, seen.points, seen.odom_from_base) for seen in scans]
+    taken = [PlacedScan(seen.sensor, seen.points, seen.odom_from_base) for seen in scans]
 
     def placed(poses: Sequence[Pose2]) -> list[Placed]:
         return [Placed(n, scans[n], pose) for n, pose in enumerate(poses)]

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hw.geometry import Pose2, wrap
+from states.localization.fusion import inverse
 from states.localization.growing import (
     Growing,
     GrowingValues,
@@ -39,7 +40,7 @@ _NEAR = np.diag([0.1**2, 0.1**2, 0.03**2])
 """How far a scan may be from where the map of all scans has it, m2 and rad2."""
 
 
-class Taken(NamedTuple):
+class PlacedScan(NamedTuple):
     """A scan: its sensor, points (n, 2) in the base frame, m, and odometry, if there is any."""
 
     sensor: str
@@ -56,7 +57,7 @@ class Placing(NamedTuple):
 
 
 def place(
-    scans: Sequence[Taken],
+    scans: Sequence[PlacedScan],
     field_of: Callable[[Sequence[Pose2]], Field],
     progress: Progress,
     values: LoopValues | None = None,
@@ -97,7 +98,7 @@ def near_points(points: Array) -> Array:
 
 
 def _grown(
-    scans: Sequence[Taken], resolution: float, progress: Progress
+    scans: Sequence[PlacedScan], resolution: float, progress: Progress
 ) -> tuple[list[Pose2], list[Array]]:
     """Poses scan by scan, and what their matches know, (3, 3) in the map."""
     growing, poses, known = Growing(resolution), [], []
@@ -118,7 +119,7 @@ def _keys(poses: Sequence[Pose2]) -> list[int]:
 
 
 def _steps(
-    scans: Sequence[Taken], poses: Sequence[Pose2], known: Sequence[Array], keys: Sequence[int]
+    scans: Sequence[PlacedScan], poses: Sequence[Pose2], known: Sequence[Array], keys: Sequence[int]
 ) -> list[PoseEdge]:
     """Edges from node to node: displacements by the wheels, and by the matches."""
     edges, values = [], GrowingValues()
@@ -129,10 +130,10 @@ def _steps(
         before, after = scans[last].odom_from_base, scans[key].odom_from_base
         if before is not None and after is not None:
             by_wheels = before.inverse() @ after
-            weight = np.linalg.inv(wheel_covariance(by_wheels, values))
+            weight = inverse(wheel_covariance(by_wheels, values))
             edges.append(PoseEdge(second - 1, second, by_wheels, weight))
         elif not information.any():
-            information = np.linalg.inv(wheel_covariance(between, values))
+            information = inverse(wheel_covariance(between, values))
         edges.append(PoseEdge(second - 1, second, between, information))
     return edges
 

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import spsolve
 
@@ -50,11 +51,14 @@ class Solution(NamedTuple):
     kept: list[bool]
 
 
+Numbers = NDArray[np.int64]
+
+
 class _Edges(NamedTuple):
     """Edges as arrays: numbers (n,), displacements (n, 3), roots of the information (n, 3, 3)."""
 
-    first: Array
-    second: Array
+    first: Numbers
+    second: Numbers
     measured: Array
     roots: Array
 

@@ -8,7 +8,7 @@ import numpy as np
 from hw.geometry import Pose2
 from states.localization.growing import GrowingValues, points_in, wheel_covariance
 from states.localization.loops import LoopValues
-from states.localization.placing import Taken, place
+from states.localization.placing import PlacedScan, place
 from states.maps.field import map_field
 from states.maps.mapping import Mapper
 from tests.states.localization.world import ROOM, cast
@@ -68,7 +68,7 @@ def placed(poses, clouds):
             mapper.add((pose.x, pose.y), points_in(pose, cloud))
         return map_field(mapper.map())
 
-    scans = [Taken("laser", cloud, pose) for pose, cloud in zip(poses, clouds, strict=True)]
+    scans = [PlacedScan("laser", cloud, pose) for pose, cloud in zip(poses, clouds, strict=True)]
     return place(scans, field_of, quiet, LoopValues(gone=6.0))
 
 
