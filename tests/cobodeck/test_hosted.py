@@ -68,6 +68,7 @@ class Base(Parts):
     """Wheels."""
 
     signals = ("base.odometry", "base.twist")
+    mode = "omnidirectional"
 
     def drive(self, command: Any) -> None:
         """It stands."""
@@ -80,6 +81,13 @@ class Arm(Parts):
     """An arm."""
 
     signals = ("arm.joints",)
+
+    def follow(self, points: Any) -> int:
+        """It stands."""
+        return 0
+
+    def pace(self, share: float) -> None:
+        """As it is."""
 
 
 class Trackers(Parts):
@@ -266,7 +274,8 @@ def test_of_what_was_measured_before_the_run_the_newest_of_each_device_counts() 
             return [seen("a", 1.0), seen("b", 1.0), seen("a", 2.0),
                     Sample("vr.release", now_ns, True), seen("b", 2.0)]  # fmt: skip
 
-    inlet = Inlet(Board(declare([Measured("rover.tracker", TrackerPose)])), {"all": Source()})
+    known = [Measured("rover.tracker", TrackerPose), Measured("vr.release", bool)]
+    inlet = Inlet(Board(declare(known)), {"all": Source()})
     taken: list[Sample] = []
     inlet.taps.append(lambda sample, now_ns, problem: taken.append(sample))
     inlet.begins = True
