@@ -195,12 +195,17 @@ class TruthWriter:
         return f"{{{','.join(self._members)}}}"
 
 
+LATER = ("hits",)
+"""Fields of a truth that older records do not have."""
+
+
 def truth_again(found: Mapping[str, Any], before: Truth | None) -> Truth:
     """The recorded truth; fields equal to those of `before` are the same objects.
 
     Raises:
         TypeError: the message is no truth.
     """
+    found = dict.fromkeys(LATER) | dict(found)
     held = _fitting(Truth, {name: values.value(found[name]) for name in Truth._fields})
     if before is not None:
         held = {k: old if old == held[k] else held[k] for k, old in before._asdict().items()}

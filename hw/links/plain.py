@@ -28,13 +28,13 @@ from hw.samples import (
     UserPose,
     WrenchReading,
 )
-from hw.truth import Contact, Truth
+from hw.truth import Contact, Hit, Truth
 
 KINDS: Mapping[str, Any] = {
     kind.__name__: kind
     for kind in (
         Pose2, Pose3, Twist2, ArmState, BumperHit, ChainStatus, ClockState, Contact, GripperState,
-        ImuReading, Odometry, PoseSigma, RobotView, SafetyRecord, Scan, TrackerPose, Truth,
+        Hit, ImuReading, Odometry, PoseSigma, RobotView, SafetyRecord, Scan, TrackerPose, Truth,
         UserPose, WrenchReading,
     )
 }  # fmt: skip

@@ -37,6 +37,13 @@ class Arm:
     def stop(self) -> None:
         self.stopped.set()
 
+    def follow(self, points: object) -> int:
+        """It stays folded."""
+        return 0
+
+    def pace(self, *how: object) -> None:
+        """As it is."""
+
     def samples(self, now_ns: int) -> list[Sample]:
         joints = ROBOT.arm.parked
         return [Sample("arm.joints", now_ns, ArmState(joints, (0.0,) * len(joints)))]
