@@ -202,7 +202,7 @@ def _judged(loop: Loop) -> dict[str, Any]:
         if isinstance(observer, SeparationWatch):
             found["separation"] = observer.report()
         if isinstance(observer, StuckWatch):
-            observer.finish(loop.now_ns)
+            observer.watch(loop.now_ns)  # what ended in the last tick
             found["stuck"] = observer.found
         if isinstance(observer, LocalizationWatch):
             found["localization"] = observer.report()

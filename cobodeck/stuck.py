@@ -39,10 +39,6 @@ class StuckWatch:
             if raw[0] == "end" and raw[3] in OUTCOMES:
                 self._note(now_ns, raw[1] / 1e9, raw[2].path, raw[3])
 
-    def finish(self, now_ns: int) -> None:
-        """Look at what ended in the last tick."""
-        self.watch(now_ns)
-
     def _note(self, now_ns: int, at_s: float, node: str, outcome: str) -> None:
         truth = self.plant.truth
         if truth is None or truth.base is None:

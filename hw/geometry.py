@@ -106,6 +106,10 @@ class Pose2:
         """Distance between the two origins, m; yaw does not count."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
+    def is_near(self, other: Pose2, metres: float, radians: float) -> bool:
+        """True if two poses differ by less than this, m and rad."""
+        return self.distance_to(other) < metres and abs(wrap(other.yaw - self.yaw)) < radians
+
     def bearing_to(self, other: Pose2) -> float:
         """Direction of the other origin relative to this pose's yaw, rad; 0 is straight ahead."""
         return wrap(math.atan2(other.y - self.y, other.x - self.x) - self.yaw)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from engine.files.finding import mistake
 from hw.finite import is_finite
-from hw.geometry import STILL, Pose2, Pose3, wrap
+from hw.geometry import STILL, Pose2, Pose3
 from hw.room import Room
 from hw.samples import Odometry, Sample, Scan
 from hw.sensing import ImuModel, LidarModel, Mount, OdometryModel, Sensing
@@ -237,7 +237,7 @@ class Gathered:
 
 def is_same(one: Pose2, other: Pose2) -> bool:
     """True if two mounts differ by `_SAME` at most."""
-    return one.distance_to(other) < _SAME and abs(wrap(one.yaw - other.yaw)) < _SAME
+    return one.is_near(other, _SAME, _SAME)
 
 
 def _rate(stamps: Sequence[int]) -> float:

@@ -24,6 +24,9 @@ import numpy as np
 
 from hw.compiled import compiled
 from hw.geometry import Pose2, wrap
+from states.localization.fusion import inverse
+from states.localization.particles import wrapped
+from states.localization.scan_tracker import rotated
 from states.maps.distance import Array
 from states.maps.field import Field, Table, distance_at
 
@@ -85,9 +88,7 @@ def _lengths(field: Field) -> tuple[float, float]:
 def _in_table(field: Field, window: Window) -> tuple[Pose2, Array]:
     """Predicted pose and inverse covariance from the corner of the field's table."""
     corner = field.map_from_corner
-    c, s = math.cos(corner.yaw), math.sin(corner.yaw)
-    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    prior = turn @ np.linalg.inv(window.covariance) @ turn.T
+    prior = rotated(inverse(window.covariance), -corner.yaw)
     return corner.inverse() @ window.predicted, np.ascontiguousarray(prior)
 
 
@@ -121,7 +122,7 @@ def _searched(task: _Task, metres: float, radians: float) -> Array:
         half *= 0.5
         boxes = _divided(boxes[order[bounds[order] >= least]], half, half / lever)
     scores = _bounds(task, boxes, 0.0, -math.inf)
-    best = _apart(boxes[np.argsort(-scores)], 4.0 * half, 4.0 * half / lever)
+    best = apart(boxes[np.argsort(-scores)], FOUND, 4.0 * half, 4.0 * half / lever)
     for i in range(3):
         best[:, i] += task.predicted[i]
     return best
@@ -161,20 +162,23 @@ def _bounds(task: _Task, boxes: Array, half: float, least: float) -> Array:
 
 
 @compiled
-def _apart(boxes: Array, metres: float, radians: float) -> Array:
-    """The first `FOUND` of the boxes that are apart from those before."""
-    chosen = np.empty((FOUND, 3))
+def apart(poses: Array, count: int, metres: float, radians: float) -> Array:
+    """At most `count` of the poses (n, 3), in order, each apart from those chosen before."""
+    chosen = np.empty((count, 3))
     found = 0
-    for k in range(len(boxes)):
+    for i in range(len(poses)):
         near = False
-        for n in range(found):
-            distance = math.hypot(chosen[n, 0] - boxes[k, 0], chosen[n, 1] - boxes[k, 1])
-            near |= distance < metres and abs(chosen[n, 2] - boxes[k, 2]) < radians
+        for k in range(found):
+            dx, dy = poses[i, 0] - chosen[k, 0], poses[i, 1] - chosen[k, 1]
+            turn = wrapped(poses[i, 2] - chosen[k, 2])
+            if dx * dx + dy * dy < metres * metres and abs(turn) < radians:
+                near = True
+                break
         if not near:
-            chosen[found] = boxes[k]
+            chosen[found] = poses[i]
             found += 1
-        if found == FOUND:
-            break
+            if found == count:
+                break
     return chosen[:found].copy()
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from hw.compiled import compiled
 from hw.geometry import Pose2, wrap
 from states.localization.correlative import ALIKE, Window, correlated
-from states.localization.scan_tracker import Match, TrackerValues, match
+from states.localization.scan_tracker import Match, TrackerValues, match, rotated
 from states.maps.cells import Mask
 from states.maps.distance import Array
 from states.maps.field import Field, Table
@@ -69,7 +69,7 @@ class Growing:
         Raises:
             ValueError: the map becomes too large.
         """
-        near = points[np.hypot(points[:, 0], points[:, 1]) < FARTHEST]
+        near = near_points(points)
         if not self._added:
             self._pose = odom_from_base or self._pose
         elif odom_from_base is not None and self._odom is not None:
@@ -132,14 +132,6 @@ def matched_information(found: Match) -> Array:
     return symmetric
 
 
-def rotated(matrix: Array, yaw: float) -> Array:
-    """A covariance or information (3, 3) of x, y, yaw, in a frame turned by -yaw."""
-    c, s = math.cos(yaw), math.sin(yaw)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    moved: Array = turn @ matrix @ turn.T
-    return moved
-
-
 _UNKNOWN = np.diag([_UNKNOWN_M**2, _UNKNOWN_M**2, _UNKNOWN_RAD**2])
 
 
@@ -180,6 +172,12 @@ class GrowingWalls:
         )
         x, y = (self._cell * count for count in self._corner)
         return Field(Pose2(x, y), table, 0.5 * self._cell)
+
+
+def near_points(points: Array) -> Array:
+    """Those of the points (n, 2) of the base frame that are near enough to form walls."""
+    near: Array = points[np.hypot(points[:, 0], points[:, 1]) < FARTHEST]
+    return near
 
 
 def points_in(map_from_base: Pose2, points: Array) -> Array:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -68,7 +67,7 @@ class Localizer:
         seed: int = 0,
         values: LocalizerValues | None = None,
     ) -> None:
-        self._field, self._sensing = field_, sensing
+        self._sensing = sensing
         self._values = values or LocalizerValues()
         self._fusion = Fusion(gyro=sensing.imu is not None, rough_map=field_.sigma > 0.0)
         self._wheels = WheelMotion(SLIPPING if sensing.imu is None else GYRO_NOISE)
@@ -77,6 +76,7 @@ class Localizer:
         self.counts: Counter[str] = Counter()
         self._matcher = PoseMatcher(field_, self._values, self.counts)
         self._health = MatchHealth(self._values)
+        self._search = Search(field_, self._values.particles, self._values.matching)
         self._stamp_ns: int | None = None
         self._known: tuple[Pose2, Array] | None = None
         self._sigma: PoseSigma | None = None
@@ -103,8 +103,8 @@ class Localizer:
         if self.pose is None:
             return np.diag([math.inf] * 3)
         assert self._known is not None  # there is a pose
-        doubt = DOUBT if self._health.mode == "doubtful" else 0.0 * DOUBT
-        return self._known[1] + self._matcher.floor + doubt
+        known: Array = self._known[1] + self._matcher.floor
+        return known + DOUBT if self._health.mode == "doubtful" else known
 
     @property
     def sigma(self) -> PoseSigma:
@@ -349,10 +349,6 @@ class Localizer:
         if carried is None or self._matcher.is_on_the_floor(carried[0]):
             return False
         return not is_near(found.map_from_base, *carried, 2.0 * LEAP)
-
-    @cached_property
-    def _search(self) -> Search:
-        return Search(self._field, self._values.particles, self._values.matching)
 
     # trackers
 

@@ -19,15 +19,15 @@ from states.localization.growing import (
     Growing,
     GrowingValues,
     matched_information,
-    rotated,
+    near_points,
     wheel_covariance,
 )
 from states.localization.loops import Loops, LoopValues
 from states.localization.pose_graph import PoseEdge, solved
-from states.localization.scan_tracker import TrackerValues, match
+from states.localization.scan_tracker import TrackerValues, match, rotated
 from states.maps.distance import Array
 from states.maps.field import Field
-from states.maps.mapping import FARTHEST, RESOLUTION
+from states.maps.mapping import RESOLUTION
 
 Progress = Callable[[str, float], None]
 """Told what is done, and its share, 0 to 1."""
@@ -89,12 +89,6 @@ def place(
         bent, _ = solved(bent, [*steps, *good, *walls])
         poses = _carried(grown, keys, bent)
     return Placing(poses, len(loops.edges), len(loops.edges) - len(good))
-
-
-def near_points(points: Array) -> Array:
-    """The points that are near enough to form walls."""
-    near: Array = points[np.hypot(points[:, 0], points[:, 1]) < FARTHEST]
-    return near
 
 
 def _grown(

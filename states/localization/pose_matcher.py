@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hw.geometry import Pose2, wrap
+from hw.geometry import Pose2
 from hw.samples import PoseSigma
 from states.localization.correlative import Window, correlated, score_of
 from states.localization.fusion import covariance_of
@@ -125,13 +125,12 @@ def is_near(pose: Pose2, predicted: Pose2, covariance: Array, sigmas: float) -> 
     """True if a pose is within so many standard deviations of a prediction."""
     place = sigmas * math.sqrt(max(0.0, 0.5 * (covariance[0, 0] + covariance[1, 1]))) + SAME_M
     turn = sigmas * math.sqrt(max(0.0, covariance[2, 2])) + SAME_RAD
-    near = pose.distance_to(predicted) < place
-    return near and abs(wrap(pose.yaw - predicted.yaw)) < turn
+    return pose.is_near(predicted, place, turn)
 
 
 def is_same(one: Pose2, other: Pose2) -> bool:
     """True if two poses differ by no more than a base at rest appears to move."""
-    return one.distance_to(other) < SAME_M and abs(wrap(one.yaw - other.yaw)) < SAME_RAD
+    return one.is_near(other, SAME_M, SAME_RAD)
 
 
 def is_sure(covariance: Array, wanted: PoseSigma) -> bool:

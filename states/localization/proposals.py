@@ -14,8 +14,7 @@ import numpy as np
 
 from hw.compiled import compiled
 from hw.geometry import Pose2, wrap
-from states.localization.correlative import fit_of
-from states.localization.particles import wrapped
+from states.localization.correlative import apart, fit_of
 from states.maps.distance import Array
 from states.maps.field import Field, Table, distance_at
 
@@ -72,7 +71,7 @@ class Proposals:
     def chosen(self) -> list[Pose2]:
         """The proposals so far, likeliest first, map_from_base; sets `more`."""
         corner = self._field.map_from_corner
-        rows = _apart(self._likeliest, self._most, *APART)
+        rows = apart(self._likeliest, self._most, *APART)
         if len(rows) == self._most:
             last = int(np.flatnonzero((self._likeliest == rows[-1]).all(axis=1))[0])
             self.more = bool(self._fits[last] > self._fits[0] - LIKE * len(self._points))
@@ -133,24 +132,3 @@ def _fits(points: Array, poses: Array, table: Table, lengths: tuple[float, float
         pose = (poses[k, 0], poses[k, 1], poses[k, 2])
         found[k] = fit_of(points, pose, table, lengths, (0.0, 0.0))
     return found
-
-
-@compiled
-def _apart(poses: Array, count: int, metres: float, radians: float) -> Array:
-    """At most `count` of the poses (n, 3), in order, each apart from those chosen before."""
-    chosen = np.empty((count, 3))
-    found = 0
-    for i in range(len(poses)):
-        near = False
-        for k in range(found):
-            dx, dy = poses[i, 0] - chosen[k, 0], poses[i, 1] - chosen[k, 1]
-            turn = wrapped(poses[i, 2] - chosen[k, 2])
-            if dx * dx + dy * dy < metres * metres and abs(turn) < radians:
-                near = True
-                break
-        if not near:
-            chosen[found] = poses[i]
-            found += 1
-            if found == count:
-                break
-    return chosen[:found].copy()

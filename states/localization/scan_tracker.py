@@ -103,10 +103,8 @@ def match(
     """
     values = values or TrackerValues()
     near = field.map_from_corner.inverse() @ predicted
-    turn = _turned(-field.map_from_corner.yaw)
-    prior = np.asarray(np.linalg.inv(covariance), np.float64)
-    if turn is not None:
-        prior = turn @ prior @ turn.T
+    yaw_of_map = field.map_from_corner.yaw
+    prior = rotated(np.asarray(np.linalg.inv(covariance), np.float64), -yaw_of_map)
     off = 3.0 * math.sqrt(max(0.5 * (covariance[0, 0] + covariance[1, 1]), 0.0))
     turned = 3.0 * math.sqrt(max(covariance[2, 2], 0.0))
     x, y, yaw, information, inliers, step, iterations = _matched(
@@ -116,17 +114,18 @@ def match(
     )  # fmt: skip
     pose = field.map_from_corner @ Pose2(x, y, wrap(yaw))
     share = inliers / len(points) if len(points) else 0.0
-    if turn is not None:
-        information = turn.T @ information @ turn
+    information = rotated(information, yaw_of_map)
     return Match(pose, information, share, inliers, step, iterations, field.sigma)
 
 
-def _turned(yaw: float) -> Array | None:
-    """Rotation (3, 3) of errors of x, y, yaw by a yaw; None for the identity."""
+def rotated(matrix: Array, yaw: float) -> Array:
+    """A covariance or information (3, 3) of x, y, yaw, in a frame turned by -yaw."""
     if yaw == 0.0:
-        return None
+        return matrix
     c, s = math.cos(yaw), math.sin(yaw)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    moved: Array = turn @ matrix @ turn.T
+    return moved
 
 
 @compiled

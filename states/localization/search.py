@@ -187,7 +187,7 @@ class Search:
         if self._prior is not None:
             return best.share >= PLAIN or late or self._places >= PLACES
         also = self._also
-        if self._given and not (also and _is_near(best.map_from_base, also, *GIVEN)):
+        if self._given and not (also and best.map_from_base.is_near(also, *GIVEN)):
             return best.share >= PLAIN and self._places >= FAR[best.share < CLEAR]
         plain = best.share >= PLAIN and self._places >= PLACES
         return best.share >= CLEAR or plain or late
@@ -304,11 +304,7 @@ def _kept(hypotheses: list[_Hypothesis]) -> list[_Hypothesis]:
 
 
 def _same(one: Pose2, other: Pose2) -> bool:
-    return _is_near(one, other, *ONE)
-
-
-def _is_near(one: Pose2, other: Pose2, metres: float, radians: float) -> bool:
-    return one.distance_to(other) < metres and abs(wrap(one.yaw - other.yaw)) < radians
+    return one.is_near(other, *ONE)
 
 
 @compiled

@@ -60,7 +60,7 @@ class Trail:
             self._stamps.popleft()
             self._poses.popleft()
         stood = self._stood_at
-        if stood is None or not _is_near(stood, odom_from_base):
+        if stood is None or not stood.is_near(odom_from_base, STILL_M, STILL_RAD):
             self._stood_at, self._stood_ns = odom_from_base, stamp_ns
         return True
 
@@ -134,7 +134,3 @@ def velocity_of(moved: Pose2, time: float) -> Twist2:
     along = 1.0 - half * half / 3.0 if abs(half) < 1e-4 else half / math.tan(half)
     x, y = along * moved.x + half * moved.y, along * moved.y - half * moved.x
     return Twist2(x / time, y / time, moved.yaw / time)
-
-
-def _is_near(one: Pose2, other: Pose2) -> bool:
-    return one.distance_to(other) < STILL_M and abs(wrap(other.yaw - one.yaw)) < STILL_RAD
