@@ -2,7 +2,7 @@
 
 Scans are matched to the walls, starting from where wheels, gyroscope and trackers predict the base.
 Matches and tracker poses then correct a Kalman filter, each at its own stamp. While matches are bad
-(`match_health.py`), particles search the whole map, and the pose jumps to where they find the base.
+(`match_health.py`), the whole map is searched, and the pose jumps to where they find the base.
 While the base stands and its pose has settled, nothing is computed but one match every `check` s.
 """
 

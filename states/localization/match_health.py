@@ -1,7 +1,7 @@
 """How well recent scans fit the map, and which mode that puts the localizer in.
 
 `starting` -> `tracking` once the base has been found. `tracking` -> `doubtful` while few beams end
-on walls; matching goes on, and particles search the map beside it. `doubtful` -> `tracking` when
+on walls; matching goes on, and a search of the map runs beside it. `doubtful` -> `tracking` when
 matches recover or the search confirms or replaces the pose; -> `lost` after too long without a
 fair match. `lost` -> `doubtful` or `tracking` when a tracker or the search gives a pose.
 """
