@@ -160,7 +160,7 @@ class Inlet:
     def _misfit(self, name: str, value: object) -> str | None:
         """Why the first value of a signal, or one of another class, is wrong; None if it is not."""
         declared = self.board.declared
-        if self.sources and name not in declared:
+        if self.sources and name not in declared and name not in self.flowing:
             return f"no signal of this name is declared; {did_you_mean(name, declared)}"
         return None if value is None else misfit(value, self._types.get(name, object))
 

@@ -16,7 +16,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from hw.geometry import Pose2, Pose3
-from states.localization.hand_eye import CalibrationProblem, Frames, first_guess, fit
+from states.localization.hand_eye import (
+    CalibrationProblem,
+    Frames,
+    first_guess,
+    fit,
+    robust_weights,
+)
 from states.localization.tracks import Array, pairs_of
 
 GREATEST_OFFSET = 0.005
@@ -54,7 +60,9 @@ class Calibration:
     `mounts`: base_from_tracker. `scanner_yaws`: yaw of each scanner relative to its nominal mount,
     rad; with unknown mounts only differences are observable, and their mean is 0. `clock_offset`:
     delay of tracker stamps behind scanner stamps, s. `position_rms` (m) and `yaw_rms` (rad) are
-    residuals of the window means; `sigmas` are by the unknown's name, in m, rad or s.
+    residuals of the window means, weighted as in the fit: a tracker that is off for a while, near
+    the border of its coverage or found again after a loss, does not speak against the frames.
+    `sigmas` are by the unknown's name, in m, rad or s.
     """
 
     map_from_vive: Pose3
@@ -134,8 +142,8 @@ def _judged(
         mounts=dict(zip(pairs.trackers, poses[1:], strict=True)),
         scanner_yaws={pairs.scanners[at]: float(frames.yaws[at]) for at in problem.named},
         clock_offset=frames.clock,
-        position_rms=math.sqrt(float(np.mean(np.sum(offset**2, axis=1)))),
-        yaw_rms=math.sqrt(float(np.mean(turn[:, 2] ** 2))),
+        position_rms=math.sqrt(float(np.sum(_robust_square(offset, problem.scales[0])))),
+        yaw_rms=math.sqrt(float(_robust_square(turn, problem.scales[1])[2])),
         windows=pairs.windows,
         sigmas=dict(zip(_names(problem), _sigmas(problem, rest, slope), strict=True)),
     )
@@ -146,6 +154,12 @@ def _judged(
         text = f"the drive leaves open: {', '.join(left_open)}; it needs turns both ways and"
         return NoCalibration("motion", f"{text} places metres apart in two directions", found)
     return found
+
+
+def _robust_square(rows: Array, scale: float) -> Array:
+    """Means (3,) of squared residuals (w, 3), each with its weight in the fit, 1/sqrt(1 + r^2)."""
+    weights = robust_weights(rows / scale)
+    return np.asarray((weights * rows**2).sum(axis=0) / weights.sum(axis=0))
 
 
 def _names(problem: CalibrationProblem) -> list[str]:

@@ -176,7 +176,7 @@ def fit(problem: CalibrationProblem, frames: Frames) -> tuple[Frames, Array, Arr
     """
     for _ in range(STEPS):
         residuals, jacobian = problem.residuals(frames), problem.jacobian(frames)
-        weights = (1.0 + residuals**2) ** -0.25
+        weights = np.sqrt(robust_weights(residuals))
         rest, slope = weights * residuals, weights[:, None] * jacobian
         normal = slope.T @ slope + _HOLD * np.eye(problem.unknowns)
         step = np.asarray(-np.linalg.solve(normal, slope.T @ rest), np.float64)
@@ -184,6 +184,11 @@ def fit(problem: CalibrationProblem, frames: Frames) -> tuple[Frames, Array, Arr
         if np.abs(step).max() < _SETTLED:
             break
     return frames, rest, slope
+
+
+def robust_weights(residuals: Array) -> Array:
+    """Weights of squared residuals, given in units of their scales: rho'(r) / r = 1/sqrt(1+r^2)."""
+    return np.asarray(1.0 / np.sqrt(1.0 + residuals**2))
 
 
 def headings(yaw: Array) -> Rotation:

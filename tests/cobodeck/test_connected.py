@@ -568,6 +568,22 @@ def test_garbage_from_a_driver_is_not_let_in_and_ends_what_moves() -> None:
     assert plant.parts["stop_line"].reason == "part base: WrongSample"
 
 
+def test_a_sample_that_its_part_announces_is_heard_and_recorded_though_no_chart_knows_it() -> None:
+    class Bulb:
+        signals = ("lamp.bulb",)
+
+        def samples(self, now_ns: int) -> list[Sample]:
+            return []
+
+    inlet, heard = Inlet(Board(declare([])), {"lamp": Bulb()}), list[Sample]()
+    inlet.listen("lamp.bulb", lambda sample, _: heard.append(sample))
+    inlet.give(Sample("lamp.bulb", 0, "warm"), 0)
+
+    assert [sample.value for sample in heard] == ["warm"]
+    with pytest.raises(WrongSample, match=r"lamp\.blub.*no signal of this name is declared"):
+        inlet.give(Sample("lamp.blub", 0, "warm"), 0)
+
+
 def test_a_stamp_that_is_ahead_is_not_let_in() -> None:
     board = Board(declare([Measured("base.pose", Pose2)]))
     inlet = Inlet(board)
