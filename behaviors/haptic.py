@@ -7,7 +7,7 @@ from collections.abc import Generator, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from behaviors.keys import HAPTIC_POSES
-from behaviors.settings import HapticSettings, Settings
+from behaviors.settings import CloseSettings, HapticSettings, Settings
 from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine.state import Action, Context, Monitor, On, Run, Yielded
 from hw.geometry import Pose2, Pose3, wrap
@@ -32,17 +32,22 @@ def all_poses(haptic: HapticSettings, deep: Pose3) -> Iterator[Pose2]:
     return (_pose(deep, haptic.radius, angle) for angle in haptic.angles)
 
 
+def round_poses(close: CloseSettings, deep: Pose3) -> Iterator[Pose2]:
+    """All poses of the second choice, all round the DEEP."""
+    radii = range(math.floor((close.outer - close.inner) / close.step + 1e-9) + 1)
+    angles = range(math.ceil(math.tau / close.turn - 1e-9))
+    return (
+        _pose(deep, close.inner + close.step * i, close.turn * k) for i in radii for k in angles
+    )
+
+
 def close_poses(now: Situation, deep: Pose3) -> tuple[Pose2, ...]:
-    """The free poses of the second choice: all round the DEEP, with what Escape keeps clear."""
+    """The free poses of the second choice, with what Escape keeps clear."""
     close, planner = now.settings.haptic.close, now.planners[CLOSE]
     if close is None:
         return ()
-    radii = range(math.floor((close.outer - close.inner) / close.step + 1e-9) + 1)
-    angles = range(math.ceil(math.tau / close.turn - 1e-9))
-    found = (
-        _pose(deep, close.inner + close.step * i, close.turn * k) for i in radii for k in angles
-    )
-    return tuple(pose for pose in outside(now, CLOSE, found) if planner.is_free((pose.x, pose.y)))
+    found = outside(now, CLOSE, round_poses(close, deep))
+    return tuple(pose for pose in found if planner.is_free((pose.x, pose.y)))
 
 
 def _pose(deep: Pose3, radius: float, angle: float) -> Pose2:
@@ -71,6 +76,13 @@ def is_blocked(now: Situation, deep: Pose3) -> bool:
     ends, radii = now.environment.workspace.held(deep)
     lines = ends[:, :, :2].reshape(-1, 4).tolist()
     return any(room.way_clearance(*line) < r for line, r in zip(lines, radii, strict=True))
+
+
+def is_walled(now: Situation, poses: tuple[Pose2, ...], deep: Pose3) -> bool:
+    """True if only walls keep the prop from the DEEP, from whichever of these poses."""
+    arm = now.environment.workspace
+    near = within_reach(now, poses, deep)
+    return bool(near) and not arm.reached(near, deep, walled=True).any()
 
 
 def poses(settings: Settings, planner: GlobalPlanner, deep: Pose3) -> tuple[Pose2, ...]:
@@ -153,9 +165,10 @@ class ChooseHapticPose(Action):
     by the exact reach of the arm. `close`: none of these will do, but one of the profile's `close`
     ones, with the distances from walls and user that Escape keeps.
 
-    `deep_blocked`: the DEEP is in or behind a wall, or so near to one that the prop would touch it.
-    `no_pose`: no rover pose is free. `out_of_reach`: the arm reaches the DEEP from none that is.
-    `no_way`: walls or the user cut off those from which it would.
+    `deep_blocked`: the DEEP is in or behind a wall, or so near to one that the prop would touch it,
+    or that they leave the arm no room. `no_pose`: no rover pose is free. `out_of_reach`: the arm
+    reaches the DEEP from none that is. `no_way`: walls or the user cut off those from which it
+    would.
     """
 
     outcomes = ("chosen", "close", "deep_blocked", "no_pose", "no_way", "out_of_reach")
@@ -166,7 +179,7 @@ class ChooseHapticPose(Action):
         now = yield from _now(ctx, "haptic")
         if is_blocked(now, deep):
             return "deep_blocked"
-        free = near = outside(now, "haptic", ctx.value(HAPTIC_POSES) or ())
+        free = outside(now, "haptic", ctx.value(HAPTIC_POSES) or ())
         times = reachable(now, "haptic", free)
         best = best_pose(now, times, deep)
         if best is not None:
@@ -186,7 +199,9 @@ class ChooseHapticPose(Action):
                 times |= ways
         if not free:
             return "no_pose"
-        return "out_of_reach" if times or not near else "no_way"
+        if is_walled(now, tuple(times), deep):
+            return "deep_blocked"
+        return "no_way" if within_reach(now, free, deep) else "out_of_reach"
 
 
 def _now(ctx: Context, name: SubsystemName) -> Generator[Yielded, None, Situation]:

@@ -133,6 +133,7 @@ NOTHING: Mapping[str, Any] = {
     "served": None,
     "refused": None,
     "refusals": {},
+    "refused_requests": [],
     "response_s": dict.fromkeys(("mean", "sd", "min", "max")),
     "prop_error_m": dict.fromkeys(("mean", "max")),
     "prop_error_rad": dict.fromkeys(("mean", "max")),

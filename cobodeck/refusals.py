@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple
 
 from engine.machine import Box
 from engine.run import ChartRun
+from hw.geometry import Pose2, Pose3
 
-Interval = tuple[int, int]
-"""When a request began and ended, ns."""
+
+class Unserved(NamedTuple):
+    """A request that was not served: when it began and ended, ns; its DEEP, and who asked."""
+
+    begin: int
+    end: int
+    deep: Pose3
+    user: Pose2 | None
+
 
 IN_TIME = "not served in time"
 """Reason if no Haptic ended early: the user let go, or the run ended, before the prop arrived."""
 
+TOO_NEAR, NO_POSE = "DEEP in, behind or too near a wall", "no Haptic pose"
+WALLED = (TOO_NEAR, NO_POSE)
+"""Reasons by which walls are in the way."""
 REASONS: Mapping[str, str] = {
-    "deep_blocked": "DEEP in or behind a wall",
-    "no_pose": "no Haptic pose",
+    "deep_blocked": TOO_NEAR,
+    "no_pose": NO_POSE,
     "no_way": "Haptic poses cut off",
     "out_of_reach": "DEEP out of reach",
     "no_path": "no path to the Haptic pose",
@@ -37,16 +49,15 @@ BROKEN_OFF: Mapping[str, str] = {
 """Reason for a Haptic that was broken off, by its outcome."""
 
 
-def refusals(run: ChartRun, unserved: Iterable[Interval]) -> dict[str, int]:
-    """The number of unserved requests by reason.
+def refused(run: ChartRun, unserved: Iterable[Unserved]) -> Iterator[tuple[Unserved, str]]:
+    """The unserved requests, each with its reason.
 
-    A request counts once, with the last Haptic that ended early during it; `IN_TIME` if none did.
+    It is that of the last Haptic that ended early during the request; `IN_TIME` if none did.
     """
-    failed, found = failures(run), dict[str, int]()
-    for begin, end in unserved:
-        reason = next((r for time, r in reversed(failed) if begin <= time <= end), IN_TIME)
-        found[reason] = found.get(reason, 0) + 1
-    return found
+    failed = failures(run)
+    for one in unserved:
+        within = (reason for time, reason in reversed(failed) if one.begin <= time <= one.end)
+        yield one, next(within, IN_TIME)
 
 
 def failures(run: ChartRun) -> list[tuple[int, str]]:

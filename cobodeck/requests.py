@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cobodeck.figures import spread
-from cobodeck.refusals import Interval
+from cobodeck.refusals import Unserved
 from hw.geometry import Pose2, Pose3
 from hw.samples import Joints
 from hw.truth import Truth
@@ -29,8 +29,7 @@ class RequestWatch:
 
     `prop_of` computes the prop's pose in the map from base and joints; None for a robot without an
     arm, which serves nothing. `heard`: a signal of requests flows. `response_s` and `prop_errors`
-    (m and rad, taken once the arm stands) are of served requests; `unserved` are the intervals of
-    the others, ns.
+    (m and rad, taken once the arm stands) are of served requests; `unserved` are the others.
     """
 
     prop_of: PropOf | None = None
@@ -38,9 +37,10 @@ class RequestWatch:
     requests: int = 0
     response_s: list[float] = field(default_factory=list)
     prop_errors: list[tuple[float, float]] = field(default_factory=list)
-    unserved: list[Interval] = field(default_factory=list)
+    unserved: list[Unserved] = field(default_factory=list)
     _requested: Pose3 | None = None
     _since: int | None = None
+    _user: Pose2 | None = None
     _settling: bool = False
     _still_since: int | None = None
     _seen: bool = False
@@ -53,7 +53,7 @@ class RequestWatch:
             self._requested = deep
             if deep is not None:
                 self.requests += 1
-                self._since = now_ns
+                self._since, self._user = now_ns, truth.body
         base, joints, prop_of = truth.base, truth.joints, self.prop_of
         if base is None or joints is None or prop_of is None:
             return
@@ -80,8 +80,8 @@ class RequestWatch:
     def end(self, now_ns: int) -> None:
         """End the current request, if there is one; it counts as unserved unless it was served."""
         self._settling = False
-        if self._since is not None:
-            self.unserved.append((self._since, now_ns))
+        if self._since is not None and self._requested is not None:
+            self.unserved.append(Unserved(self._since, now_ns, self._requested, self._user))
             self._since = None
 
     def report(self) -> dict[str, Any]:

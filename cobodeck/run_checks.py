@@ -5,6 +5,7 @@ from __future__ import annotations
 from cobodeck.console import FAILED, Problem
 from cobodeck.setup import Setup
 from engine.clock import TickGrid
+from states.subsystems import QUARTER
 
 
 def refuse_blind_robot(setup: Setup) -> None:
@@ -23,15 +24,30 @@ def refuse_blind_robot(setup: Setup) -> None:
 
 
 def refuse_small_floor(setup: Setup) -> None:
-    """Check that all behaviours have room (R124).
+    """Check that all behaviours have room (R124), or as much as the profile is content with.
 
     Raises:
         Problem: the floor is too small.
     """
+    quarter = setup.profile.navigation.quarter
+    found = _shortcoming(setup, quarter)
+    if found is not None and setup.scene is not None:
+        hint = "to run all the same, set the radius that has to do, --set 'navigation.quarter=2 m'"
+        raise Problem(f"scene {setup.scene.name}: {found}\n{hint}", FAILED)
+
+
+def small_floor(setup: Setup) -> str | None:
+    """Why the floor is too small for all behaviours where the profile is content with less."""
+    if setup.profile.navigation.quarter >= QUARTER:
+        return None
+    return _shortcoming(setup, QUARTER)
+
+
+def _shortcoming(setup: Setup, quarter: float) -> str | None:
     from states.floors.space import Floor, shortcoming
 
     if setup.place is None or setup.scene is None:
-        return
+        return None
     floor: Floor
     if setup.place.map is None:
         from states.floors.floor_plan import RoomFloor
@@ -41,9 +57,7 @@ def refuse_small_floor(setup: Setup) -> None:
         from states.floors.floor_cells import MapFloor
 
         floor = MapFloor(setup.place.map)
-    found = shortcoming(floor, setup.profile.navigation.haptic.inflation)
-    if found is not None:
-        raise Problem(f"scene {setup.scene.name}: {found}", FAILED)
+    return shortcoming(floor, setup.profile.navigation.haptic.inflation, quarter)
 
 
 def latency_ns(setup: Setup) -> int:

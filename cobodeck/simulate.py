@@ -15,8 +15,8 @@ from cobodeck.localization import LocalizationWatch
 from cobodeck.loop import Loop
 from cobodeck.metrics import Evaluator
 from cobodeck.options import Options
-from cobodeck.refusals import refusals
-from cobodeck.run_checks import refuse_small_floor
+from cobodeck.refused_requests import refusal_figures
+from cobodeck.run_checks import refuse_small_floor, small_floor
 from cobodeck.separation import SeparationWatch
 from cobodeck.setup import Setup
 from cobodeck.stage import localizing, stage
@@ -128,6 +128,7 @@ def figures_of(
         "user": options.user or (None if setup.scene is None else setup.scene.user),
         "profile": setup.profile.name,
         "set": list(setup.profile.sets),
+        "small_floor": small_floor(setup) if options.tier else None,
         "mount_error": _mount_error(setup, options),
         "tier": options.tier,
         "seed": options.seed,
@@ -146,7 +147,7 @@ def figures_of(
         "transitions": sum(record.kind == "move" for record in run.trace),
         "trace_sha256": run.trace.sha256(),
         **escape_figures(run),
-        **(_judged(loop) if options.tier else NOTHING),
+        **(_judged(setup, loop) if options.tier else NOTHING),
         **_manner(setup, options, loop),
         "overruns": loop.overruns,
         "signals": {
@@ -190,7 +191,7 @@ def _manner(setup: Setup, options: Options, loop: Loop) -> dict[str, Any]:
     }
 
 
-def _judged(loop: Loop) -> dict[str, Any]:
+def _judged(setup: Setup, loop: Loop) -> dict[str, Any]:
     """Figures of robot and person, without those that do not exist or cannot be known."""
     guard = loop.plant.guard
     found: dict[str, Any] = {"localization": None, "stuck": None}
@@ -210,7 +211,7 @@ def _judged(loop: Loop) -> dict[str, Any]:
             observer.finish()
             found |= observer.report()
             if observer.person:
-                found["refusals"] = refusals(loop.wired.run, observer.requests.unserved)
+                found |= refusal_figures(setup, loop.wired.run, observer.requests.unserved)
     faults: list[str] = getattr(loop.plant.parts.get("operator"), "faults", [])
     found["faults"] = len(faults)
     found["fault_names"] = {name: faults.count(name) for name in dict.fromkeys(faults)}

@@ -43,6 +43,7 @@ def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None)
 def _person_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [
         ("requests served", _served(f)),
+        *_walled(f),
         ("response", _spread(f["response_s"], "s")),
         ("beside the user", _share(f)),
         ("escapes", f"{f['escapes']}, of which {f['escape_failures']} failed"),
@@ -72,6 +73,8 @@ def _robot_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
         rows.insert(0, ("travelled", f"{f['distance_m']:.1f} m{energy}"))
     if f.get("localization") is not None:
         rows.append(("pose of the robot", _localization(f["localization"])))
+    if f.get("small_floor"):
+        rows.append(("floor", f["small_floor"]))
     if f.get("mount_error"):
         rows.append(("true mounts", _mounts(f["mount_error"])))
     if not f.get("person_watched", True):
@@ -172,6 +175,24 @@ def _served(f: Mapping[str, Any]) -> str:
         return "-"
     refused = (f"; {count} refused: {reason}" for reason, count in f["refusals"].items())
     return f"{_known(f['served'])} of {f['requests']}{''.join(refused)}"
+
+
+def _walled(f: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """DEEPs that walls kept the prop from, with their distance from the wall, and what it needs."""
+    found = [one for one in f["refused_requests"] if one["wall"]]
+    rows = [("", _beside_wall(one)) for one in found[:SHOWN]]
+    return [*rows, *([("", f"and {len(found) - SHOWN} more")] if len(found) > SHOWN else [])]
+
+
+def _beside_wall(one: Mapping[str, Any]) -> str:
+    wall = one["wall"]
+    text = f"DEEP at ({one['x']:.1f}, {one['y']:.1f}): {wall['gap']:.2f} m from the wall at "
+    text += f"({wall['x']:.1f}, {wall['y']:.1f})"
+    if wall["needed"] is None:
+        return f"{text}; walls around leave the robot no room"
+    if wall["needed"] <= wall["gap"]:
+        return f"{text}; a wall or the user stands between"
+    return f"{text}; the robot needs {wall['needed']:.2f} m there"
 
 
 def _spread(values: Mapping[str, float | None], unit: str) -> str:

@@ -181,6 +181,16 @@ def distance_to_segment(x: float, y: float, segment: Segment) -> float:
     return math.hypot(x - x1 - along * dx, y - y1 - along * dy)
 
 
+def foot(x: float, y: float, segment: Segment) -> Point:
+    """The point of a segment next to a point, m."""
+    x1, y1, x2, y2 = segment
+    dx, dy = x2 - x1, y2 - y1
+    length = math.hypot(dx, dy)
+    along = ((x - x1) * dx + (y - y1) * dy) / length**2 if length else 0.0
+    share = min(1.0, max(0.0, along))
+    return x1 + share * dx, y1 + share * dy
+
+
 def _on_one_line(ring: Ring) -> bool:
     far = max(ring, key=lambda corner: math.dist(ring[0], corner))
     line = (*ring[0], *far)

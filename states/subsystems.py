@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal, get_args
 
@@ -12,6 +13,8 @@ from engine.files.values import Range, above_0
 SubsystemName = Literal["chase", "haptic", "escape"]
 Localization = Literal["combined", "amcl"]
 """Scan matching with particles, filter and trackers combined; or AMCL alone, as in the paper."""
+QUARTER = 4.0
+"""All behaviours fit into a quarter of a circle of this radius around the user, m (R124)."""
 SUBSYSTEMS: tuple[SubsystemName, ...] = get_args(SubsystemName)
 
 
@@ -53,29 +56,28 @@ class Subsystem:
 
 @dataclass(frozen=True, slots=True)
 class Navigation:
-    """The subsystems by name; Escape goes before Haptic before Chase (R71)."""
+    """The subsystems by name; Escape goes before Haptic before Chase (R71).
+
+    `quarter`: radius of the quarter of a circle that a floor must have room for, m (R124); on a
+    smaller floor the behaviours are refused.
+    """
 
     chase: Subsystem
     haptic: Subsystem
     escape: Subsystem
+    quarter: Annotated[Length, above_0(10.0)] = QUARTER
 
     def capped(self, speed: float) -> Navigation:
         """A copy with no subsystem faster than this, m/s."""
-        return Navigation(
-            *(
-                replace(s, max_speed=min(s.max_speed, speed))
-                for s in (self.chase, self.haptic, self.escape)
-            )
-        )
+        return self._each(lambda s: replace(s, max_speed=min(s.max_speed, speed)))
 
     def on_cells(self) -> Navigation:
         """A copy with `theta_star` in place of `exact`."""
-        return Navigation(
-            *(
-                replace(s, planner="theta_star") if s.planner == "exact" else s
-                for s in (self.chase, self.haptic, self.escape)
-            )
-        )
+        return self._each(lambda s: replace(s, planner="theta_star") if s.planner == "exact" else s)
+
+    def _each(self, change: Callable[[Subsystem], Subsystem]) -> Navigation:
+        chase, haptic, escape = map(change, (self.chase, self.haptic, self.escape))
+        return replace(self, chase=chase, haptic=haptic, escape=escape)
 
     def named(self, name: SubsystemName) -> Subsystem:
         """The subsystem of this name."""

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
 from hw.geometry import Pose2
 from hw.people.person import RADIUS
 from hw.robot import Footprint
-from hw.room import Room, Segment
+from hw.room import Room, Segment, foot
 from hw.scene import Scene
 from hw.sim.contact import gap, rectangle_segment_distance
 from hw.things import named
@@ -56,7 +55,7 @@ def nearest_wall(room: Room, footprint: Footprint, robot: Pose2) -> Nearby:
         return rectangle_segment_distance(length, width, start, end)
 
     away, wall = min((distance(wall), wall) for wall in room.segments)
-    return Nearby(away, WALL, *_foot(wall, robot))
+    return Nearby(away, WALL, *foot(robot.x, robot.y, wall))
 
 
 def _bodies(
@@ -69,13 +68,3 @@ def _bodies(
         place = thing.place(now_ns)
         if place is not None:
             yield Nearby(gap(footprint, robot, *place, thing.body.radius), what, *place)
-
-
-def _foot(wall: Segment, robot: Pose2) -> tuple[float, float]:
-    """The point of a wall that is next to the robot's centre, m."""
-    x1, y1, x2, y2 = wall
-    dx, dy = x2 - x1, y2 - y1
-    length = math.hypot(dx, dy)
-    along = ((robot.x - x1) * dx + (robot.y - y1) * dy) / length**2 if length else 0.0
-    share = min(1.0, max(0.0, along))
-    return x1 + share * dx, y1 + share * dy

@@ -270,9 +270,15 @@ class Workspace:
                 best, most = i, share
         return best
 
-    def reached(self, poses: Sequence[Pose2], deep: Pose3) -> NDArray[np.bool_]:
-        """True for rover poses from which the prop would reach map_from_deep in an empty room."""
-        return Reach(self.nominal, self.solid).reached(poses, deep, ReachPlace())
+    def reached(
+        self, poses: Sequence[Pose2], deep: Pose3, *, walled: bool = False
+    ) -> NDArray[np.bool_]:
+        """True for rover poses from which the prop would reach map_from_deep with nobody there.
+
+        In an empty room or, with `walled`, among the walls of this one.
+        """
+        place = ReachPlace(self.walls if walled else ())
+        return Reach(self.nominal, self.solid).reached(poses, deep, place)
 
     def held(self, deep: Pose3) -> tuple[Array, Array]:
         """Flange and prop with the prop at map_from_deep, whatever the rest of the arm does.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hw.compiled import compiled
-from states.floors.space import LEAST_PIECE, Passage
+from states.floors.space import LEAST_PIECE, Obstacle, Passage, Quarter, obstacle_in
 from states.maps.cells import Mask
 from states.maps.distance import distances
 from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap
@@ -102,22 +102,55 @@ class MapFloor:
         found[inside] = self.usable(clearance)[row[inside], column[inside]]
         return found
 
-    def has_quarter(self, inflation: float, reach: float) -> bool:
+    def quarter(self, inflation: float, radius: float) -> Quarter | None:
         """Tried every 15 degrees and in each cell: a quarter fits if it covers no unusable cell."""
         from scipy.signal import correlate
 
-        cells = round(reach / self.map.resolution)
+        cells = round(radius / self.map.resolution)
         used = self.usable(inflation)
         if not used.any():
-            return False
+            return None
         rows, columns = (slice(i.min(), i.max() + 1) for i in np.nonzero(used))
         blocked = np.pad(~used[rows, columns], cells, constant_values=True).astype(np.float64)
         for turn in range(_ANGLES):
-            sector = _quarter(cells, math.tau * turn / _ANGLES)
-            inside = correlate(blocked, sector, mode="valid", method="fft")
+            angle = math.tau * turn / _ANGLES
+            inside = correlate(blocked, _quarter(cells, angle), mode="valid", method="fft")
             if inside.min() < 0.5:
-                return True
-        return False
+                row, column = divmod(int(inside.argmin()), inside.shape[1])
+                corner, size = self.map.map_from_corner, self.map.resolution
+                middle = (columns.start + column + 0.5) * size, (rows.start + row + 0.5) * size
+                return Quarter(*corner.transform(*middle), angle + corner.yaw, radius)
+        return None
+
+    def obstacles_at(self, quarter: Quarter, inflation: float) -> tuple[Obstacle, ...]:
+        """Groups of occupied cells that touch each other."""
+        import shapely
+        from scipy.ndimage import find_objects, label
+
+        labels, _ = label(self.map.values >= OCCUPIED, structure=np.ones((3, 3)))
+        rows, columns = np.nonzero(labels)
+        x, y = self._places(rows.astype(np.float64) + 0.5, columns.astype(np.float64) + 0.5)
+        away = shapely.distance(shapely.Polygon(quarter.corners()), shapely.points(x, y))
+        near = np.unique(labels[rows, columns][away < inflation])
+        boxes = find_objects(labels)
+        found = [self._obstacle(*boxes[number - 1]) for number in near.tolist()]
+        return tuple(
+            sorted(found, key=lambda one: math.hypot(one.x - quarter.x, one.y - quarter.y))
+        )
+
+    def _obstacle(self, rows: slice, columns: slice) -> Obstacle:
+        x, y = self._places(
+            np.array([rows.start, rows.stop, rows.start, rows.stop], np.float64),
+            np.array([columns.start, columns.start, columns.stop, columns.stop], np.float64),
+        )
+        return obstacle_in((x.min(), y.min(), x.max(), y.max()))
+
+    def _places(self, rows: Array, columns: Array) -> tuple[Array, Array]:
+        """Places in the map, m, of rows and columns counted in cells from the corner."""
+        corner, size = self.map.map_from_corner, self.map.resolution
+        c, s = math.cos(corner.yaw), math.sin(corner.yaw)
+        x, y = size * columns, size * rows
+        return corner.x + c * x - s * y, corner.y + s * x + c * y
 
     def _labels(self, inflation: float) -> RegionLabels:
         """The number of each cell's piece, from 1; 0 for none."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from hw.room import Room
 from states.floors.passages import closed_passages, sides_of
-from states.floors.space import LEAST_PIECE, Corners, Passage
+from states.floors.space import LEAST_PIECE, Corners, Obstacle, Passage, Quarter, obstacle_in
 from states.navigation.clearance import TOLERANCE, Array
 
 Geometry = Any  # shapely carries no types
@@ -80,7 +80,7 @@ class RoomFloor:
         found: NDArray[np.bool_] = shapely.intersects_xy(self.usable(clearance), x, y)
         return found
 
-    def has_quarter(self, inflation: float, reach: float) -> bool:
+    def quarter(self, inflation: float, radius: float) -> Quarter | None:
         """Tried along all long sides and every 5 degrees, to 1 cm.
 
         A quarter holds a disc of (sqrt(2) - 1) times its radius: without room for that disc it
@@ -88,22 +88,30 @@ class RoomFloor:
         Minkowski sum of the side and the reflected quarter.
         """
         left = self.usable(inflation).simplify(_COARSE)
-        disc_in_quarter = (math.sqrt(2.0) - 1.0) * (reach - _FIT_SLACK)
-        if _largest_radius(left) < disc_in_quarter - _FIT_SLACK:
-            return False
+        disc_in_quarter = (math.sqrt(2.0) - 1.0) * (radius - _FIT_SLACK)
+        if left.is_empty or _largest_radius(left) < disc_in_quarter - _FIT_SLACK:
+            return None
         sides = sides_of(left).reshape(-1, 2, 1, 2)
         for angle in _angles(self.room):
-            sector = _quarter(reach - _FIT_SLACK, angle)
+            sector = Quarter(0.0, 0.0, angle, radius - _FIT_SLACK).corners()
             swept = (sides - sector).reshape(len(sides), -1, 2)
             blocked = shapely.union_all(shapely.convex_hull(shapely.multipoints(swept)))
-            if not left.difference(blocked).is_empty:
-                return True
-        return False
+            centres = left.difference(blocked)
+            if not centres.is_empty:
+                centre = centres.representative_point()
+                return Quarter(centre.x, centre.y, angle, radius)
+        return None
+
+    def obstacles_at(self, quarter: Quarter, inflation: float) -> tuple[Obstacle, ...]:
+        """Walls and columns within the room; of the outer wall there is none."""
+        sector = shapely.Polygon(quarter.corners())
+        rings = [shapely.Polygon(ring) for ring in self.room.obstacles]
+        near = [ring for ring in rings if ring.distance(sector) < inflation - _FIT_SLACK]
+        near.sort(key=shapely.Point(quarter.x, quarter.y).distance)
+        return tuple(obstacle_in(ring.bounds) for ring in near)
 
 
 def _largest_radius(area: Geometry) -> float:
-    if area.is_empty:
-        return 0.0
     return float(shapely.maximum_inscribed_circle(area, tolerance=0.5 * _FIT_SLACK).length)
 
 
@@ -118,10 +126,3 @@ def _angles(room: Room) -> Iterator[float]:
     for angle in (*sorted(walls), *steps):
         for quarter in range(4):
             yield angle + 0.5 * math.pi * quarter
-
-
-def _quarter(reach: float, angle: float) -> Array:
-    """Corners of a quarter of a circle around the origin, (n, 2)."""
-    angles = angle + np.linspace(0.0, 0.5 * math.pi, 19)
-    arc = reach * np.column_stack((np.cos(angles), np.sin(angles)))
-    return np.concatenate([np.zeros((1, 2)), arc])

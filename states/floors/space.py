@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 import numpy as np
@@ -17,14 +17,17 @@ from numpy.typing import NDArray
 from hw.people.person import RADIUS
 from hw.room import Point
 from states.navigation.clearance import Array
+from states.subsystems import QUARTER
 
 Corners = Literal["round", "square"]
 """Shape of the inflation around corners: a circle, or its bounding square (R118)."""
 
-REACH = 4.0
-"""All behaviours fit into a quarter of a circle of this radius around the user, m (R124)."""
 LEAST_PIECE = 0.05
 """Smaller pieces of the usable floor are ignored, m2."""
+LISTED = 3
+"""Number of obstacles that are named one by one."""
+_FINE = 0.05  # to which the radius of the largest quarter is found, m
+_WALL = 3.0  # what is longer is called a wall, m
 _TURN = 2.0 * math.pi
 
 
@@ -41,6 +44,43 @@ class Passage:
         """The middle of the narrowest line."""
         (x1, y1), (x2, y2) = self.start, self.end
         return 0.5 * (x1 + x2), 0.5 * (y1 + y2)
+
+
+@dataclass(frozen=True, slots=True)
+class Quarter:
+    """A quarter of a circle: its centre and radius, m, and the angle at which it begins, rad."""
+
+    x: float
+    y: float
+    angle: float
+    radius: float
+
+    def corners(self) -> Array:
+        """It as a polygon, (20, 2): the centre, then points of the arc."""
+        angles = self.angle + np.linspace(0.0, 0.5 * math.pi, 19)
+        x = self.x + self.radius * np.cos(angles)
+        y = self.y + self.radius * np.sin(angles)
+        return np.column_stack((np.append(self.x, x), np.append(self.y, y)))
+
+
+@dataclass(frozen=True, slots=True)
+class Obstacle:
+    """The middle and the sides of the box around an obstacle, m."""
+
+    x: float
+    y: float
+    width: float
+    depth: float
+
+    def __str__(self) -> str:
+        kind = "a wall" if max(self.width, self.depth) > _WALL else "an obstacle"
+        return f"{kind} of {self.width:.2g} x {self.depth:.2g} m at ({self.x:.1f}, {self.y:.1f})"
+
+
+def obstacle_in(bounds: tuple[float, float, float, float]) -> Obstacle:
+    """The obstacle that fills x_min, y_min, x_max, y_max, m."""
+    x_low, y_low, x_high, y_high = bounds
+    return Obstacle(0.5 * (x_low + x_high), 0.5 * (y_low + y_high), x_high - x_low, y_high - y_low)
 
 
 class Floor(Protocol):
@@ -72,8 +112,12 @@ class Floor(Protocol):
         """True for places on the free floor at least `clearance` from walls; any array shape."""
         ...
 
-    def has_quarter(self, inflation: float, reach: float) -> bool:
-        """True if a quarter of a circle of radius `reach`, m, fits in at some place and angle."""
+    def quarter(self, inflation: float, radius: float) -> Quarter | None:
+        """A quarter of a circle of this radius, m, that fits in at some place and angle."""
+        ...
+
+    def obstacles_at(self, quarter: Quarter, inflation: float) -> tuple[Obstacle, ...]:
+        """What stands nearer to a quarter than the inflation, nearest to its centre first."""
         ...
 
 
@@ -110,7 +154,7 @@ def measure(floor: Floor, inflation: float) -> Space:
     )
 
 
-def smallest_square(inflation: float, reach: float = REACH) -> float:
+def smallest_square(inflation: float, reach: float = QUARTER) -> float:
     """Side of the smallest square room in which all behaviours fit, m (R124).
 
     The quarter of a circle is as wide as its radius; the inflation is added at both walls.
@@ -118,16 +162,35 @@ def smallest_square(inflation: float, reach: float = REACH) -> float:
     return reach + 2.0 * inflation
 
 
-def shortcoming(floor: Floor, inflation: float, reach: float = REACH) -> str | None:
+def shortcoming(floor: Floor, inflation: float, reach: float = QUARTER) -> str | None:
     """Why the floor is too small for all behaviours; None if it is large enough (R124)."""
-    if floor.has_quarter(inflation, reach):
+    if floor.quarter(inflation, reach) is not None:
         return None
     x_low, y_low, x_high, y_high = floor.bounds
     side = smallest_square(inflation, reach)
     return (
         f"the floor of {x_high - x_low:.4g} x {y_high - y_low:.4g} m is too small for all "
         f"behaviours: kept {inflation:g} m from walls, the robot has no quarter of a circle of "
-        f"{reach:g} m about the user; a square room needs {side:.4g} x {side:.4g} m"
+        f"{reach:g} m about the user{_largest(floor, inflation, reach)}; an empty square room "
+        f"needs {side:.4g} x {side:.4g} m"
+    )
+
+
+def _largest(floor: Floor, inflation: float, reach: float) -> str:
+    """The largest quarter that there is, and what stands in the way of a larger one there."""
+    best, too_large = None, reach
+    while too_large - (best.radius if best else 0.0) > _FINE:
+        radius = 0.5 * (too_large + (best.radius if best else 0.0))
+        found = floor.quarter(inflation, radius)
+        best, too_large = (best, radius) if found is None else (found, too_large)
+    if best is None:
+        return ""
+    near = floor.obstacles_at(replace(best, radius=reach), inflation)
+    named = ", ".join(str(obstacle) for obstacle in near[:LISTED])
+    more = f" and {len(near) - LISTED} more" if len(near) > LISTED else ""
+    return (
+        f"; the largest is of {best.radius:.1f} m, at ({best.x:.1f}, {best.y:.1f}), and in its way "
+        f"{'is' if len(near) == 1 else 'are'} {named or 'the outer walls'}{more}"
     )
 
 

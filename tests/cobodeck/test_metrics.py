@@ -213,7 +213,10 @@ def test_what_is_not_served_is_refused_with_its_times_also_at_the_end(course: Co
 
     figures = course.seen.report()
     assert (figures["requests"], figures["served"], figures["refused"]) == (3, 1, 2)
-    assert course.requests.unserved == [(1 * SECOND, 4 * SECOND), (9 * SECOND, 11 * SECOND)]
+    assert course.requests.unserved == [
+        (1 * SECOND, 4 * SECOND, Pose3(1.0, 0.0, 1.5), Pose2(0.0, 0.0)),
+        (9 * SECOND, 11 * SECOND, Pose3(1.0, 0.0, 1.5), Pose2(0.0, 0.0)),
+    ]
 
 
 @pytest.mark.requirement(91)

@@ -102,7 +102,8 @@ def test_a_room_of_five_metres_is_refused_with_a_sentence_and_one_of_six_is_not(
 
     assert small["shortcoming"] == (
         "the floor of 5 x 5 m is too small for all behaviours: kept 1 m from walls, the robot has "
-        "no quarter of a circle of 4 m about the user; a square room needs 6 x 6 m"
+        "no quarter of a circle of 4 m about the user; the largest is of 3.0 m, at (1.0, 1.0), and "
+        "in its way are the outer walls; an empty square room needs 6 x 6 m"
     )
     assert small["fits_all_behaviours"] is False
     assert large["shortcoming"] is None

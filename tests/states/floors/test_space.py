@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -145,7 +146,7 @@ def test_six_metres_square_are_enough_for_all_behaviours_and_five_are_not(yaw):
     small = RoomFloor(Room(turned(box(0.0, 0.0, 5.0, 5.0), yaw)))
 
     assert shortcoming(large, 1.0) is None
-    assert "a square room needs 6 x 6 m" in shortcoming(small, 1.0)
+    assert "an empty square room needs 6 x 6 m" in shortcoming(small, 1.0)
     assert smallest_square(1.0) == 6.0
 
 
@@ -154,6 +155,33 @@ def test_a_column_in_the_only_corner_of_the_quarter_makes_a_room_too_small():
     outer = box(0.0, 0.0, 6.0, 6.0)
 
     assert shortcoming(RoomFloor(Room(outer, columns=(box(2.9, 2.9, 0.2, 0.2),))), 1.0)
+
+
+@pytest.mark.requirement(124)
+@pytest.mark.parametrize("cells", [False, True])
+def test_of_a_room_that_is_too_small_the_largest_quarter_and_what_stands_in_it_are_told(cells):
+    outer, columns = box(0.0, 0.0, 9.0, 7.0), (box(4.45, 3.2, 0.3, 0.4),)
+    floor = (
+        MapFloor(room_map(outer, columns, 0.05))
+        if cells
+        else RoomFloor(Room(outer, columns=columns))
+    )
+
+    told = shortcoming(floor, 1.0)
+    size = float(re.search(r"the largest is of ([0-9.]+) m", told)[1])
+    assert floor.quarter(1.0, size - 0.1) is not None
+    assert floor.quarter(1.0, size + 0.15) is None
+    assert "an obstacle of 0.3 x 0.4 m at (4.6, 3.4)" in told
+    assert shortcoming(floor, 1.0, size - 0.1) is None
+
+
+@settings(max_examples=20)
+@given(st.floats(0.5, 2.8), st.floats(0.0, 3.0), st.floats(0.0, 3.0))
+def test_a_quarter_that_is_found_keeps_off_walls(radius, x, y):
+    room = Room(box(0.0, 0.0, 6.0, 6.0), columns=(box(x + 1.0, y + 1.0, 0.3, 0.5),))
+    found = RoomFloor(room).quarter(1.0, radius)
+    if found is not None:
+        assert min(room.clearance(*corner) for corner in found.corners().tolist()) > 1.0 - 0.03
 
 
 @pytest.mark.requirement(124)
