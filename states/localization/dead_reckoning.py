@@ -13,6 +13,11 @@ before, over a length L and an angle A, and the yaw slips by a variance r of tha
 yaw moves the end aside by it times what is then left to the end: by r l^2 / 3 in all on a straight
 way of length l, by r L^2 / 12 on a way out and back. So r (L^2 - l^2) / 12 is added in both
 directions, since the way itself is unknown.
+
+Wheels also have an error of scale s, the same at every step: a worn or soft tyre. Along a corridor
+that shows no progress it adds up with the way, not with its root. The lever l = dp/ds is carried
+on as the pose is, l' = F l + (dx dy 0)^T, and a match of information I leaves (1 + P I)^-1 l of it.
+It adds s^2 l l^T to the covariance, as far as that is more than the slip of so long a way.
 """
 
 from __future__ import annotations
@@ -36,8 +41,14 @@ GAP = 1.0
 """Wheel samples farther apart than this leave a gap, s."""
 PACE_OVER = 30.0
 """Time over which the usual pace is averaged, s."""
+SCALE = 0.03
+"""Standard deviation of the wheels' scale, as a share."""
 UNSEEN = (0.3, 0.3)
 """Standard deviation of the motion during a reset of the odometry, m and rad."""
+
+
+NOTHING = np.zeros((3, 3))
+NOTHING.flags.writeable = False
 
 
 class DeadReckoning:
@@ -47,7 +58,7 @@ class DeadReckoning:
         metre, radian = noise.per_metre, noise.per_radian
         self._noise = (metre[0], metre[2], radian[0], radian[2])
         self._pose: Pose2 | None = None
-        self._covariance = np.zeros((3, 3))
+        self._covariance, self._lever = np.zeros((3, 3)), np.zeros(3)
         self._odom_from_base = Pose2(0.0, 0.0)
         self.slip = USUAL
         self._pace = (0.0, 0.0)
@@ -62,10 +73,36 @@ class DeadReckoning:
         self.slip *= 1.0 + WEIGHT * (surprise - 1.0)
         self.slip = min(WORST, max(1.0, self.slip))
 
-    def correct(self, map_from_base: Pose2, covariance: Array, odom_from_base: Pose2) -> None:
-        """Go on from this pose and its covariance (3, 3), where odometry has this pose."""
-        self._pose, self._covariance = map_from_base, np.array(covariance)
+    def correct(
+        self,
+        map_from_base: Pose2,
+        covariance: Array,
+        odom_from_base: Pose2,
+        information: Array | None = None,
+    ) -> None:
+        """Go on from this pose and its covariance (3, 3), where odometry has this pose.
+
+        `information` (3, 3) is that of the match which has corrected it; None: the pose is new, and
+        owes nothing to the wheels.
+        """
+        lever = np.zeros(3)
+        if information is not None and self._pose is not None:
+            _, before, lever = self._after(self._odom_from_base.inverse() @ odom_from_base)
+            gain = (before + self._by_scale(lever)) @ information
+            lever = np.asarray(np.linalg.solve(np.eye(3) + gain, lever), np.float64)
+        self._pose, self._covariance, self._lever = map_from_base, np.array(covariance), lever
         self._odom_from_base = odom_from_base
+
+    @property
+    def by_scale(self) -> Array:
+        """Covariance (3, 3) by the error of the scale, as far as it is more than that by slip."""
+        return self._by_scale(self._lever)
+
+    def _by_scale(self, lever: Array) -> Array:
+        length = math.hypot(lever[0], lever[1])
+        if SCALE**2 * length <= self.slip * self._noise[0]:
+            return NOTHING
+        return (SCALE**2 - self.slip * self._noise[0] / length) * np.outer(lever, lever)
 
     def move(self, odom_from_base: Pose2, elapsed: float, turn: float | None) -> None:
         """Take an odometry pose, `elapsed` s after the last one.
@@ -76,7 +113,9 @@ class DeadReckoning:
         yaw = moved.yaw if turn is None else turn
         unseen = self._unseen(math.hypot(moved.x, moved.y), abs(yaw), elapsed)
         if self._pose is not None:
-            self._pose, self._covariance = self._after(Pose2(moved.x, moved.y, yaw), unseen)
+            self._pose, self._covariance, self._lever = self._after(
+                Pose2(moved.x, moved.y, yaw), unseen
+            )
         self._odom_from_base = odom_from_base
 
     def _unseen(self, length: float, angle: float, elapsed: float) -> tuple[float, float]:
@@ -98,25 +137,30 @@ class DeadReckoning:
         """map_from_base and its covariance at an odometry pose; None if never corrected."""
         if self._pose is None:
             return None
-        return self._after(self._odom_from_base.inverse() @ odom_from_base)
+        pose, covariance, lever = self._after(self._odom_from_base.inverse() @ odom_from_base)
+        return pose, covariance + self._by_scale(lever)
 
-    def _after(self, moved: Pose2, unseen: tuple[float, float] = (0.0, 0.0)) -> tuple[Pose2, Array]:
+    def _after(
+        self, moved: Pose2, unseen: tuple[float, float] = (0.0, 0.0)
+    ) -> tuple[Pose2, Array, Array]:
+        """Pose, covariance and lever after a step."""
         assert self._pose is not None
-        pose, covariance = self._pose @ moved, self._covariance.copy()
+        pose, covariance, lever = self._pose @ moved, self._covariance.copy(), self._lever.copy()
         step = (pose.x - self._pose.x, pose.y - self._pose.y, moved.yaw)
-        _carry(covariance, step, unseen, self.slip, self._noise)
-        return pose, covariance
+        _carry(covariance, lever, step, unseen, self.slip, self._noise)
+        return pose, covariance, lever
 
 
 @compiled
 def _carry(
     covariance: Array,
+    lever: Array,
     step: tuple[float, float, float],
     unseen: tuple[float, float],
     slip: float,
     noise: tuple[float, float, float, float],
 ) -> None:
-    """Carry a covariance on by a step in place; Q is equal along and across, so R drops out."""
+    """Carry covariance and lever on by a step, in place; Q is equal in all directions: no R."""
     p, (dx, dy, turn) = covariance, step
     straight = math.hypot(dx, dy)
     way = straight + unseen[0]
@@ -136,4 +180,6 @@ def _carry(
     p[0, 2] -= 0.5 * yaw * dy
     p[1, 2] += 0.5 * yaw * dx
     p[2, 2] += yaw
+    lever[0] += dx - dy * lever[2]
+    lever[1] += dy + dx * lever[2]
     p[1, 0], p[2, 0], p[2, 1] = p[0, 1], p[0, 2], p[1, 2]

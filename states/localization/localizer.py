@@ -103,7 +103,7 @@ class Localizer:
         if self.pose is None:
             return np.diag([math.inf] * 3)
         assert self._known is not None  # there is a pose
-        known: Array = self._known[1] + self._matcher.floor
+        known: Array = self._known[1] + self._matcher.floor + self._wheels.by_scale
         return known + DOUBT if self._health.mode == "doubtful" else known
 
     @property
@@ -229,7 +229,7 @@ class Localizer:
             # predictions without wheels are poor: a match far from one is no reason for doubt
             gated = self._wheels.believed and leaps(found, *predictions[0])
             self._fusion.scan(stamp_ns, pose, found.information, gated=gated)
-            self._anchor(stamp_ns)
+            self._anchor(stamp_ns, found.information)
         supported = health.mode != "doubtful" or self._search.supports(pose)
         if health.take(stamp_ns, found, supported=supported):
             here = self._fusion.at(stamp_ns)
@@ -268,11 +268,11 @@ class Localizer:
         self._fusion.begin(stamp_ns, pose, covariance, velocity)
         self._wheels.corrected(stamp_ns, pose, covariance)
 
-    def _anchor(self, stamp_ns: int) -> None:
+    def _anchor(self, stamp_ns: int, information: Array) -> None:
         """Let the wheels carry the corrected pose on."""
         known = self._fusion.at(stamp_ns)
         if known is not None:
-            self._wheels.corrected(stamp_ns, *known)
+            self._wheels.corrected(stamp_ns, *known, information)
 
     # rest
 
@@ -368,7 +368,7 @@ class Localizer:
             return
         verdict = self._fusion.trackers(stamp_ns, pose, values.vive_sigma)
         if verdict.outcome in ("accepted", "reacquired"):
-            self._anchor(max(stamp_ns, self._wheels.reckoned_ns))
+            self._anchor(max(stamp_ns, self._wheels.reckoned_ns), inverse(covariance))
         health.blind(stamp_ns - self._wheels.scan_ns)
         if verdict.outcome == "rejected" and health.mode != "tracking":
             self._search.about(pose, 9.0 * covariance)

@@ -31,6 +31,8 @@ from hw.geometry import Pose2, wrap
 from states.maps.distance import Array
 from states.maps.field import Field, Table, distance_at, is_floor
 
+FEW = 4.0
+"""A direction that fewer beams than this show is as open as that along a corridor."""
 LONGEST = 0.5
 """Longest step of an iteration, m and rad."""
 _Length = Annotated[Length, Range(0.001, 5.0)]
@@ -174,6 +176,7 @@ def _matched(
         points, (x, y, yaw), table, (scale, scale, 0.0, 0.0, fits), information, gradient
     )
     inliers -= _behind_walls(points, (x, y, yaw), table, 2.0 * fits)
+    _leave_open(information)
     least = max(sigma, spread)
     for i in range(3):
         for j in range(3):
@@ -231,6 +234,30 @@ def _normal_equations(
     gradient[0], gradient[1], gradient[2] = gx, gy, gt
     spread = math.sqrt(squares / total) if total > 0.0 else 0.0
     return spread, inliers
+
+
+@compiled
+def _leave_open(information: Array) -> None:
+    """Take away what is known along a direction that fewer than `FEW` beams show: clutter may be.
+
+    `information` is in beams: its x, y block (xx xy; xy yy) has the eigenvalue
+    m - hypot(h, xy), with m and h half the sum and half the difference of xx and yy, for the
+    direction at angle a + pi/2, where 2a = atan2(xy, h). A unit vector u of it is projected out.
+    """
+    xx, xy, yy = information[0, 0], information[0, 1], information[1, 1]
+    half = 0.5 * (xx - yy)
+    if 0.5 * (xx + yy) - math.hypot(half, xy) >= FEW:
+        return
+    angle = 0.5 * math.atan2(xy, half) + 0.5 * math.pi
+    u, v = math.cos(angle), math.sin(angle)
+    for _ in range(2):  # rows, then columns of the symmetric matrix
+        for i in range(3):
+            along = u * information[i, 0] + v * information[i, 1]
+            information[i, 0] -= u * along
+            information[i, 1] -= v * along
+        for i in range(3):
+            for j in range(i):
+                information[i, j], information[j, i] = information[j, i], information[i, j]
 
 
 @compiled

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hw.geometry import Pose2, Twist2
 from states.localization.dead_reckoning import DeadReckoning
 from states.localization.gyro import Gyro
@@ -110,12 +112,25 @@ class WheelMotion:
 
     # the pose by the wheels since its last correction
 
-    def corrected(self, stamp_ns: int, map_from_base: Pose2, covariance: Array) -> None:
-        """Carry this pose on from now; covariance (3, 3) in the map."""
+    def corrected(
+        self,
+        stamp_ns: int,
+        map_from_base: Pose2,
+        covariance: Array,
+        information: Array | None = None,
+    ) -> None:
+        """Carry this pose on from now; see `DeadReckoning.correct`.
+
+        Where a match ends a long way on wheels alone, its step is no motion.
+        """
         odom_from_base = self.trail.at(stamp_ns)
-        if odom_from_base is not None:
-            self._reckoning.correct(map_from_base, covariance, odom_from_base)
-            self.reckoned_ns = stamp_ns
+        if odom_from_base is None:
+            return
+        unsure = self.by_scale
+        self._reckoning.correct(map_from_base, covariance, odom_from_base, information)
+        if np.trace(unsure) > 4.0 * np.trace(self.by_scale):
+            self.watch.restart()
+        self.reckoned_ns = stamp_ns
 
     def carried_on(self, stamp_ns: int) -> tuple[Pose2, Array] | None:
         """The corrected pose carried on to a stamp, and its covariance; None while unknown."""
@@ -123,6 +138,11 @@ class WheelMotion:
         if odom_from_base is None:
             return None
         return self._reckoning.at(odom_from_base)
+
+    @property
+    def by_scale(self) -> Array:
+        """Covariance (3, 3) that slip alone does not explain; see `DeadReckoning`."""
+        return self._reckoning.by_scale
 
     def weigh(self, off: Array, covariance: Array) -> None:
         """Learn from a match how far the wheels' prediction may be off; see `DeadReckoning`."""
