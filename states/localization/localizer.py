@@ -22,9 +22,10 @@ from hw.tracking import Tracking
 from states.localization.drift import Drift, TrackerComparison
 from states.localization.fusion import GYRO_NOISE, UNKNOWN, Fusion, covariance_of, inverse, sigma_of
 from states.localization.localizer_values import LocalizerValues
-from states.localization.match_health import LocalizerMode, MatchHealth
+from states.localization.match_health import WORSE, LocalizerMode, MatchHealth
 from states.localization.planar import SLIPPING
 from states.localization.pose_matcher import (
+    AROUND,
     LEAP,
     PoseMatcher,
     Prediction,
@@ -221,7 +222,8 @@ class Localizer:
         predictions = self._predictions(stamp_ns)
         if not predictions:
             return
-        found = self._matcher.follow(cloud, predictions, health)
+        unsure = health.is_blind(stamp_ns) and not is_sure(predictions[0][1], AROUND)
+        found = self._matcher.follow(cloud, predictions, health, unsure=unsure)
         pose = found.map_from_base
         if found.is_healthy(self._values.matching):
             self._weigh(found, *predictions[0])
@@ -231,7 +233,7 @@ class Localizer:
             self._fusion.scan(stamp_ns, pose, found.information, gated=gated)
             self._anchor(stamp_ns, found.information)
         supported = health.mode != "doubtful" or self._search.supports(pose)
-        if health.take(stamp_ns, found, supported=supported):
+        if health.take(stamp_ns, found, supported=supported, unsure=unsure):
             here = self._fusion.at(stamp_ns)
             # a base that drives is not carried away: elsewhere it needs more evidence
             given = not self._wheels.standing
@@ -332,7 +334,8 @@ class Localizer:
         moves = not self._wheels.standing
         if mode == "doubtful" and not (stays or moves or self._health.is_elsewhere(found)):
             return
-        if mode in ("doubtful", "lost") and self._has_left(stamp_ns, found):
+        strays = mode in ("doubtful", "lost") and not stays
+        if strays and self._may_have_stayed(cloud, found):
             return
         self.counts["found"] += 1
         if stays:
@@ -343,12 +346,21 @@ class Localizer:
         self._begin(stamp_ns, found.map_from_base, covariance, velocity)
         self._wheels.relocated()
 
-    def _has_left(self, stamp_ns: int, found: Match) -> bool:
-        """True if wheels lead off the map, where nothing fits: places inside are only alike."""
-        carried = self._wheels.carried_on(stamp_ns)
-        if carried is None or self._matcher.is_on_the_floor(carried[0]):
+    def _may_have_stayed(self, cloud: Cloud, found: Match) -> bool:
+        """True if the base may as well be where the wheels have led; what was found is only alike.
+
+        Off the map nothing fits. Where a match there is as good, the search begins anew with it.
+        """
+        carried = self._wheels.carried_on(cloud.stamp_ns)
+        if carried is None or is_near(found.map_from_base, *carried, 2.0 * LEAP):
             return False
-        return not is_near(found.map_from_base, *carried, 2.0 * LEAP)
+        if self._matcher.is_off(cloud, carried[0]):
+            return True
+        beside = self._matcher.beside(cloud, carried)
+        as_good = beside.share >= found.share - WORSE and beside.is_healthy(self._values.matching)
+        if as_good:
+            self._search.anywhere(beside.map_from_base, given=True)
+        return as_good
 
     # trackers
 

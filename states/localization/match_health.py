@@ -25,6 +25,8 @@ SMOOTHING = 0.05
 """Weight of each scan in the running mean of the share of beams on walls."""
 MUCH_BETTER = 0.25
 """After `patience` bad matches a wider search must beat the near match by this share of beams."""
+WORSE = 0.1
+"""A match with this much less than the usual share of beams on walls may be a wrong one."""
 BETTER = 0.1
 """A place found elsewhere must beat the running mean by this share of beams."""
 
@@ -45,26 +47,29 @@ class MatchHealth:
         lasts = self._bad >= self._values.patience
         return near.share + MUCH_BETTER if lasts else self._values.plain
 
-    def take(self, stamp_ns: int, found: Match, *, supported: bool) -> bool:
+    def take(
+        self, stamp_ns: int, found: Match, *, supported: bool = True, unsure: bool = False
+    ) -> bool:
         """Take a match; True if it begins a doubt, so that a search is to be started.
 
-        `supported` is false if a running search finds the base elsewhere, or at several places.
+        `supported` is false if a running search finds the base elsewhere, or at several places;
+        `unsure` is true if the prediction was of little help.
         """
-        matching = self._values.matching
+        matching, odd = self._values.matching, unsure and self.is_worse(found)
         self.share += SMOOTHING * (found.share - self.share)
         self._unfair += 1
         if found.is_fair(matching):
             self.fair_ns, self._unfair = stamp_ns, 0
-        healthy = found.is_healthy(matching)
+        healthy = found.is_healthy(matching) and not odd
         self._bad, self._good = (0, self._good + 1) if healthy else (self._bad + 1, 0)
-        return self._change_mode(stamp_ns, supported)
+        return self._change_mode(stamp_ns, supported, odd)
 
-    def _change_mode(self, stamp_ns: int, supported: bool) -> bool:
+    def _change_mode(self, stamp_ns: int, supported: bool, odd: bool) -> bool:
         values = self._values
         good = supported and self.share >= values.plain and self._good >= values.patience
-        odd = self.share < values.plain or self._bad >= values.patience
-        blind = stamp_ns - self.fair_ns > BLIND_NS
-        if self.mode == "tracking" and (blind or (odd and stamp_ns > self._sure_ns)):
+        poor = self.share < values.plain or self._bad >= values.patience
+        odd = odd or self.is_blind(stamp_ns) or (poor and stamp_ns > self._sure_ns)
+        if self.mode == "tracking" and odd:
             self.mode = "doubtful"
             self._elsewhere = 0
             return True
@@ -73,6 +78,14 @@ class MatchHealth:
         elif self.mode == "doubtful" and self._unfair >= LOST_SCANS:
             self.mode = "lost" if stamp_ns - self.fair_ns > values.lost_after * 1e9 else self.mode
         return False
+
+    def is_worse(self, found: Match) -> bool:
+        """True if a match has so much fewer beams on walls than usual that it may be wrong."""
+        return found.share < self.share - WORSE
+
+    def is_blind(self, stamp_ns: int) -> bool:
+        """True if the last fair match is long ago."""
+        return stamp_ns - self.fair_ns > BLIND_NS
 
     def given_up(self) -> None:
         """Note that the base is elsewhere, at one of several places."""

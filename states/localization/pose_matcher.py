@@ -11,6 +11,7 @@ import numpy as np
 
 from hw.geometry import Pose2
 from hw.samples import PoseSigma
+from states.localization.beyond import is_leaving
 from states.localization.correlative import Window, correlated, score_of
 from states.localization.fusion import covariance_of
 from states.localization.localizer_values import LocalizerValues
@@ -25,11 +26,11 @@ LEAP = 3.0
 CERTAIN = 0.8
 """Share of beams on walls from which a match is believed at once, wherever it lies."""
 AROUND = PoseSigma(0.3, 0.2)
-"""Spread of the wider search around the predicted pose."""
-WORSE = 0.1
-"""A match with this much less than the usual share of beams on walls may be a wrong one."""
+"""Spread of the wider search around the predicted pose; a prediction that is worse is unsure."""
 OUTSIDE = 1.0
 """A base this far from all floor of the map is not where it seems, m."""
+BESIDE = 0.3
+"""A base that wheels lead this far from all floor has left the map, m."""
 SAME_M, SAME_RAD = 0.03, 0.01
 """A base at rest that is seen farther away than this has been moved, m and rad."""
 Prediction = tuple[Pose2, Array]
@@ -51,37 +52,64 @@ class PoseMatcher:
             PoseSigma(math.hypot(least.position, half), math.hypot(least.yaw, 0.2 * half))
         )
 
-    def follow(self, cloud: Cloud, predictions: Sequence[Prediction], health: MatchHealth) -> Match:
-        """The best match near some prediction; if that is poor, the likeliest one around them."""
+    def follow(
+        self,
+        cloud: Cloud,
+        predictions: Sequence[Prediction],
+        health: MatchHealth,
+        *,
+        unsure: bool = False,
+    ) -> Match:
+        """The best match near some prediction; if that is poor, the likeliest one around them.
+
+        Also around an `unsure` prediction: a match near it may be the wrong one of several.
+        """
         # four times the covariance (twice the sigma): the filter will weigh the prediction once
         # more when it takes the match, so it should count little here
         near = [self._near(cloud, pose, 4.0 * covariance) for pose, covariance in predictions]
         best = max(near, key=_share)
-        if not best.is_fair(self._values.matching) or best.share < health.share - WORSE:
+        poor = not best.is_fair(self._values.matching) or health.is_worse(best)
+        if poor or unsure:
             around = [self._around(cloud, one, best, health) for one in predictions]
             best = max(around, key=_share)
         return best if self.is_on_the_floor(best.map_from_base) else replace(best, share=0.0)
 
-    def is_on_the_floor(self, map_from_base: Pose2) -> bool:
-        """True if some floor of the map is near a pose, or the floor is unknown."""
+    def is_on_the_floor(self, map_from_base: Pose2, within: float = OUTSIDE) -> bool:
+        """True if some floor of the map is within so many m of a pose, or the floor is unknown."""
         table, pose = self._field.table, self._field.map_from_corner.inverse() @ map_from_base
-        column, row, around = (round(n / table.cell) for n in (pose.x, pose.y, OUTSIDE))
+        column, row, around = (round(n / table.cell) for n in (pose.x, pose.y, within))
         some = table.floor[
             max(0, row - around) : row + around, max(0, column - around) : column + around
         ]
         return len(table.floor) == 0 or bool(some.any())
 
+    def beside(self, cloud: Cloud, prediction: Prediction) -> Match:
+        """The best match in a window about a prediction."""
+        pose, covariance = prediction
+        starts = correlated(self._field, cloud.points, self._window(pose, covariance))
+        found = [self._near(cloud, start, _BOX) for start in (pose, *starts)]
+        return max(found, key=_share)
+
+    def _window(self, pose: Pose2, covariance: Array) -> Window:
+        """Three standard deviations about a prediction, twice over, and at least `AROUND`."""
+        whole = 4.0 * covariance + self.floor
+        metres = 3.0 * math.sqrt(max(whole[0, 0], whole[1, 1]))
+        radians = 3.0 * math.sqrt(whole[2, 2])
+        least = 3.0 * AROUND.position, 3.0 * AROUND.yaw
+        return Window(pose, whole, max(metres, least[0]), max(radians, least[1]))
+
+    def is_off(self, cloud: Cloud, map_from_base: Pose2) -> bool:
+        """True if a pose is off the map, or a scan shows that the map ends there."""
+        fits = self._values.matching.inlier_distance + self._field.sigma
+        return not self.is_on_the_floor(map_from_base, BESIDE) or is_leaving(
+            self._field, cloud.points, map_from_base, fits
+        )
+
     def _around(
         self, cloud: Cloud, prediction: Prediction, near: Match, health: MatchHealth
     ) -> Match:
         """The likeliest match in a window about a prediction; `near` if none is clearly better."""
-        pose, covariance = prediction
-        whole = 4.0 * covariance + self.floor
-        metres = 3.0 * math.sqrt(max(whole[0, 0], whole[1, 1]))
-        radians = 3.0 * math.sqrt(whole[2, 2])
-        window = Window(
-            pose, whole, max(metres, 3.0 * AROUND.position), max(radians, 3.0 * AROUND.yaw)
-        )
+        window = self._window(*prediction)
         best, score = near, score_of(self._field, cloud.points, window, near.map_from_base)
         for start in correlated(self._field, cloud.points, window):
             found = self._near(cloud, start, _BOX)

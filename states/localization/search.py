@@ -8,7 +8,9 @@ dropped. Unrefined, a place 10 cm off the truth fits worse than one at the optim
 Scans from one place repeat the same evidence: for each scanner only their mean counts, and it is
 settled once the base has moved. The best hypothesis is the answer when all others are behind it by
 `SURE`, and by `LIKE` more as long as the base has not moved: what is not on the map, and errors of
-the map, favour one of two like places just as well as the truth does.
+the map, favour one of two like places just as well as the truth does. Where the first scan was seen
+off the map, the truth was not among the hypotheses; so an answer that is not clear is searched for
+once more.
 """
 
 from __future__ import annotations
@@ -126,6 +128,7 @@ class Search:
 
     def _start(self, also: Pose2 | None, prior: Array | None) -> None:
         self._also, self._prior = also, prior
+        self._first: Pose2 | None = None
         self._seen: _Seen | None = None
         self._is_busy = self._more = False
         self._work: Iterator[None] = iter(())
@@ -177,7 +180,26 @@ class Search:
         self.guess = best if sure and plain and not elsewhere else None
         unsure = fair and plain and not ahead and self._scans >= FEWEST
         self.ambiguous = unsure and self._prior is None
-        return best if sure and self._is_enough(best) else None
+        if not (sure and self._is_enough(best)):
+            return None
+        if self._is_confirmed(best):
+            return best
+        self._again(best.map_from_base)
+        return None
+
+    def _is_confirmed(self, best: Match) -> bool:
+        """True unless what was proposed long ago may have left out where the base is."""
+        if self._prior is not None or best.share >= CLEAR:
+            return True
+        return any(
+            one is not None and best.map_from_base.is_near(one, *GIVEN)
+            for one in (self._also, self._first)
+        )
+
+    def _again(self, first: Pose2) -> None:
+        """Search anew from here; the place that was found must be found once more."""
+        self._start(self._also, None)
+        self._first = first
 
     def _is_enough(self, best: Match) -> bool:
         """True once there is as much evidence as a place needs: more, the less is in its favour."""
@@ -244,7 +266,7 @@ class Search:
             yield
         chosen = proposals.chosen()
         self._more = proposals.more
-        poses = [*chosen, *(() if also is None else (also,))]
+        poses = [*chosen, *(one for one in (also, self._first) if one is not None)]
         none = np.zeros((3, 3))
         self._hypotheses = [
             _Hypothesis(Match(pose, none, 0.0, 0, 0.0, 0), self._expected(pose)) for pose in poses
@@ -254,6 +276,7 @@ class Search:
     def _carry(self, moved: Pose2) -> None:
         """Move all hypotheses on by the wheels' displacement."""
         self._also = None if self._also is None else self._also @ moved
+        self._first = None if self._first is None else self._first @ moved
         for one in self._hypotheses:
             one.match = replace(one.match, map_from_base=one.match.map_from_base @ moved)
 
