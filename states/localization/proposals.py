@@ -23,9 +23,9 @@ SPACING, TURN = 0.25, math.radians(10.0)
 SPREAD, REACHES = 0.2, 0.6
 """Standard deviation of beam ends, m, about half a step of the lattice, and the distance from which
 all beams count alike, m."""
-BEAMS = 60
+BEAMS = 40
 """Largest number of beams that are tried."""
-SLICE = 12_000
+SLICE = 6_000
 """Most poses that are tried at once."""
 LIKELIEST = 4_096
 """Number of poses of the lattice from which the proposals are chosen."""
