@@ -41,7 +41,7 @@ GAP = 1.0
 """Wheel samples farther apart than this leave a gap, s."""
 PACE_OVER = 30.0
 """Time over which the usual pace is averaged, s."""
-SCALE = 0.03
+SCALE = 0.05
 """Standard deviation of the wheels' scale, as a share."""
 UNSEEN = (0.3, 0.3)
 """Standard deviation of the motion during a reset of the odometry, m and rad."""

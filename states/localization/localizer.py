@@ -223,6 +223,7 @@ class Localizer:
         if not predictions:
             return
         unsure = health.is_blind(stamp_ns) and not is_sure(predictions[0][1], AROUND)
+        unsure |= self._wheels.watch.contradicted
         found = self._matcher.follow(cloud, predictions, health, unsure=unsure)
         pose = found.map_from_base
         if found.is_healthy(self._values.matching):

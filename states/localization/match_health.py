@@ -53,7 +53,7 @@ class MatchHealth:
         """Take a match; True if it begins a doubt, so that a search is to be started.
 
         `supported` is false if a running search finds the base elsewhere, or at several places;
-        `unsure` is true if the prediction was of little help.
+        `unsure` is true if the prediction was of little help, or contradicted by matches before.
         """
         matching, odd = self._values.matching, unsure and self.is_worse(found)
         self.share += SMOOTHING * (found.share - self.share)

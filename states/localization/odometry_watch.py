@@ -35,6 +35,11 @@ class OdometryWatch:
         """True if the motions have differed within the last `CLEARED_NS`."""
         return self._wrong_ns is not None
 
+    @property
+    def contradicted(self) -> bool:
+        """True if the newest motions differed."""
+        return self._contradictions > 0
+
     def moved_at_rest(self, stamp_ns: int) -> None:
         """Note that the base was seen elsewhere while its wheels stood."""
         self._wrong_ns = stamp_ns

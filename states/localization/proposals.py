@@ -23,9 +23,9 @@ SPACING, TURN = 0.25, math.radians(10.0)
 SPREAD, REACHES = 0.2, 0.6
 """Standard deviation of beam ends, m, about half a step of the lattice, and the distance from which
 all beams count alike, m."""
-BEAMS = 40
+BEAMS = 60
 """Largest number of beams that are tried."""
-SLICE = 6_000
+SLICE = 5_000
 """Most poses that are tried at once."""
 LIKELIEST = 4_096
 """Number of poses of the lattice from which the proposals are chosen."""
@@ -61,7 +61,8 @@ class Proposals:
         poses = next(self._slices, None)
         if poses is None:
             return False
-        fits = _fits(self._points, poses, self._table, (SPREAD, REACHES))
+        least = self._fits[-1] if len(self._fits) == LIKELIEST else -math.inf
+        fits = _fits(self._points, poses, self._table, (SPREAD, REACHES), least)
         self._fits = np.concatenate((self._fits, fits))
         self._likeliest = np.concatenate((self._likeliest, poses))
         best = np.argsort(-self._fits, kind="stable")[:LIKELIEST]
@@ -126,9 +127,12 @@ def _slices(places: Array, yaws: Array) -> Iterator[Array]:
 
 
 @compiled
-def _fits(points: Array, poses: Array, table: Table, lengths: tuple[float, float]) -> Array:
+def _fits(
+    points: Array, poses: Array, table: Table, lengths: tuple[float, float], least: float
+) -> Array:
+    """Fit of each pose (n, 3); minus infinity, found early, below `least`."""
     found = np.empty(len(poses))
     for k in range(len(poses)):
         pose = (poses[k, 0], poses[k, 1], poses[k, 2])
-        found[k] = fit_of(points, pose, table, lengths, (0.0, 0.0))
+        found[k] = fit_of(points, pose, table, lengths, (0.0, 0.0), least)
     return found

@@ -21,6 +21,8 @@ MOMENT_NS = 50_000_000
 """Time over which the velocity at an instant is measured, ns."""
 TURNING = 0.05
 """A base whose gyroscope reads more than this is not at rest, whatever its wheels say, rad/s."""
+ALONE = 0.05
+"""A standard deviation by the wheels' scale from which they drive alone, m."""
 STOOD = 0.3
 """Wheels that have not moved for this long count as standing, s."""
 
@@ -101,9 +103,15 @@ class WheelMotion:
         return self.velocity(stamp_ns - MOMENT_NS, stamp_ns)
 
     def compare(self, stamp_ns: int, map_from_base: Pose2) -> None:
-        """Compare the wheels with a healthy match at this stamp."""
+        """Compare the wheels with a healthy match at this stamp.
+
+        After a long way on wheels alone the step of a match is no motion.
+        """
         self.clock.see(stamp_ns, map_from_base.yaw, self.trail)
-        self.watch.see(stamp_ns, map_from_base, self.trail)
+        if np.trace(self.by_scale) > ALONE**2:
+            self.watch.restart()
+        else:
+            self.watch.see(stamp_ns, map_from_base, self.trail)
 
     def relocated(self) -> None:
         """Note that a search has found the base elsewhere: earlier matches are of no use."""
@@ -119,18 +127,11 @@ class WheelMotion:
         covariance: Array,
         information: Array | None = None,
     ) -> None:
-        """Carry this pose on from now; see `DeadReckoning.correct`.
-
-        Where a match ends a long way on wheels alone, its step is no motion.
-        """
+        """Carry this pose on from now; see `DeadReckoning.correct`."""
         odom_from_base = self.trail.at(stamp_ns)
-        if odom_from_base is None:
-            return
-        unsure = self.by_scale
-        self._reckoning.correct(map_from_base, covariance, odom_from_base, information)
-        if np.trace(unsure) > 4.0 * np.trace(self.by_scale):
-            self.watch.restart()
-        self.reckoned_ns = stamp_ns
+        if odom_from_base is not None:
+            self._reckoning.correct(map_from_base, covariance, odom_from_base, information)
+            self.reckoned_ns = stamp_ns
 
     def carried_on(self, stamp_ns: int) -> tuple[Pose2, Array] | None:
         """The corrected pose carried on to a stamp, and its covariance; None while unknown."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hw.geometry import Pose2
-from states.localization.dead_reckoning import USUAL, WORST, DeadReckoning
+from states.localization.dead_reckoning import SCALE, USUAL, WORST, DeadReckoning
 from states.localization.planar import SLIPPING
 
 STEPS = [Pose2(0.05, 0.01, 0.02)] * 40 + [Pose2(0.03, -0.02, -0.05)] * 40
@@ -20,7 +20,8 @@ def carried_on(steps, start=None):
     for step in steps:
         odom = odom @ step
         reckoning.move(odom, 0.05, None)
-    return reckoning.at(odom)
+    pose, covariance = reckoning.at(odom)
+    return pose, covariance - reckoning.by_scale
 
 
 def test_the_covariance_is_that_of_many_drives():
@@ -49,6 +50,32 @@ def test_a_way_out_and_back_counts_twice():
     back = carried_on([Pose2(0.1, 0.0)] * 20 + [Pose2(-0.1, 0.0)] * 20)
     assert (back[0].x, back[0].y) == pytest.approx((1.0, 2.0))
     assert back[1][2, 2] == pytest.approx(2.0 * out[2, 2])
+
+
+def along(metres, information=None):
+    """After so many metres straight ahead in the map's x, matched at the end."""
+    reckoning, odom = DeadReckoning(SLIPPING), Pose2(0.0, 0.0)
+    reckoning.slip = 1.0
+    reckoning.correct(odom, np.zeros((3, 3)), odom)
+    for _ in range(round(10 * metres)):
+        odom = odom @ Pose2(0.1, 0.0)
+        reckoning.move(odom, 0.05, None)
+    pose, covariance = reckoning.at(odom)
+    if information is not None:
+        reckoning.correct(pose, covariance - reckoning.by_scale, odom, np.diag(information))
+    return covariance, reckoning.by_scale
+
+
+def test_an_error_of_the_scale_adds_up_with_the_way():
+    covariance, _ = along(60.0)
+    assert math.sqrt(covariance[0, 0]) == pytest.approx(60.0 * SCALE, rel=0.01)
+    assert along(0.3)[1] == pytest.approx(np.zeros((3, 3)))
+
+
+def test_of_the_scale_a_match_takes_away_what_it_shows():
+    assert along(60.0, (1e4, 1e4, 1e4))[1] == pytest.approx(np.zeros((3, 3)))
+    beside = along(60.0, (0.0, 1e4, 1e4))[1]
+    assert beside[0, 0] == pytest.approx(along(60.0)[1][0, 0], rel=1e-6)
 
 
 def test_a_gyroscope_replaces_the_wheels_turn():

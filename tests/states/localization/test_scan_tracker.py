@@ -85,6 +85,18 @@ def test_along_a_corridor_the_prediction_stays_and_nothing_is_claimed():
     assert along < 1e-3 * across
 
 
+@pytest.mark.parametrize(("beams", "known"), [(2, False), (3, False), (6, True), (12, True)])
+def test_few_beams_show_no_direction(beams, known):
+    corridor = Room(((-50.0, -1.0), (9.0, -1.0), (9.0, 1.0), (-50.0, 1.0)))
+    beside = np.linspace(-4.0, 4.0, 80)
+    sides = np.stack([np.append(beside, beside), np.repeat([-1.0, 1.0], 80)], axis=1)
+    ahead = np.stack([np.full(beams, 9.0), np.linspace(-0.1, 0.1, beams)], axis=1)
+    near = np.diag([0.3**2, 0.05**2, 0.02**2])
+    found = match(room_field(corridor), np.concatenate((sides, ahead)), Pose2(0.0, 0.0), near)
+    assert bool(found.information[0, 0] > 1e3) is known
+    assert found.information[1, 1] > 1e4
+
+
 @pytest.mark.parametrize("points", [np.empty((0, 2)), np.full((20, 2), 900.0)])
 def test_without_a_wall_the_prediction_comes_back_unhealthy(points):
     found = match(FIELD, points, HERE, UNSURE)
