@@ -28,6 +28,8 @@ _WIDEST = 2.0 * math.pi * 1.02
 """Widest field of view, rad: some scanners repeat the first beams of a circle."""
 _SAME = 1e-3
 """Mounts that differ by less than this, m and rad, count as the same."""
+_MOVED, _LOOKS = 0.3, 20
+"""By so many m the median beam of a scanner that stands may differ, over so many scans."""
 
 
 class ReferencePose(NamedTuple):
@@ -210,6 +212,9 @@ class Gathered:
             raise mistake(self.path, f"is a {self.form} without usable data: {why}")
         rank = {name: number for number, name in enumerate(_ORDER)}
         ordered = sorted(self.samples, key=lambda s: (s.stamp_ns, rank[s.name]))
+        if _stand_while_scans_move(ordered):
+            remarks += ("odometry never moves, though the scans do: it was left out",)
+            ordered = [sample for sample in ordered if sample.name != ODOMETRY]
         start = ordered[0].stamp_ns
         samples = tuple(Sample(s.name, s.stamp_ns - start, s.value) for s in ordered)
         poses = {ref.stamp_ns - start: ref.pose for ref in self.reference}
@@ -233,6 +238,33 @@ class Gathered:
         odometry = OdometryModel(rates[ODOMETRY]) if ODOMETRY in rates else None
         imu = ImuModel(rates[IMU]) if IMU in rates else None
         return Sensing(lidars, {}, odometry, imu)
+
+
+def _stand_while_scans_move(samples: Sequence[Sample]) -> bool:
+    """True if the odometry is constant, but scans of a sensor differ by more than people explain.
+
+    The median beam of a standing scanner keeps its length; `_LOOKS` scans are compared.
+    """
+    poses = {s.value.pose for s in samples if isinstance(s.value, Odometry)}
+    scans: dict[str, list[Scan]] = defaultdict(list)
+    for sample in samples:
+        if isinstance(sample.value, Scan):
+            scans[sample.value.sensor].append(sample.value)
+    return len(poses) == 1 and any(_differ(found) for found in scans.values())
+
+
+def _differ(scans: Sequence[Scan]) -> bool:
+    first = scans[0]
+    some = scans[:: math.ceil(len(scans) / _LOOKS)]
+    for other in some:
+        off = [
+            abs(a - b)
+            for a, b in zip(first.ranges, other.ranges, strict=False)
+            if a < math.inf and b < math.inf
+        ]
+        if off and median(off) > _MOVED:
+            return True
+    return False
 
 
 def is_same(one: Pose2, other: Pose2) -> bool:

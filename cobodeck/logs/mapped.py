@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from cobodeck.logs.log import SCAN, SensorLog
+from cobodeck.logs.log import ODOMETRY, SCAN, SensorLog
 from cobodeck.logs.rawlog import is_rawlog, read_rawlog
 from cobodeck.logs.seen import SeenScan, scans_of
 from engine.files.finding import FileError, mistake
@@ -165,7 +165,11 @@ def placed_by_matching(
         raise
     except ValueError as error:
         raise mistake(log.path, f"gives no map: {error}") from None
-    return placed(found.poses), _remarks(found)
+    alone = [] if log.count(ODOMETRY) else [ALONE]
+    return placed(found.poses), (*alone, *_remarks(found))
+
+
+ALONE = "there is no odometry: the map is by scans alone, and may tear where they show no way"
 
 
 def _remarks(found: Placing) -> tuple[str, ...]:

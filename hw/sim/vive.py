@@ -47,8 +47,7 @@ class Device:
         tracked = covered and not self._is_lost(time_ns * 1e-9)
         if tracked and not self.tracked:
             self._found += 1
-            if alone:
-                self.off = self._jump()
+            self.off = self._jump() if alone else EXACT
         self.tracked = tracked
         return tracked
 

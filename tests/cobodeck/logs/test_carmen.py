@@ -185,3 +185,15 @@ def test_folders_pipes_and_missing_files_are_told(tmp_path):
         open_log(tmp_path)
     with pytest.raises(FileError, match="cannot be read: No such file"):
         open_log(tmp_path / "nowhere.log")
+
+
+@pytest.mark.parametrize(("ranges", "left_out"), [("4 4 4 4 4", True), (RANGES, False)])
+def test_wheels_that_never_move_though_the_scans_do_are_left_out(tmp_path, ranges, left_out):
+    stands = [flaser(stamp, (0, 0, 0), (0, 0, 0)) for stamp in range(20)]
+    log = opened(
+        tmp_path, *stands, *(flaser(s, (0, 0, 0), (0, 0, 0), ranges) for s in range(20, 40))
+    )
+    told = "odometry never moves, though the scans do: it was left out"
+
+    assert (told in log.remarks) is left_out
+    assert (log.count("base.odometry") == 0) is left_out

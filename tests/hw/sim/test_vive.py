@@ -198,6 +198,9 @@ def test_a_device_that_is_found_again_alone_is_off_by_a_constant_of_its_own() ->
     assert all(0.015 <= length <= 0.047 for length in jumps.values())
     assert all(math.radians(1.3) <= abs(yaw) <= math.radians(1.8) for _, _, yaw in jumps)
     assert {yaw > 0.0 for _, _, yaw in jumps} == {True, False}
+    device.seen(30_000_000_000, covered=False, alone=True)
+    device.seen(30_100_000_000, covered=True, alone=False)
+    assert device.off == Pose2(0.0, 0.0)  # what it was off by ended with the loss
     for n in range(110, 300):
         if n % 10 != 3:
             assert offs[n][1] == offs[n - 1][1]
