@@ -30,7 +30,7 @@ def wandered(
 
 
 REFUSALS = {
-    "DEEP in or behind a wall", "no Haptic pose", "Haptic poses cut off", "DEEP out of reach",
+    "DEEP in, behind or too near a wall", "no Haptic pose", "Haptic poses cut off", "DEEP out of reach",
 }  # fmt: skip
 
 
