@@ -20,7 +20,7 @@ steps:
   - stand: 6
   - request: {hold: 22, ahead: 0.85, height: 1.2}
   - stand: 9
-  - request: {hold: 16, ahead: 0.85, height: 1.2}
+  - request: {hold: 22, ahead: 0.85, height: 1.2}
   - stand: 2
 """
 LOST = ((2.0, 4.0), (20.0, 21.0), (36.0, 41.0))
