@@ -30,8 +30,11 @@ def wandered(
 
 
 REFUSALS = {
-    "DEEP in, behind or too near a wall", "no Haptic pose", "Haptic poses cut off", "DEEP out of reach",
-}  # fmt: skip
+    "DEEP in, behind or too near a wall",
+    "no Haptic pose",
+    "Haptic poses cut off",
+    "DEEP out of reach",
+}
 
 
 def check(figures: dict[str, Any], requests: int, faults: int = 0) -> None:
