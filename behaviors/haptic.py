@@ -197,11 +197,13 @@ class ChooseHapticPose(Action):
                 if best is not None:
                     return "close", {"pose": best}
                 times |= ways
+        else:
+            near = within_reach(now, free, deep)
         if not free:
             return "no_pose"
         if is_walled(now, tuple(times), deep):
             return "deep_blocked"
-        return "no_way" if within_reach(now, free, deep) else "out_of_reach"
+        return "no_way" if near else "out_of_reach"
 
 
 def _now(ctx: Context, name: SubsystemName) -> Generator[Yielded, None, Situation]:

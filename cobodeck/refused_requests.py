@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections import Counter
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from behaviors.haptic import all_poses, round_poses
 from behaviors.settings import HapticSettings
-from cobodeck.places import environment_at
 from cobodeck.refusals import WALLED, Unserved, refused
 from cobodeck.setup import Setup
 from engine.run import ChartRun
@@ -37,16 +37,15 @@ class WallBeside(NamedTuple):
 
 def refusal_figures(setup: Setup, run: ChartRun, unserved: Iterable[Unserved]) -> dict[str, Any]:
     """The figures of requests that were not served, by their names in JSON."""
-    counts, each = dict[str, int](), []
+    haptic, each = setup.profile.settings.haptic, []
     for request, why in refused(run, unserved):
-        counts[why] = counts.get(why, 0) + 1
         deep, wall = request.deep, None
         if why in WALLED and setup.place is not None:
-            around = environment_at(setup.place, setup.profile, setup.robot)
-            wall = wall_beside(around, setup.profile.settings.haptic, deep, request.user)._asdict()
+            wall = wall_beside(setup.environment, haptic, deep, request.user)._asdict()
         place = {"x": deep.x, "y": deep.y, "z": deep.z}
         each.append({"at_s": request.begin / 1e9, "why": why, **place, "wall": wall})
-    return {"refusals": counts, "refused_requests": each}
+    counts = Counter(str(one["why"]) for one in each)
+    return {"refusals": dict(counts), "refused_requests": each}
 
 
 def wall_beside(

@@ -245,12 +245,13 @@ def _stand_while_scans_move(samples: Sequence[Sample]) -> bool:
 
     The median beam of a standing scanner keeps its length; `_LOOKS` scans are compared.
     """
-    poses = {s.value.pose for s in samples if isinstance(s.value, Odometry)}
+    if len({s.value.pose for s in samples if isinstance(s.value, Odometry)}) != 1:
+        return False
     scans: dict[str, list[Scan]] = defaultdict(list)
     for sample in samples:
         if isinstance(sample.value, Scan):
             scans[sample.value.sensor].append(sample.value)
-    return len(poses) == 1 and any(_differ(found) for found in scans.values())
+    return any(_differ(found) for found in scans.values())
 
 
 def _differ(scans: Sequence[Scan]) -> bool:

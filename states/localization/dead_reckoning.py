@@ -45,8 +45,6 @@ SCALE = 0.05
 """Standard deviation of the wheels' scale, as a share."""
 UNSEEN = (0.3, 0.3)
 """Standard deviation of the motion during a reset of the odometry, m and rad."""
-
-
 NOTHING = np.zeros((3, 3))
 NOTHING.flags.writeable = False
 

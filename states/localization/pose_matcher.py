@@ -58,7 +58,7 @@ class PoseMatcher:
         predictions: Sequence[Prediction],
         health: MatchHealth,
         *,
-        unsure: bool = False,
+        unsure: bool,
     ) -> Match:
         """The best match near some prediction; if that is poor, the likeliest one around them.
 

@@ -29,7 +29,7 @@ def test_the_covariance_is_that_of_many_drives():
     start = np.array([[0.02, 0.005, 0.001], [0.005, 0.01, -0.002], [0.001, -0.002, 0.003]])
     pose, covariance = carried_on(STEPS, start)
     ends = []
-    for _ in range(1500):
+    for _ in range(4000):
         x, y, yaw = np.array([1.0, 2.0, 0.5]) + rng.multivariate_normal(np.zeros(3), start)
         for step in STEPS:
             length, turn = math.hypot(step.x, step.y), abs(step.yaw)
@@ -42,7 +42,7 @@ def test_the_covariance_is_that_of_many_drives():
         ends.append((x, y, yaw))
     seen = np.cov(np.array(ends).T)
     assert np.mean(ends, axis=0) == pytest.approx([pose.x, pose.y, pose.yaw], abs=0.05)
-    assert covariance == pytest.approx(seen, rel=0.12, abs=0.004)
+    assert covariance == pytest.approx(seen, rel=0.1, abs=0.003)
 
 
 def test_a_way_out_and_back_counts_twice():
@@ -109,7 +109,7 @@ def paced(speed, gap):
     """Reckoning after a steady way and then one step of no length over a gap, s: what it adds."""
     reckoning, odom = DeadReckoning(SLIPPING), Pose2(0.0, 0.0)
     reckoning.slip = 1.0
-    for _ in range(1500):
+    for _ in range(4000):
         odom = odom @ Pose2(0.05 * speed, 0.0)
         reckoning.move(odom, 0.05, None)
     reckoning.correct(Pose2(0.0, 0.0), np.zeros((3, 3)), odom)
