@@ -20,6 +20,7 @@ from cobodeck.stage import stage
 from engine.files.finding import FileError
 from hw.sensing import Sensing
 from hw.sim.contact import gap
+from tests.repeats import fewer
 
 SERVE_M, SERVE_RAD = 0.02, 0.1
 
@@ -158,7 +159,7 @@ def served_share(setup: Setup, requests: int, seed: int) -> tuple[int, int, int]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [11, 12])
+@pytest.mark.parametrize("seed", fewer([12, 11], of=2))
 def test_twenty_requests_are_served_without_a_contact_by_the_robot(seed: int) -> None:
     assert served_share(open_setup(scene="study"), 20, seed) == (20, 20, 0)
 

@@ -45,10 +45,18 @@ def rig(stack):
 
 
 @pytest.fixture(scope="module")
-def calm():
-    """One that all tests share which leave it as it was: parked, without a fault."""
+def shared():
     with contextlib.ExitStack() as stack:
         yield UrRig(stack)
+
+
+@pytest.fixture
+def calm(shared):
+    """One for all tests that leave it as it was: parked, without a fault."""
+    if shared.faulty():  # the test before broke off
+        shared.recover()
+        shared.arrive(PARKED)
+    return shared
 
 
 def test_without_the_client_library_it_says_so(monkeypatch):

@@ -17,6 +17,7 @@ from states.arm.planning import Plan
 from states.arm.separation import OLD_S, SLOW, ArmPace, Brakes, Governor
 from states.arm.states import ParkArm, ReachDeep
 from states.environment import Environment
+from tests.repeats import SHORT
 from tests.states.arm.stepping import (
     BASE,
     DEEP,
@@ -252,7 +253,7 @@ def stepped_in(
 @pytest.mark.requirement(45, 51)
 @pytest.mark.parametrize("phase", ["reach", "fold"])
 @pytest.mark.parametrize("speed", [0.5, 1.0, 1.4])
-@pytest.mark.parametrize("count", [8, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [8, pytest.param(50 if SHORT else 200, marks=pytest.mark.slow)])
 def test_what_touches_somebody_who_steps_in_closes_slowly(
     tuned: Environment, context: Any, phase: str, speed: float, count: int
 ) -> None:
