@@ -6,6 +6,7 @@ ALONE := $(BIN)/python -m pytest -q
 BESIDE := $(ALONE) -n auto --dist loadfile
 STOLEN := $(ALONE) -n auto --dist worksteal
 SLEEPERS := $(ALONE) -n 4 --dist loadfile
+PAIRS := $(ALONE) -n 2 --dist loadfile
 LONG := $(if $(CI),slow,slow or hypothesis)
 THOROUGH := $(if $(CI),,THOROUGH=1)
 # tests start many processes: their modules are compiled once, whatever the shell says
@@ -30,7 +31,7 @@ test: .venv/installed-dev
 # properties with all their examples, too; in CI these are what `test` has
 slow: .venv/installed-dev
 	@$(THOROUGH) $(STOLEN) -m "($(LONG)) and not realtime" $(PYTEST) || [ $$? = 5 ]
-	@$(THOROUGH) $(ALONE) -m "($(LONG)) and realtime" $(PYTEST) || [ $$? = 5 ]
+	@$(THOROUGH) $(PAIRS) -m "($(LONG)) and realtime" $(PYTEST) || [ $$? = 5 ]
 
 check: .venv/installed-dev
 	@$(BIN)/ruff check .
