@@ -51,6 +51,7 @@ def requests(room: Room, name: str) -> Iterator[tuple[Pose2, Pose2, Pose3]]:
 
 @pytest.mark.requirement(75, 77, 82, 126)
 @pytest.mark.parametrize("name", ["lab_a", "lab_b", "hall"])
+@pytest.mark.few(1)
 def test_what_is_refused_could_not_be_served_and_what_is_chosen_can_be_driven_to(
     context: Any, tuned: Profile, environment_of: Callable[..., Environment], name: str
 ) -> None:

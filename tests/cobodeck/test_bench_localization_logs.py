@@ -52,7 +52,8 @@ def named(drive: LogDrive, name: str) -> list:
     return [sample for sample in drive.log.samples if sample.name == name]
 
 
-@pytest.mark.parametrize("peer", [by_particles, by_correlation])
+@pytest.mark.parametrize("peer", [by_correlation, by_particles])
+@pytest.mark.few(1)
 def test_a_peer_follows_slipping_wheels_that_lead_far_away(drive, peer) -> None:
     slipping = varied(drive, "slip", 5.0)
     start, last = drive.truth[0], drive.truth[-1]

@@ -361,6 +361,7 @@ DRAWN = [
 
 
 @pytest.mark.parametrize("arguments", DRAWN)
+@pytest.mark.few(2)
 def test_render_draws_rooms(arguments, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
 

@@ -41,6 +41,7 @@ def simulated(
 
 
 @pytest.mark.parametrize(("gap", "reason"), [(0.15, TOO_NEAR), (0.28, NO_POSE)])
+@pytest.mark.few(1)
 def test_a_deep_too_near_a_wall_comes_with_its_distance_and_the_one_that_is_needed(
     simulated: Any, gap: float, reason: str
 ) -> None:

@@ -65,6 +65,7 @@ def values(twist: Twist2) -> tuple[float, float, float]:
 @pytest.mark.parametrize(
     ("profile", "tolerance"), [("paper", None), ("tuned", None), ("paper", 0.3)]
 )
+@pytest.mark.few(2)
 def test_a_slipping_base_turns_back_at_most_twice_near_its_goal(
     profile: str, tolerance: float | None, slip: Slip
 ) -> None:

@@ -195,6 +195,7 @@ def test_too_few_scans_make_no_map(log):
 
 @needs_data
 @pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.few(1)
 def test_a_real_log_is_found_anywhere_in_a_real_map(seed):
     log = open_log(DATA / "localization_demo.rawlog")
     ground = given_ground(str(DATA / "localization_demo.simplemap.gz"), log)

@@ -256,6 +256,7 @@ def test_a_pursuer_is_not_held_up_by_a_wall():
 
 
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.few(1)
 def test_curious_people_turn_often_and_look_at_things_and_at_the_robot(seed):
     robot = Pose2(6.0, 4.0)
     curious = play_head(open_user("random:curious", LAB, seed=seed), 600, robot)

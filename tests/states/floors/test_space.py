@@ -159,6 +159,7 @@ def test_a_column_in_the_only_corner_of_the_quarter_makes_a_room_too_small():
 
 @pytest.mark.requirement(124)
 @pytest.mark.parametrize("cells", [False, True])
+@pytest.mark.few(1)
 def test_of_a_room_that_is_too_small_the_largest_quarter_and_what_stands_in_it_are_told(cells):
     outer, columns = box(0.0, 0.0, 9.0, 7.0), (box(4.45, 3.2, 0.3, 0.4),)
     floor = (

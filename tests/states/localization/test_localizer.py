@@ -182,6 +182,7 @@ def test_at_rest_the_pose_is_the_same_object_and_gets_no_older():
 
 @pytest.mark.requirement(27)
 @pytest.mark.parametrize("seed", range(12))
+@pytest.mark.few(4)
 def test_two_metres_and_a_radian_off_at_the_start(seed):
     world = World(random_drive(seed, 2.5, stand=0.5), seed)
     true, angle = world.drive.pose(0.0), 0.5 * seed
@@ -191,6 +192,7 @@ def test_two_metres_and_a_radian_off_at_the_start(seed):
 
 
 @pytest.mark.parametrize("seed", range(6))
+@pytest.mark.few(2)
 def test_without_a_start_it_is_found_on_the_whole_floor(seed):
     found = run(seed, 2.5, start=None)
     assert found.lost_for(0.0) < 2.0
@@ -236,7 +238,7 @@ def first_of(drive):
 
 
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_a_base_that_was_carried_elsewhere_is_found_again(seed):
     world = Carried(seed)
     followed = Run(world, world.ways[0].pose(0.0), seed=seed)
@@ -299,6 +301,7 @@ def mirrored(sample):
 @pytest.mark.requirement(28)
 @pytest.mark.parametrize("fault", [dead, doubled, mirrored])
 @pytest.mark.parametrize("names", [NO_TRACKERS, WHEELS_AND_SCANS], ids=["gyroscope", "none"])
+@pytest.mark.few(2)
 def test_wheels_that_are_wrong_are_reported_and_the_base_is_not_lost(fault, names):
     followed = run(47, 12.0, names, change=fault)
     at = followed.statuses.index("odometry wrong")

@@ -90,6 +90,7 @@ GENTLE = ProcessNoise(
 
 
 @pytest.mark.parametrize("late", [False, True])
+@pytest.mark.few(1)
 def test_the_covariance_is_honest(late: bool) -> None:
     """NEES of 120 runs inside the 95 % band of chi2 with 6 degrees of freedom, at 6 of 8 times."""
     runs, times = 120, [round(1000 * t) for t in (0.32, 0.56, 0.8, 1.04, 1.28, 1.52, 1.76, 2.0)]

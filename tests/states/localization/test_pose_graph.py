@@ -57,6 +57,7 @@ def compare(found, expected):
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.few(2)
 def test_poses_are_those_of_a_dense_solver(seed):
     _, begun, edges = chain(seed)
     plain = [edge._replace(is_loop=False) for edge in edges]

@@ -45,6 +45,7 @@ def localized(room, drive, seed, start=None):
 
 
 @pytest.mark.parametrize("room", [SQUARE, TURNED], ids=["square", "turned"])
+@pytest.mark.few(1)
 def test_like_places_are_ambiguous_and_give_no_pose(room):
     found, told = localized(room, random_drive(7, 4.0), 7)
     assert found.status == "ambiguous"
