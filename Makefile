@@ -22,7 +22,8 @@ demo: .venv/installed
 	@echo; echo "cobodeck is in $(BIN); to call it by its name: . $(BIN)/activate"
 
 # the tests of a file share what they compile and record, so that it stays with one worker;
-# what runs in real time has the machine to itself, files beside each other; it sleeps most of its time.
+# what runs in real time has the machine to itself, files beside each other; it sleeps most of its time;
+# a host that takes the processors away for a moment fails none: it is repeated, and told as rerun.
 # 5: nothing of it was asked for
 test: .venv/installed-dev
 	@$(BESIDE) -m "not slow and not realtime" $(PYTEST) || [ $$? = 5 ]

@@ -105,7 +105,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if in_real_time(item.path):
             item.add_marker(pytest.mark.realtime)
         if item.get_closest_marker("realtime"):
-            item.add_marker(pytest.mark.flaky(reruns=1))  # told as RERUN in the summary
+            item.add_marker(pytest.mark.flaky(reruns=2))  # told as RERUN in the summary
     for cases in of_few(items).values():
         keep = cases[0].get_closest_marker("few").args[0]
         kept = {n * len(cases) // keep for n in range(keep)}
