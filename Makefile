@@ -9,6 +9,8 @@ SLEEPERS := $(ALONE) -n 4 --dist loadfile
 PAIRS := $(ALONE) -n 2 --dist loadfile
 LONG := $(if $(CI),slow,slow or hypothesis)
 THOROUGH := $(if $(CI),,THOROUGH=1)
+# the second also if the first fails; 5: nothing of it was asked for
+both = failed=0; $(1) $(PYTEST) || [ $$? = 5 ] || failed=1; $(2) $(PYTEST) || [ $$? = 5 ] || failed=1; exit $$failed
 # tests start many processes: their modules are compiled once, whatever the shell says
 export PYTHONDONTWRITEBYTECODE :=
 
@@ -24,15 +26,12 @@ demo: .venv/installed
 # the tests of a file share what they compile and record, so that it stays with one worker;
 # what runs in real time has the machine to itself, files beside each other; it sleeps most of its time;
 # a host that takes the processors away for a moment fails none: it is repeated, and told as rerun.
-# 5: nothing of it was asked for
 test: .venv/installed-dev
-	@$(BESIDE) -m "not slow and not realtime" $(PYTEST) || [ $$? = 5 ]
-	@$(SLEEPERS) -m "not slow and realtime" $(PYTEST) || [ $$? = 5 ]
+	@$(call both,$(BESIDE) -m "not slow and not realtime",$(SLEEPERS) -m "not slow and realtime")
 
 # properties with all their examples, too; in CI these are what `test` has
 slow: .venv/installed-dev
-	@$(THOROUGH) $(STOLEN) -m "($(LONG)) and not realtime" $(PYTEST) || [ $$? = 5 ]
-	@$(THOROUGH) $(PAIRS) -m "($(LONG)) and realtime" $(PYTEST) || [ $$? = 5 ]
+	@$(call both,$(THOROUGH) $(STOLEN) -m "($(LONG)) and not realtime",$(THOROUGH) $(PAIRS) -m "($(LONG)) and realtime")
 
 check: .venv/installed-dev
 	@$(BIN)/ruff check .
