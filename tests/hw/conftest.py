@@ -2,14 +2,17 @@
 
 import pytest
 
-from hw.links.priority import DEVICES, hurrying
+from hw.links.priority import ENGINE, hurrying
 
 
 @pytest.fixture(autouse=True)
-def _as_a_device(request):
-    """A test in real time plays a device or a peer: it waits no more than the process it tests."""
+def _as_an_engine(request):
+    """A test in real time goes before other programs, but never before the processes it tests.
+
+    Other tests beside it compute for a tenth of a second now and then: no fake may wait for them.
+    """
     if request.node.get_closest_marker("realtime") is None:
         yield
         return
-    with hurrying(DEVICES):
+    with hurrying(ENGINE):
         yield
