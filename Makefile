@@ -6,7 +6,6 @@ ALONE := $(BIN)/python -m pytest -q
 BESIDE := $(ALONE) -n auto --dist loadfile
 STOLEN := $(ALONE) -n auto --dist worksteal
 SLEEPERS := $(ALONE) -n 4 --dist loadfile
-PAIRS := $(ALONE) -n 2 --dist loadfile
 LONG := $(if $(CI),slow,slow or hypothesis)
 THOROUGH := $(if $(CI),,THOROUGH=1)
 # the second also if the first fails; 5: nothing of it was asked for
@@ -31,7 +30,7 @@ test: .venv/installed-dev
 
 # properties with all their examples, too; in CI these are what `test` has
 slow: .venv/installed-dev
-	@$(call both,$(THOROUGH) $(STOLEN) -m "($(LONG)) and not realtime",$(THOROUGH) $(PAIRS) -m "($(LONG)) and realtime")
+	@$(call both,$(THOROUGH) $(STOLEN) -m "($(LONG)) and not realtime",$(THOROUGH) $(ALONE) -m "($(LONG)) and realtime")
 
 check: .venv/installed-dev
 	@$(BIN)/ruff check .
