@@ -24,7 +24,7 @@ demo: .venv/installed
 
 # the tests of a file share what they compile and record, so that it stays with one worker;
 # what runs in real time has the machine to itself, files beside each other; it sleeps most of its time;
-# a host that takes the processors away for a moment fails none: it is repeated, and told as rerun.
+# what fails there for once is repeated, and told as RERUN.
 test: .venv/installed-dev
 	@$(call both,$(BESIDE) -m "not slow and not realtime",$(SLEEPERS) -m "not slow and realtime")
 

@@ -81,18 +81,8 @@ class Rig:
     def speed(self):
         return self.seen.twist.speed
 
-    def driven(self, wanted, velocity):
-        """Drive until `wanted`; a machine that held odometry up for 0.2 s is reset, as by hand."""
-
-        def is_so():
-            if self.base.fault is not None:
-                self.base.acknowledge()
-            return wanted()
-
-        self.until(is_so, velocity)
-
     def going(self):
-        self.driven(lambda: self.speed > 0.1, AHEAD)
+        self.until(lambda: self.speed > 0.1, AHEAD)
 
 
 @pytest.mark.requirement(10)
@@ -104,11 +94,11 @@ def test_it_drives_and_counts_its_way_from_where_it_began(ros):
         assert rig.base.fault is None
         assert rig.seen.pose == Pose2(0.0, 0.0, 0.0)
         assert rig.base.hits() == []
-        rig.driven(lambda: rig.seen.pose.x > 0.05, AHEAD)
+        rig.until(lambda: rig.seen.pose.x > 0.05, AHEAD)
         assert rig.seen.pose.y == pytest.approx(0.0, abs=1e-6)
         assert 0.0 < rig.seen.twist.vx <= 0.4 + 1e-9
-        rig.driven(lambda: rig.seen.twist.vy > 0.05, Twist2(0.0, 0.3, 0.0))
-        rig.driven(lambda: rig.seen.twist.wz > 0.1, Twist2(0.0, 0.0, 0.3))
+        rig.until(lambda: rig.seen.twist.vy > 0.05, Twist2(0.0, 0.3, 0.0))
+        rig.until(lambda: rig.seen.twist.wz > 0.1, Twist2(0.0, 0.0, 0.3))
 
 
 def test_odometry_is_stamped_when_it_was_measured():
