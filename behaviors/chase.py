@@ -5,12 +5,11 @@ from __future__ import annotations
 import itertools
 import math
 import random
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
+from behaviors.chase_space import ChaseCell, ChaseSpace
 from behaviors.keys import CHASE_SPACE
-from behaviors.settings import Settings
 from behaviors.situation import AGE_S, CHANGES, READS, WAYS, Situation, situation
 from engine.files.units import Duration, Length
 from engine.state import Action, Context, Monitor, On, Run
@@ -22,57 +21,12 @@ from states.navigation.states import DRIVES, command_of, user_disc
 from states.signals.prediction import PREDICTORS
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from behaviors.chase_space import Array
-    from states.navigation.interfaces import GlobalPlanner
+    from behaviors.chase_cells import Array
 
 TRIES = 30
 """How many of the best free cells are tried for a path before giving up."""
 CELLS = 400
 """Number of cells whose risk is computed."""
-AT_A_TIME = 256
-"""Number of cells that are tested for being free in one call."""
-ChaseCell = tuple[float, float, float]
-CellSource = Callable[[], "Array"]
-
-
-@dataclass(frozen=True)
-class ChaseSpace:
-    """The Chase space at one instant; `centre` is the user's position with the yaw of `view`.
-
-    `cells` gives all cells, (n, 3), in the user's frame; `are_free` tests (n, 2) places in the map.
-    """
-
-    centre: Pose2
-    cells: CellSource = field(repr=False)
-    are_free: Callable[[Array], NDArray[np.bool_]] = field(repr=False)
-
-    def free(self) -> Iterator[ChaseCell]:
-        """x, y in the map, m, and weight of the free cells, best first (R100)."""
-        from behaviors.chase_space import placed
-
-        cells = self.cells()
-        for first in range(0, len(cells), AT_A_TIME):
-            some = placed(cells[first : first + AT_A_TIME], self.centre)
-            yield from some[self.are_free(some[:, :2].copy())].tolist()
-
-    def all_free(self) -> Array:
-        """What `free` yields, as one array, (n, 3)."""
-        from behaviors.chase_space import placed
-
-        cells = placed(self.cells(), self.centre)
-        return cells[self.are_free(cells[:, :2].copy())]
-
-
-def space(
-    settings: Settings, cells: CellSource, planner: GlobalPlanner, user: UserPose
-) -> ChaseSpace:
-    """The Chase space for the current user pose; it moves and turns with the user (R93)."""
-    yaw = user.head_yaw if settings.chase.view == "head" else user.body.yaw
-    centre = Pose2(user.body.x, user.body.y, yaw)
-    return ChaseSpace(centre, cells, planner.are_free)
 
 
 def tangent_yaw(centre: Pose2, place: Point, now: float) -> float:

@@ -9,7 +9,7 @@ from hw.geometry import Pose2
 from states.keys import SignalReader
 
 if TYPE_CHECKING:
-    from behaviors.chase import ChaseSpace
+    from behaviors.chase_space import ChaseSpace
     from behaviors.settings import Settings
 
 SETTINGS: Key[Settings] = Key("settings")

@@ -41,9 +41,9 @@ from engine.files.record import Name, record
 from engine.files.values import Mismatch
 from engine.types import builtin_types, convert
 from hw.connection import Narrowed
-from hw.people.person import RADIUS
 from hw.robot import RobotModel
 from hw.room import Room
+from hw.samples import USER_RADIUS
 from states.environment import Environment
 from states.subsystems import Localization, Navigation, SubsystemName
 
@@ -183,7 +183,7 @@ class Profile:
         swept = robot.footprint.half_diagonal
         least = {"inflation": swept}
         if beside_person:
-            least["user_radius"] = swept + RADIUS
+            least["user_radius"] = swept + USER_RADIUS
         errors = [
             self._error(
                 f"navigation.{name}.{key}",

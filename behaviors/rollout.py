@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from behaviors.situation import Situation
 from hw.compiled import compiled, compiled_like_numpy
 from hw.geometry import Outline
-from hw.people.person import RADIUS
 from hw.room import Point
+from hw.samples import USER_RADIUS
 from states.navigation.clearance import distance_to_nearest, lines_cross
 from states.navigation.interfaces import GlobalPlanner
 from states.signals.prediction import PREDICTORS, chord
@@ -29,7 +29,7 @@ HORIZON_S, STEP_S = 3.0, 0.1
 STEPS = round(HORIZON_S / STEP_S)
 CLOSEST = 0.12
 """A predicted gap to the user below this, m, counts as a touch; see `_closest`."""
-WITH_USER = RADIUS + 0.2
+WITH_USER = USER_RADIUS + 0.2
 """With the user's centre nearer than this to the outline of rover and arm, m, the arm is taken to
 be at the user's hand."""
 STOPPED_S = 1.3
@@ -212,7 +212,7 @@ def _evaluate(
                 x, y = -c * dx - s * dy, s * dx - c * dy
                 along = max(0.0, x - outline.front, -outline.back - x)
                 across = max(0.0, y - outline.left, -outline.right - y)
-                room = math.hypot(along, across) - RADIUS
+                room = math.hypot(along, across) - USER_RADIUS
                 gap[i] = min(gap[i], room)
                 if STEP_S * step < STOPPED_S:
                     gap_soon[i] = min(gap_soon[i], room)
@@ -253,7 +253,7 @@ def _pursued(
             x, y = -c * dx - s * dy, s * dx - c * dy
             along = max(0.0, x - outline.front, -outline.back - x)
             across = max(0.0, y - outline.left, -outline.right - y)
-            if math.hypot(along, across) - RADIUS < closest:
+            if math.hypot(along, across) - USER_RADIUS < closest:
                 found[i] = STEP_S * (step + 1)
                 break
     return found

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from behaviors import chase, escape, haptic
+from behaviors import chase_space, escape, haptic
 from behaviors.settings import Settings
 from engine.signals import Derived, Estimated, Measured, Signal
 from engine.types import Type
@@ -136,7 +136,7 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
         ),
         Derived(
             "chase.space", ("chase.planner", "user.pose"),
-            partial(chase.space, settings, cells), chase.ChaseSpace,
+            partial(chase_space.space, settings, cells), chase_space.ChaseSpace,
             about="the cells about the user, best first",
         ),
         Derived(
@@ -219,6 +219,6 @@ def _distance(user: UserPose, base: Pose2) -> float:
 
 
 def _cells(environment: Environment, settings: Settings) -> NDArray[np.float64]:
-    from behaviors.chase_space import grid
+    from behaviors.chase_cells import grid
 
     return grid(environment, settings)

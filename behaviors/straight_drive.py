@@ -7,9 +7,9 @@ import math
 from behaviors.rollout import STEP_S
 from behaviors.situation import Situation
 from hw.geometry import STILL, Twist2
-from hw.people.person import RADIUS
 from hw.room import Point
 from hw.safety.separation import Nearness, nearness
+from hw.samples import USER_RADIUS
 from states.subsystems import SubsystemName
 
 
@@ -63,7 +63,7 @@ def _nearness(now: Situation) -> Nearness:
     """The user's nearness to the footprint, in the axes of the map."""
     pose, footprint = now.pose, now.environment.robot.footprint
     user = pose.inverse().transform(now.user.body.x, now.user.body.y)
-    near = nearness(footprint.half_length, footprint.half_width, *user, RADIUS)
+    near = nearness(footprint.half_length, footprint.half_width, *user, USER_RADIUS)
     towards = Twist2(near.nx, near.ny).rotated(pose.yaw)
     return near._replace(nx=towards.vx, ny=towards.vy)
 

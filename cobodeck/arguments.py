@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.record.sink import ENDING, PART
+from cobodeck.record_names import ENDING, PART
 
 if TYPE_CHECKING:
     from hw.geometry import Pose2

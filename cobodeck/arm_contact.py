@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hw.geometry import Pose2
-from hw.people.person import RADIUS
 from hw.robot import Footprint
-from hw.samples import Joints
+from hw.samples import USER_RADIUS, Joints
 from hw.truth import USER, Contact, Truth
 
 Array = NDArray[np.float64]
@@ -135,7 +134,7 @@ class ArmWatch:
             return False
         travel = last.base.distance_to(now.base) + last.body.distance_to(now.body)
         reach = max(self._reach, before or 0.0) + SLACK + travel
-        return now.base.distance_to(now.body) - RADIUS <= reach
+        return now.base.distance_to(now.body) - USER_RADIUS <= reach
 
     def _reach_of(self, joints: Joints) -> float:
         """Horizontal reach of the arm from base_link, m; 0 if it stays within the outline."""
@@ -155,8 +154,8 @@ class ArmWatch:
         per_s = 1e9 / (span[1] - span[0]) if span[1] > span[0] else 0.0
         contact = Contact(
             at_ns=span[1],
-            x=body.x - RADIUS * nx,
-            y=body.y - RADIUS * ny,
+            x=body.x - USER_RADIUS * nx,
+            y=body.y - USER_RADIUS * ny,
             part=self._part(touch),
             robot_closing=per_s * (nx * (bx - ax) + ny * (by - ay)),
             person_closing=-per_s * (nx * (body.x - before.x) + ny * (body.y - before.y)),
@@ -178,12 +177,12 @@ class ArmWatch:
         """Contacts of the arm with the person, except those within the rover's outline."""
         ends, radii = self._outline.capsules_of(look.joints)
         x, y = look.base.inverse().transform(look.body.x, look.body.y)
-        if not self._meets_disc(ends, radii, x, y, RADIUS + _ROUNDING):
+        if not self._meets_disc(ends, radii, x, y, USER_RADIUS + _ROUNDING):
             return []
         person = np.array((x, y))
         shares, away = _nearest(ends[:, :, :2], person)
         distances = np.hypot(*away.T)
-        gaps = distances - radii - RADIUS
+        gaps = distances - radii - USER_RADIUS
         touching = gaps <= 0.0
         if not touching.any():
             return []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TextIO
 
-from cobodeck.record.sink import behind_record
+from cobodeck.record_names import behind_record
 from hw.connection import Connection
 from hw.people.recording import Heading, Up
 

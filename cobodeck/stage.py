@@ -18,7 +18,7 @@ from cobodeck.operators import ConsoleOperator
 from cobodeck.options import FULL, Options
 from cobodeck.part_check import made
 from cobodeck.plants import Nothing
-from cobodeck.record.sink import behind_record
+from cobodeck.record_names import behind_record
 from cobodeck.run_checks import latency_ns, refuse_blind_robot
 from cobodeck.setup import Setup, Uses
 from cobodeck.wiring import ValueTap, refuse_slow_ticks, wire

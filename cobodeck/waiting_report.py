@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from behaviors.chase_space import Array
+    from behaviors.chase_cells import Array
     from behaviors.settings import Settings
     from behaviors.situation import Situation
     from states.environment import Environment
@@ -39,7 +39,7 @@ class WaitingReport:
 
 def waiting_report(environment: Environment, settings: Settings) -> WaitingReport | None:
     """Look at users all over the room; None if there is no floor for them to stand on."""
-    from behaviors.chase_space import grid
+    from behaviors.chase_cells import grid
 
     cells = grid(environment, settings)
     found = [(now, _risk(now, cells)) for now in _users(environment, settings)]
@@ -58,8 +58,7 @@ def waiting_report(environment: Environment, settings: Settings) -> WaitingRepor
 def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
     from behaviors.situation import Situation
     from hw.geometry import STILL, Pose2
-    from hw.people.person import RADIUS
-    from hw.samples import UserPose
+    from hw.samples import USER_RADIUS, UserPose
 
     room = environment.room
     x_low, y_low, x_high, y_high = room.bounds
@@ -67,7 +66,7 @@ def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
     for i in range(math.ceil((x_high - x_low) / apart)):
         for j in range(math.ceil((y_high - y_low) / apart)):
             x, y = x_low + (i + 0.5) * apart, y_low + (j + 0.5) * apart
-            if not room.is_free(x, y) or room.clearance(x, y) < RADIUS:
+            if not room.is_free(x, y) or room.clearance(x, y) < USER_RADIUS:
                 continue
             for step in range(YAWS):
                 body = Pose2(x, y, step * math.tau / YAWS)
@@ -78,7 +77,8 @@ def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
 
 def _risk(now: Situation, cells: Array) -> float | None:
     """The risk at the free cell with the largest weight, s; None without a free cell."""
-    from behaviors.chase import out_of_the_way, space
+    from behaviors.chase import out_of_the_way
+    from behaviors.chase_space import space
     from behaviors.waiting import risks
 
     around = space(now.settings, lambda: cells, now.planners["chase"], now.user)

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from engine.command import Command
 from engine.decide import GRANTED, REFUSED
 from engine.errors import text_of
 from engine.files.finding import did_you_mean
@@ -17,20 +18,8 @@ from engine.machine import Box, Leaf, Machine, Vertex
 from engine.node import CHOSEN, ENDED, IDLE, PUT_OFF, WAITING, Writes
 from engine.outputs import checked
 from engine.replace import obstacles, take_over
+from engine.run import ChartRun
 from engine.types import ANY, Type
-
-if TYPE_CHECKING:
-    from engine.run import ChartRun
-
-
-class Command:
-    """Something the operator wants done. A command that has become impossible does nothing."""
-
-    __slots__ = ()
-
-    def carry_out(self, run: ChartRun) -> None:
-        """Do it, at the start of a tick."""
-        raise NotImplementedError(f"{type(self).__name__}.carry_out")
 
 
 @dataclass(frozen=True, slots=True)

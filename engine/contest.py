@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from operator import attrgetter
 
-from engine.decide import KEEP, Judge, Route
-from engine.node import BoxNode, RunNode
+from engine.decide import Judge
+from engine.node import KEEP, BoxNode, Route, RunNode
 
 
 @dataclass(slots=True)

@@ -5,69 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from engine.node import BoxNode, LeafNode, RunNode, Writes
+from engine.node import (
+    ASK,
+    FINISH,
+    GO,
+    KEEP,
+    REOPEN,
+    RETRY,
+    BoxNode,
+    LeafNode,
+    Route,
+    RunNode,
+    Token,
+    Writes,
+)
 from engine.outputs import checked, shown
-
-
-class Token:
-    """Sentinel that an engine-internal step ends with instead of an outcome."""
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-
-    def __repr__(self) -> str:
-        return self.name
-
 
 RAISED = Token("raised")
 MATCHED = Token("matched")
 GRANTED = Token("granted")
 REFUSED = Token("refused")
 AGAIN = Token("again")
-
-GO, KEEP, ASK, RETRY, REOPEN, FINISH = range(6)
-
-
-class Route:
-    """What follows when `cause` ends with the outcome `came`.
-
-    Attributes:
-        kind: `GO` to `target`, `KEEP` the outcome in its box, `ASK` until the operator consents,
-            `RETRY`, `REOPEN` a box for its further try, or `FINISH` the run.
-        top: the outermost node that ends, or tries again, or waits.
-        outcome: what `top` ends with.
-        box: the container of the transition; None at the end of the run.
-        ends: the nodes that end with it and their outcomes, inner ones first.
-        writes: outputs that come with it.
-        joined: where a list of `top` matches: the routes whose outcomes it keeps in this round.
-    """
-
-    __slots__ = (
-        "box", "came", "cause", "ends", "joined", "kind", "outcome", "target", "top", "writes",
-    )  # fmt: skip
-
-    def __init__(self, kind: int, cause: RunNode, came: str, top: RunNode, outcome: str) -> None:
-        self.kind = kind
-        self.cause = cause
-        self.came = came
-        self.top = top
-        self.outcome = outcome
-        self.box = top.parent
-        self.target: RunNode | None = None
-        self.ends: list[tuple[RunNode, str]] = []
-        self.writes: Writes = ()
-        self.joined: tuple[Route, ...] = ()
-
-    def precedence(self) -> tuple[int, int, int]:
-        """Sort key of rule 4 (c), among the guards of one container: the smallest is taken."""
-        return -self.cause.vertex.priority, self._depth(), self.cause.order
-
-    def rank(self) -> tuple[int, int, int]:
-        """Sort key of rule 4 (d), among all that is left: outer transition, then outer monitor."""
-        return self._depth(), self.cause.depth, self.cause.order
-
-    def _depth(self) -> int:
-        return -1 if self.box is None else self.box.depth
 
 
 class UndeclaredOutcome(Exception):

@@ -12,10 +12,9 @@ from typing import Any
 
 from engine.board import Board
 from engine.context import LeafContext, Part
-from engine.decide import Route, Token
 from engine.errors import Newest, Raised, raised
 from engine.machine import Cell, Leaf
-from engine.node import EVERY_TICK, IDLE, RUNNING, BoxNode, LeafNode, RunNode, Writes
+from engine.node import EVERY_TICK, IDLE, RUNNING, BoxNode, LeafNode, Route, RunNode, Token, Writes
 from engine.state import NEVER_NS
 from engine.trace import KEPT, Trace
 

@@ -8,15 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Mapping
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from engine.machine import Box, Cell, Leaf, Machine, Vertex
-from engine.state import NEVER_NS, On, State
+from engine.state import NEVER_NS, Context, On, State
 from engine.types import Type
-
-if TYPE_CHECKING:
-    from engine.context import LeafContext
-    from engine.decide import Route, Token
 
 IDLE, CHOSEN, RUNNING, ENDED, WAITING, RETRYING, PUT_OFF = range(7)
 """Status of a node: idle; chosen to be entered; running; ended, in a box that keeps its outcome;
@@ -27,6 +23,19 @@ EVERY_TICK, AT_ONCE = 0, 1
 
 Writes = tuple[tuple[Cell, Any], ...]
 NEVER_ENTERED = -1
+
+GO, KEEP, ASK, RETRY, REOPEN, FINISH = range(6)
+"""What a route does: see `Route`."""
+
+
+class Token:
+    """Sentinel that an engine-internal step ends with instead of an outcome."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __repr__(self) -> str:
+        return self.name
 
 
 class Substitute(NamedTuple):
@@ -97,6 +106,18 @@ class RunNode:
         return f"<{self.path or '(top)'}>"
 
 
+class LeafView(Context, Protocol):
+    """The context of a leaf as the engine uses it."""
+
+    def begin(self) -> None:
+        """On entry of the leaf: deliver events from this tick on."""
+        ...
+
+    def bits(self, names: tuple[str, ...]) -> int:
+        """The bits of the measured signals that these depend on."""
+        ...
+
+
 class LeafNode(RunNode):
     """Run-time state of a leaf; `make` and `produces` are its stand-in's, if it has one."""
 
@@ -107,7 +128,7 @@ class LeafNode(RunNode):
         self.make: Callable[..., State] = leaf.interface.make
         self.produces: Mapping[str, Mapping[str, Type]] = leaf.interface.outputs
         self.generator: Generator[Any, None, Any] | None = None
-        self.context: LeafContext
+        self.context: LeafView
         self.listens = bool(leaf.interface.reads)
 
     def bind(self, vertex: Vertex, parent: BoxNode | None) -> None:
@@ -190,3 +211,45 @@ def nodes_of(machine: Machine, known: Mapping[str, RunNode]) -> dict[str, RunNod
 
     grow(machine.root, None)
     return nodes
+
+
+class Route:
+    """What follows when `cause` ends with the outcome `came`.
+
+    Attributes:
+        kind: `GO` to `target`, `KEEP` the outcome in its box, `ASK` until the operator consents,
+            `RETRY`, `REOPEN` a box for its further try, or `FINISH` the run.
+        top: the outermost node that ends, or tries again, or waits.
+        outcome: what `top` ends with.
+        box: the container of the transition; None at the end of the run.
+        ends: the nodes that end with it and their outcomes, inner ones first.
+        writes: outputs that come with it.
+        joined: where a list of `top` matches: the routes whose outcomes it keeps in this round.
+    """
+
+    __slots__ = (
+        "box", "came", "cause", "ends", "joined", "kind", "outcome", "target", "top", "writes",
+    )  # fmt: skip
+
+    def __init__(self, kind: int, cause: RunNode, came: str, top: RunNode, outcome: str) -> None:
+        self.kind = kind
+        self.cause = cause
+        self.came = came
+        self.top = top
+        self.outcome = outcome
+        self.box = top.parent
+        self.target: RunNode | None = None
+        self.ends: list[tuple[RunNode, str]] = []
+        self.writes: Writes = ()
+        self.joined: tuple[Route, ...] = ()
+
+    def precedence(self) -> tuple[int, int, int]:
+        """Sort key of rule 4 (c), among the guards of one container: the smallest is taken."""
+        return -self.cause.vertex.priority, self._depth(), self.cause.order
+
+    def rank(self) -> tuple[int, int, int]:
+        """Sort key of rule 4 (d), among all that is left: outer transition, then outer monitor."""
+        return self._depth(), self.cause.depth, self.cause.order
+
+    def _depth(self) -> int:
+        return -1 if self.box is None else self.box.depth

@@ -11,28 +11,27 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import chain, starmap, takewhile
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from engine.board import Board
+from engine.command import Command
 from engine.contest import Contest
 from engine.context import Part
-from engine.decide import (
-    ASK,
-    KEEP,
-    REOPEN,
-    RETRY,
-    Judge,
-    Route,
-)
+from engine.decide import Judge
 from engine.errors import Newest
 from engine.life import Life
 from engine.machine import Machine
 from engine.node import (
+    ASK,
     CHOSEN,
     ENDED,
     IDLE,
+    KEEP,
+    REOPEN,
+    RETRY,
     BoxNode,
     LeafNode,
+    Route,
     RunNode,
     Substitute,
     Writes,
@@ -43,9 +42,6 @@ from engine.schedule import Schedule
 from engine.state import NEVER_NS
 from engine.stepping import StepEnd, Stepper
 from engine.trace import BATCH
-
-if TYPE_CHECKING:
-    from engine.commands import Command
 
 
 class ChartRun:

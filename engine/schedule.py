@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections import deque
+from typing import Protocol
 
+from engine.board import Board
+from engine.command import Command
+from engine.life import Life
 from engine.node import WAITING, BoxNode
+from engine.run_queue import RunQueue
 from engine.state import NEVER_NS
 from engine.waiting import still_heard
 
-if TYPE_CHECKING:
-    from engine.run import ChartRun
+
+class Scheduled(Protocol):
+    """What a schedule asks of its run."""
+
+    board: Board
+    life: Life
+    queue: RunQueue
+    commands: deque[Command]
+    over: bool
+    paused: bool
 
 
 class Schedule:
@@ -17,7 +30,7 @@ class Schedule:
 
     __slots__ = ("_rests", "_run")
 
-    def __init__(self, run: ChartRun) -> None:
+    def __init__(self, run: Scheduled) -> None:
         self._run = run
         self._rests = (-1, 0)  # a tick, and until when nothing is due after it, ns
 

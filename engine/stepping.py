@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from engine.decide import AGAIN, MATCHED, RAISED, Token
+from engine.decide import AGAIN, MATCHED, RAISED
 from engine.life import BEGUN, Life
-from engine.node import EVERY_TICK, RETRYING, WAITING, BoxNode, LeafNode, RunNode
+from engine.node import EVERY_TICK, RETRYING, WAITING, BoxNode, LeafNode, RunNode, Token
 from engine.waiting import still_heard, wait
 
 NOTHING = Token("nothing")

@@ -46,6 +46,10 @@ class Sample(NamedTuple):
     value: object
 
 
+USER_RADIUS = 0.5
+"""Radius of the cylinder that models a person, m (R23)."""
+
+
 @dataclass(frozen=True, slots=True)
 class UserPose:
     """The measured pose of a person, in the map.

@@ -40,9 +40,9 @@ from engine.files.text import is_file
 from engine.files.units import Length
 from engine.files.values import Range
 from hw.geometry import Pose2
-from hw.people.interaction import Surface
 from hw.places import PlanePoint, Pose
 from hw.room import MIN_WIDTH, Room
+from hw.surface import Surface
 from hw.things import Thing
 from hw.tracking_file import TrackingFile, load_tracking
 from hw.zones import NO_ZONES, Zones

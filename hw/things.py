@@ -19,10 +19,10 @@ from typing import Annotated, Literal, NamedTuple
 from engine.files.item import Fault
 from engine.files.units import Duration, Length, Speed
 from engine.files.values import Range
-from hw.people.person import RADIUS
 from hw.places import PlanePoint
+from hw.samples import USER_RADIUS
 
-_SIZES = {"chair": (0.25, 0.9), "person": (RADIUS, 1.8)}
+_SIZES = {"chair": (0.25, 0.9), "person": (USER_RADIUS, 1.8)}
 """Default radius and height, m."""
 Time = Annotated[Duration, Range(0.0, 1e6)]
 

@@ -15,17 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from behaviors import chase, dodge, escape, haptic
-from behaviors.chase_space import grid
+from behaviors import chase, chase_space, dodge, escape, haptic
+from behaviors.chase_cells import grid
 from behaviors.profile import load_profile, profile_names
 from behaviors.situation import Situation
 from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 from engine.state import Action
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.people.person import RADIUS
 from hw.robot import load_robot
-from hw.samples import UserPose
+from hw.samples import USER_RADIUS, UserPose
 from hw.scene import load_scene
 from states.environment import Environment
 
@@ -107,7 +106,7 @@ def decisions(environment: Environment, settings: Any) -> dict[str, Callable[[Si
     cells, planners = grid(environment, settings), environment.static_planners
 
     def for_chase(now: Situation) -> Any:
-        space = chase.space(settings, lambda: cells, planners["chase"], now.user)
+        space = chase_space.space(settings, lambda: cells, planners["chase"], now.user)
         return _step(chase.ChooseChasePose(), now, {"chase.space": space})
 
     def for_haptic(now: Situation) -> Any:
@@ -153,7 +152,7 @@ def situations(environment: Environment, settings: Any, count: int) -> list[Situ
         body = Pose2(x + away * math.cos(bearing), y + away * math.sin(bearing), 0.0)
         if not (planners["chase"].is_free((x, y)) and environment.room.is_free(body.x, body.y)):
             continue
-        if environment.room.clearance(body.x, body.y) < RADIUS:
+        if environment.room.clearance(body.x, body.y) < USER_RADIUS:
             continue
         towards = math.atan2(y - body.y, x - body.x)
         user = UserPose(Pose2(body.x, body.y, towards), towards)

@@ -17,7 +17,7 @@ from typing import Any
 from cobodeck.arguments import positive
 from cobodeck.bench.harness import WORSE
 from cobodeck.console import FAILED, OK, Problem, ProgressLine, show, show_json, table
-from cobodeck.record.sink import is_record
+from cobodeck.record_names import is_record
 
 BENCHES = {
     "engine": "cobodeck.bench.engine",

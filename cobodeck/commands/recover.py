@@ -77,7 +77,7 @@ def _written(record: Record, found: Extent, out: Path | None) -> Path:
 
 
 def _beside(path: Path) -> Path:
-    from cobodeck.record.sink import ENDING, PART
+    from cobodeck.record_names import ENDING, PART
 
     name = path.name.removesuffix(PART).removesuffix(ENDING)
     return path.with_name(f"{name}.recovered{ENDING}")
@@ -96,7 +96,7 @@ def _told(record: Record, found: Extent, path: Path | None) -> dict[str, Any]:
 
 
 def _summary(record: Record, found: Extent, path: Path | None) -> str:
-    from cobodeck.record.sink import PART
+    from cobodeck.record_names import PART
 
     assert found.end_ns is not None, "there is no tick"
     length = f"{found.end_ns / 1e9:.1f} s, {found.ticks} ticks"

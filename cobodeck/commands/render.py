@@ -10,7 +10,7 @@ from cobodeck.catalogue import catalogue
 from cobodeck.console import FAILED, OK, Problem, show
 from cobodeck.library import chart_file, load_beside
 from cobodeck.pictures import command as room
-from cobodeck.record.sink import is_record
+from cobodeck.record_names import is_record
 from engine.draw.dot import dot
 from engine.draw.render import FILE_FORMS, CannotRender, render
 from engine.files.finding import did_you_mean

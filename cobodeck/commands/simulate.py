@@ -155,7 +155,7 @@ def report_on(
 
 def _keeps_record(args: argparse.Namespace, clock: Clock | None) -> bool:
     """A run is always recorded, a simulation on request."""
-    from cobodeck.record.sink import is_record
+    from cobodeck.record_names import is_record
 
     return clock is not None if args.record is None else is_record(args.record)
 
@@ -174,8 +174,9 @@ def _write_trace(
     `told`: a failure to keep the run was reported already; do not report it again.
     """
     from cobodeck.record import trace_file
-    from cobodeck.record.sink import is_record, open_free
+    from cobodeck.record.sink import open_free
     from cobodeck.record.start import FOLDER, default_name
+    from cobodeck.record_names import is_record
 
     named, ending = wanted, None
     if named is None or is_record(named):

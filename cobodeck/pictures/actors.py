@@ -15,10 +15,9 @@ from cobodeck.pictures.moment import TRAIL_S
 from cobodeck.pictures.room import ring_of
 from engine.draw.style import INK, RED
 from hw.geometry import Pose2
-from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.room import Point
-from hw.samples import UserPose
+from hw.samples import USER_RADIUS, UserPose
 
 USER = "#123f8c"
 USER_NEAR = "#3f7fd0"
@@ -35,14 +34,16 @@ def draw_user(on: Sheet, user: UserPose, keep_off: float) -> None:
     place = (user.body.x, user.body.y)
     steps = 4
     for step in range(steps):
-        radius = keep_off + (RADIUS - keep_off) * step / steps
+        radius = keep_off + (USER_RADIUS - keep_off) * step / steps
         on.axes.add_patch(Circle(place, radius, color=USER_NEAR, alpha=0.13, lw=0, zorder=4.0))
-    on.axes.add_patch(Circle(place, RADIUS, facecolor=USER, edgecolor="white", lw=0.8, zorder=7.0))
+    on.axes.add_patch(
+        Circle(place, USER_RADIUS, facecolor=USER, edgecolor="white", lw=0.8, zorder=7.0)
+    )
     nose = _ahead(user.body, 0.36), _ahead(user.body, 0.5)
     on.axes.plot(*zip(*nose, strict=True), color="white", lw=1.6, zorder=7.1)
     start = Pose2(*place, user.head_yaw)
     view = FancyArrowPatch(
-        _ahead(start, RADIUS + 0.04), _ahead(start, RADIUS + 0.75), color=VIEW, lw=2.2,
+        _ahead(start, USER_RADIUS + 0.04), _ahead(start, USER_RADIUS + 0.75), color=VIEW, lw=2.2,
         arrowstyle="-|>", mutation_scale=13, shrinkA=0, shrinkB=0, zorder=7.0,
     )  # fmt: skip
     on.axes.add_patch(view)

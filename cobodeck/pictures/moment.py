@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from typing import cast, get_args
 
-from behaviors.chase import best_cell, space, tangent_yaw
-from behaviors.chase_space import grid
+from behaviors.chase import best_cell, tangent_yaw
+from behaviors.chase_cells import grid
+from behaviors.chase_space import space
 from behaviors.haptic import best_pose, poses, reachable
 from behaviors.settings import Settings
 from behaviors.situation import Situation

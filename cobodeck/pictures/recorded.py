@@ -16,7 +16,7 @@ from cobodeck.record.messages import trace_line, truth_again
 from cobodeck.record.reader import Group, Record
 from cobodeck.record.replay import written_setup
 from cobodeck.record.samples import TOPIC, SampleReader
-from cobodeck.record.sink import ENDING
+from cobodeck.record_names import ENDING
 from cobodeck.setup import Setup
 from engine.board import Board
 from engine.files.visible import visible

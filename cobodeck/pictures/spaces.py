@@ -17,7 +17,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
 from behaviors import escape, haptic
-from behaviors.chase_space import grid
+from behaviors.chase_cells import grid
 from behaviors.settings import Settings
 from behaviors.situation import Situation
 from cobodeck.pictures.actors import view_yaw

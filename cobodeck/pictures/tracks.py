@@ -19,9 +19,9 @@ from cobodeck.pictures.room import ring_of
 from cobodeck.pictures.signs import lane_colours
 from engine.draw.style import INK
 from hw.geometry import Pose2
-from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.room import Point
+from hw.samples import USER_RADIUS
 
 _FINE_M = 0.008
 _ARROW_M = 1.6
@@ -166,8 +166,8 @@ def draw_outline(on: Sheet, pose: Pose2, shape: Footprint, **style: Any) -> None
 
 def draw_disc(on: Sheet, body: Pose2, **style: Any) -> None:
     """The person's cylinder from above, with a line in the direction they face."""
-    on.axes.add_patch(Circle((body.x, body.y), RADIUS, ec=USER, zorder=4.0, **style))
-    xs, ys = zip((body.x, body.y), body.transform(RADIUS, 0.0), strict=True)
+    on.axes.add_patch(Circle((body.x, body.y), USER_RADIUS, ec=USER, zorder=4.0, **style))
+    xs, ys = zip((body.x, body.y), body.transform(USER_RADIUS, 0.0), strict=True)
     on.axes.plot(xs, ys, color=USER, lw=style["lw"], zorder=4.0)
 
 

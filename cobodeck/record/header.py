@@ -16,7 +16,7 @@ from cobodeck.library import reached
 from cobodeck.loop import Loop
 from cobodeck.named_files import KINDS
 from cobodeck.options import Options
-from cobodeck.record.sink import behind_record
+from cobodeck.record_names import behind_record
 from cobodeck.setup import Setup
 from engine.files.finding import FileError
 from engine.files.named import own_files

@@ -14,7 +14,8 @@ from cobodeck.record.schemas import time_of
 from cobodeck.record.values import Unknown, class_of, name_of, quoted, text
 from engine import commands
 from engine.chart import Chart
-from engine.commands import Command, Replace
+from engine.command import Command
+from engine.commands import Replace
 from engine.errors import Raised
 from engine.load import load_text
 from engine.machine import Machine

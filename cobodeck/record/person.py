@@ -9,7 +9,7 @@ from cobodeck.console import Problem
 from cobodeck.record.messages import truth_again
 from cobodeck.record.reader import Group, Record
 from cobodeck.record.samples import TOPIC, SampleReader
-from cobodeck.record.sink import behind_record
+from cobodeck.record_names import behind_record
 from engine.clock import TickGrid
 from engine.files.finding import mistake
 from hw.geometry import wrap

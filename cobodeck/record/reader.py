@@ -25,7 +25,7 @@ from cobodeck.record.header import FORMAT
 from cobodeck.record.schemas import MessageSchema
 from cobodeck.record.seal import damage, has_end
 from cobodeck.record.shape import misfit
-from cobodeck.record.sink import PART
+from cobodeck.record_names import PART
 from engine.files.finding import FileError, mistake
 from engine.files.text import unreadable
 

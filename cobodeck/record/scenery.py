@@ -6,9 +6,9 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.room import Point
+from hw.samples import USER_RADIUS
 from hw.scene import Scene
 
 LOOP = 1
@@ -29,7 +29,7 @@ def scene_update(scene: Scene, footprint: Footprint) -> str:
     walls = [_loop(ring) for ring in (room.outer, *room.obstacles)]
     size = {"x": 2 * footprint.half_length, "y": 2 * footprint.half_width, "z": ROVER_M}
     rover = {"pose": _above(ROVER_M / 2), "size": size, "color": _colour(AMBER)}
-    person = _cylinder(RADIUS, PERSON_M, BLUE)
+    person = _cylinder(USER_RADIUS, PERSON_M, BLUE)
     things = [_cylinder(*thing.body[:2], GREY, thing.at) for thing in scene.objects]
     entities = [
         _entity("room", "map", lines=walls),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import fcntl
 import os
-import re
 from collections.abc import Iterator
 from contextlib import suppress
 from errno import ENOTDIR
@@ -12,21 +11,7 @@ from io import BytesIO, FileIO
 from itertools import count
 from pathlib import Path
 
-ENDING = ".mcap"
-PART = ".part"
-"""The suffix of an unfinished file."""
-_PERSON = re.compile(rf".+?{re.escape(ENDING)}({re.escape(PART)})?(?P<behind>[#@].*)?")
-
-
-def behind_record(source: str) -> str | None:
-    """The text after the record's name, if a person is named by a record; None if not."""
-    found = _PERSON.fullmatch(source)
-    return None if found is None else found["behind"] or ""
-
-
-def is_record(path: Path | str) -> bool:
-    """Whether a name is that of a record, finished or not."""
-    return str(path).endswith((ENDING, ENDING + PART))
+from cobodeck.record_names import PART
 
 
 class Taken(Exception):

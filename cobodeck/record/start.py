@@ -15,7 +15,8 @@ from cobodeck.record.header import attachments, header, header_of_replay, kind_o
 from cobodeck.record.reader import Record
 from cobodeck.record.recorder import Describe, Recorder, RunDescription
 from cobodeck.record.scenery import scene_update
-from cobodeck.record.sink import ENDING, Sink, Taken, open_free
+from cobodeck.record.sink import Sink, Taken, open_free
+from cobodeck.record_names import ENDING
 from cobodeck.setup import Setup
 
 TellLine = Callable[[str], None]

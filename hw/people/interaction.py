@@ -12,10 +12,11 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from hw.geometry import Pose2, Pose3, wrap
+from hw.geometry import Pose2, Pose3
 from hw.people.person import Person
-from hw.room import Point, distance_to_segment
+from hw.room import Point
 from hw.samples import UserPose
+from hw.surface import Surface
 
 NEAR, AWAY = 1.5, 1.8
 """Distances from a surface at which a touch is requested, and beyond which it is given up, m."""
@@ -25,41 +26,6 @@ SAME_SPOT = 0.4
 """Distance by which the spot in view may move before it counts as another one, m."""
 STEADY_NS = 300_000_000
 """Time for which a spot must be looked at, ns; a glance in passing requests nothing."""
-TOUCH_HEIGHT = 1.5
-"""Height at which a surface is touched if it reaches that high, m above the floor (R132)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Surface:
-    """An upright wall of the virtual world over a line on the floor, from `low` to `high`, m."""
-
-    start: Point
-    end: Point
-    low: float = 0.0
-    high: float = 2.0
-
-    @property
-    def touching_height(self) -> float:
-        """Height of a touch, m above the floor: TOUCH_HEIGHT, clamped to the surface."""
-        return min(max(TOUCH_HEIGHT, self.low), self.high)
-
-    def distance(self, x: float, y: float) -> float:
-        """Distance of a point of the floor to the line, m."""
-        return distance_to_segment(x, y, (*self.start, *self.end))
-
-    def seen_from(self, view: Pose2) -> Point | None:
-        """The point where the view ray meets the line; None if it does not."""
-        ax, ay = view.inverse().transform(*self.start)
-        bx, by = view.inverse().transform(*self.end)
-        if ay == by or (ay > 0.0) == (by > 0.0):
-            return None
-        ahead = ax - ay * (bx - ax) / (by - ay)
-        return view.transform(ahead, 0.0) if ahead > 0.0 else None
-
-    def angle_from(self, view: Pose2) -> float:
-        """Angle between the view and the surface's normal, rad in [0, pi/2]."""
-        along = math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
-        return abs(math.pi / 2.0 - abs(wrap(view.yaw - along)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,8 @@ import math
 import random
 
 from hw.geometry import Pose2, wrap
-from hw.people.person import RADIUS
 from hw.room import Point, Room
+from hw.samples import USER_RADIUS
 
 BEFORE, ENOUGH, CLOSE = 2.5, 3.0, 1.27
 """Who stands nearer than BEFORE to the shown robot walks away to ENOUGH, and on that way comes no
@@ -102,7 +102,7 @@ class Leaving:
 
     def _end_of(self, here: Point, direction: float, robot: Point) -> Point:
         """Where a straight way ends: ENOUGH away from the robot, or before a wall."""
-        free = min(RADIUS, self._room.clearance(*here))
+        free = min(USER_RADIUS, self._room.clearance(*here))
         end, steps = here, 0
         while math.dist(end, robot) < ENOUGH and steps * _STRIDE < _LONGEST:
             steps += 1

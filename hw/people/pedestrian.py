@@ -9,9 +9,10 @@ from collections.abc import Generator, Iterator
 from hw.geometry import Pose2, wrap
 from hw.people.leaving import Leaving
 from hw.people.manner import ATTENTIVE, Manner
-from hw.people.person import RADIUS, Actor
+from hw.people.person import Actor
 from hw.people.script import WalkStep
 from hw.room import Point, Room, distance_to_segment
+from hw.samples import USER_RADIUS
 
 NEARLY, ROOM, MORE_ROOM = 1.27, 1.5, 2.5
 """A person who is shown the robot closer than NEARLY steps back to ROOM; if it is shown again at
@@ -101,7 +102,7 @@ class Pedestrian(Actor):
         self._backs_off = distance < limit
         if not self._backs_off:
             return False
-        free = min(RADIUS, self._room.clearance(self._x, self._y))
+        free = min(USER_RADIUS, self._room.clearance(self._x, self._y))
         for aside in _ASIDE:
             direction = math.atan2(dy, dx) + aside
             x = self._x + BACKWARDS * span * math.cos(direction)
@@ -191,7 +192,7 @@ class Pedestrian(Actor):
             if pace > 0.0:
                 self._yaw = math.atan2(dy, dx)
                 x, y = self._x + pace * math.cos(self._yaw), self._y + pace * math.sin(self._yaw)
-                if self._room.clearance(x, y) < RADIUS:
+                if self._room.clearance(x, y) < USER_RADIUS:
                     return
                 self._x, self._y, self._tempo = x, y, speed
             left -= span
@@ -223,7 +224,7 @@ class Pedestrian(Actor):
         """True if a straight path keeps clear of the walls and of the shown robot."""
         if self._is_barred(start, end):
             return False
-        free = min(RADIUS, *(self._room.clearance(*place) for place in (start, end)))
+        free = min(USER_RADIUS, *(self._room.clearance(*place) for place in (start, end)))
         return free > 0.0 and self._room.way_clearance(*start, *end) >= free
 
     def _is_barred(self, start: Point, end: Point) -> bool:

@@ -14,9 +14,6 @@ from hw.geometry import Pose2, Pose3, wrap
 from hw.people.manner import ATTENTIVE, Manner
 from hw.samples import Sample, UserPose
 
-RADIUS = 0.5
-"""Radius of the cylinder that models a person, m (R23)."""
-
 STOPPING_S = 0.5
 """Time in which a person who perceives the stop sign comes to a stop, s."""
 

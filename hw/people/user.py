@@ -23,12 +23,13 @@ from hw.people import wanderer
 from hw.people.interaction import Interaction
 from hw.people.live import LivePerson
 from hw.people.manner import ATTENTIVE, Manner, manner_named
-from hw.people.person import RADIUS, Person
+from hw.people.person import Person
 from hw.people.playback import Playback
 from hw.people.recording import Heading, Recording, Up, read_recording
 from hw.people.script import load_script
 from hw.people.walker import Walker
 from hw.room import Disc, Point, Room
+from hw.samples import USER_RADIUS
 from hw.scene import Scene
 
 LIVE = "live"
@@ -228,4 +229,4 @@ def _keeps_clear(recording: Recording, room: Room) -> bool:
 
     path = LineString(zip(recording.xs, recording.ys, strict=True))
     floor = room.free_space
-    return bool(floor.contains(path) and path.distance(floor.boundary) >= RADIUS)
+    return bool(floor.contains(path) and path.distance(floor.boundary) >= USER_RADIUS)

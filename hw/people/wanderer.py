@@ -17,9 +17,10 @@ from engine.files.finding import mistake
 from hw.geometry import Pose2, wrap
 from hw.people.manner import ATTENTIVE, Manner
 from hw.people.pedestrian import Pedestrian
-from hw.people.person import RADIUS, Touch
+from hw.people.person import Touch
 from hw.people.script import WalkStep
 from hw.room import Point, Room
+from hw.samples import USER_RADIUS
 
 NAME = "random"
 ABOUT = "Walks at random, by --seed: places, headings, speeds, pauses and requests; attentive."
@@ -47,13 +48,13 @@ _GOALS, _DETOURS, _PLACES = 10, 100, 1000
 
 
 class Wanderer(Pedestrian):
-    """Walks from one random place to the next, RADIUS or more from walls.
+    """Walks from one random place to the next, USER_RADIUS or more from walls.
 
     Where there is no straight path, one random place in between is tried as a detour. Ends after
     `requests` and the pause after the last; None: never.
 
     Raises:
-        FileError: the start is closer than RADIUS to a wall, so that no path leads away.
+        FileError: the start is closer than USER_RADIUS to a wall, so that no path leads away.
     """
 
     def __init__(
@@ -64,10 +65,10 @@ class Wanderer(Pedestrian):
         requests: int | None = None,
         manner: Manner = ATTENTIVE,
     ) -> None:
-        if room.clearance(start.x, start.y) < RADIUS:
+        if room.clearance(start.x, start.y) < USER_RADIUS:
             raise mistake(
                 NAME,
-                f"the start ({start.x:g}, {start.y:g}) is not {RADIUS:g} m away from walls; "
+                f"the start ({start.x:g}, {start.y:g}) is not {USER_RADIUS:g} m away from walls; "
                 "give user.start in the scene",
             )
         # a named stream: no other source with the same seed draws the same numbers
@@ -171,12 +172,12 @@ class Wanderer(Pedestrian):
         x_low, y_low, x_high, y_high = self._room.bounds
         for _ in range(_PLACES):
             place = self._chance.uniform(x_low, x_high), self._chance.uniform(y_low, y_high)
-            if self._room.clearance(*place) >= RADIUS:
+            if self._room.clearance(*place) >= USER_RADIUS:
                 return place
         return self._x, self._y
 
     def _is_clear(self, start: Point, end: Point) -> bool:
-        return self._room.way_clearance(*start, *end) >= RADIUS
+        return self._room.way_clearance(*start, *end) >= USER_RADIUS
 
     def _span(self, seconds: tuple[float, float]) -> int:
         return round(self._chance.uniform(*seconds) * 1e9)

@@ -31,7 +31,6 @@ import math
 from hw.finite import is_finite
 from hw.geometry import STILL, Pose2, Twist2
 from hw.log import Log
-from hw.people.person import RADIUS
 from hw.safety.limits import SafetyLimits as SafetyLimits  # whoever wires a chain needs both
 from hw.safety.record import (
     BACKWARDS,
@@ -55,6 +54,7 @@ from hw.safety.record import (
     SafetyRecord,
 )
 from hw.safety.separation import Nearness, UserTrack, nearness
+from hw.samples import USER_RADIUS
 
 KEPT = 4096
 """Records kept: 34 s at 120 Hz."""
@@ -263,7 +263,7 @@ class SafetyChain:
         user = self._user
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         dx, dy = user.x - pose.x, user.y - pose.y
-        return nearness(*self._half, c * dx + s * dy, c * dy - s * dx, RADIUS)
+        return nearness(*self._half, c * dx + s * dy, c * dy - s * dx, USER_RADIUS)
 
     def _touch_speed(self, gap: float, age: float) -> float:
         """The closing speed granted towards a user who requests a touch and stands still, m/s.

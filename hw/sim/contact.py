@@ -16,9 +16,9 @@ import math
 from typing import NamedTuple
 
 from hw.geometry import Pose2, Twist2, wrap
-from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.safety.separation import nearness
+from hw.samples import USER_RADIUS
 
 _TURN = 0.02
 _HALVINGS = 24
@@ -73,13 +73,17 @@ def rectangle_segment_distance(
     return nearest
 
 
-def gap(footprint: Footprint, robot: Pose2, x: float, y: float, radius: float = RADIUS) -> float:
+def gap(
+    footprint: Footprint, robot: Pose2, x: float, y: float, radius: float = USER_RADIUS
+) -> float:
     """Gap between the footprint and a cylinder about (x, y), m; at most 0 in contact."""
     px, py = _seen_from(robot.x, robot.y, robot.yaw, x, y)
     return rectangle_distance(footprint.half_length, footprint.half_width, px, py) - radius
 
 
-def swept_gap(footprint: Footprint, robot: Sweep, person: Sweep, radius: float = RADIUS) -> float:
+def swept_gap(
+    footprint: Footprint, robot: Sweep, person: Sweep, radius: float = USER_RADIUS
+) -> float:
     """The least gap while both move from their first pose to their second, m."""
     (a, b), (p, q) = robot, person
     turn = wrap(b.yaw - a.yaw)
@@ -104,7 +108,7 @@ def swept_gap(footprint: Footprint, robot: Sweep, person: Sweep, radius: float =
 
 
 def first_touch(
-    footprint: Footprint, robot: Sweep, person: Sweep, span_s: float, radius: float = RADIUS
+    footprint: Footprint, robot: Sweep, person: Sweep, span_s: float, radius: float = USER_RADIUS
 ) -> FirstTouch:
     """The start of a contact that `swept_gap` has found in a step of span_s seconds.
 

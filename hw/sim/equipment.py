@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hw.interfaces import RobotPart
-from hw.people.person import RADIUS, Person
+from hw.people.person import Person
 from hw.robot import RobotModel
 from hw.room import Point
+from hw.samples import USER_RADIUS
 from hw.scene import Scene
 from hw.sim import coverage, rays
 from hw.sim.base import SimBase
@@ -50,7 +51,7 @@ class Equipment:
         base.watch(self._body, wheels, floor)
         if person is not None:
             self._walked = Track(person.body)
-            bodies = (Body(RADIUS, PERSON_HEIGHT, self._walker), *bodies)
+            bodies = (Body(USER_RADIUS, PERSON_HEIGHT, self._walker), *bodies)
         room = None if scene is None else scene.room
         shapes, sensing = Shapes(room, bodies), robot.sensing.moved(errors.mount_error)
         seen = coverage.Coverage(room, shapes, errors.vive)

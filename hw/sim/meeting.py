@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 from hw.geometry import Pose2
-from hw.people.person import RADIUS
 from hw.robot import Footprint
+from hw.samples import USER_RADIUS
 from hw.sim.contact import Sweep, first_touch, gap, swept_gap
 from hw.sim.nearby import Nearby
 from hw.things import Thing, named
@@ -20,7 +20,7 @@ class Meeting:
     `least` is the least gap so far, m.
     """
 
-    def __init__(self, footprint: Footprint, who: str, radius: float = RADIUS) -> None:
+    def __init__(self, footprint: Footprint, who: str, radius: float = USER_RADIUS) -> None:
         self.who, self.radius = who, radius
         self.least = math.inf
         self.touching = False

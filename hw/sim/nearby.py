@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from hw.geometry import Pose2
-from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.room import Room, Segment, foot
+from hw.samples import USER_RADIUS
 from hw.scene import Scene
 from hw.sim.contact import gap, rectangle_segment_distance
 from hw.things import named
@@ -63,7 +63,7 @@ def _bodies(
 ) -> Iterable[Nearby]:
     if truth.body is not None:
         x, y = truth.body.x, truth.body.y
-        yield Nearby(gap(footprint, robot, x, y, RADIUS), USER, x, y)
+        yield Nearby(gap(footprint, robot, x, y, USER_RADIUS), USER, x, y)
     for what, thing in named(scene.objects):
         place = thing.place(now_ns)
         if place is not None:

@@ -13,9 +13,8 @@ import math
 from dataclasses import dataclass, replace
 
 from hw.geometry import Pose2, Pose3, wrap
-from hw.people.person import RADIUS
 from hw.prop import Point3
-from hw.samples import Joints, UserPose
+from hw.samples import USER_RADIUS, Joints, UserPose
 from states.arm.collision import Cylinder, Limb, Wall
 
 USER_HEIGHT = 2.0
@@ -157,13 +156,13 @@ def _wall_behind(deep: Pose2) -> Wall:
 
 def cylinder(user: Pose2, deep: Pose3 | None) -> Cylinder:
     """The user's body, slimmer where it would hold the DEEP."""
-    radius = RADIUS if deep is None else slimmed(user.distance_to(deep.flat()))
+    radius = USER_RADIUS if deep is None else slimmed(user.distance_to(deep.flat()))
     return Cylinder(user.x, user.y, radius, USER_HEIGHT)
 
 
 def slimmed(distance: float) -> float:
     """Radius of the body of a user whom the prop meets at this distance from their centre, m."""
-    return min(RADIUS, max(SLIMMEST, distance - TOUCH_GAP))
+    return min(USER_RADIUS, max(SLIMMEST, distance - TOUCH_GAP))
 
 
 def _arm(shoulder: Point3, hand: Point3, deep: Pose3 | None, length: float | None) -> Limb:

@@ -34,8 +34,8 @@ import numpy as np
 
 from hw.geometry import STILL, Pose2, Twist2
 from hw.motion import Motion
-from hw.people.person import RADIUS
 from hw.safety.separation import QUICK, STEADY
+from hw.samples import USER_RADIUS
 from states.arm.approach import TOUCH_SPEED
 from states.arm.collision import CollisionModel, Limb
 from states.arm.kernels import Array, approaching, approaching_limbs
@@ -163,7 +163,7 @@ class Governor:
         """
         self._body, links = model.body, model.body.links[model.body.first :]
         self._own = model.body.radii[model.body.first :]
-        self._radii, self._expected = self._own + RADIUS, False
+        self._radii, self._expected = self._own + USER_RADIUS, False
         self._brakes, self._met, self._granted = brakes, met, granted
         self._unsure = unsure
         count = math.ceil(trajectory.duration / STEP_S)

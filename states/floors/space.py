@@ -14,8 +14,8 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.people.person import RADIUS
 from hw.room import Point
+from hw.samples import USER_RADIUS
 from states.navigation.clearance import Array
 from states.subsystems import QUARTER
 
@@ -222,14 +222,14 @@ def without_haptic_pose(
     """Find the user poses on a floor for which no Haptic rover pose is free (R75, R77, R126).
 
     Args:
-        floor: floor on whose grid users stand, at least RADIUS from walls.
+        floor: floor on whose grid users stand, at least USER_RADIUS from walls.
         poses: Haptic rover poses in the user's frame, x ahead and y left, m.
         inflation: clearance that a pose needs, m.
         step: spacing of the grid, m.
         headings: number of headings, evenly over the whole turn.
     """
     x, y = _grid(floor, step)
-    stands = floor.is_clear(x, y, RADIUS)
+    stands = floor.is_clear(x, y, USER_RADIUS)
     x, y = x[stands], y[stands]
     missing = np.zeros(len(x))
     for heading in np.arange(headings) * (_TURN / headings):

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hw.geometry import Outline, Pose2, wrap
-from hw.people.person import RADIUS
 from hw.room import Disc, Room
 from hw.safety.limits import OLD_S
-from hw.samples import EXACT, PoseSigma, Scan, UserPose
+from hw.samples import EXACT, USER_RADIUS, PoseSigma, Scan, UserPose
 from states.localization.estimates import PoseEstimate
 from states.maps.cells import Grid
 from states.maps.field import room_field
@@ -32,7 +31,7 @@ SCANS_WAITING = 8
 """Largest number of scans that wait for a pose after their stamp; older ones are dropped."""
 LEAST_STEP_NS = 30_000_000
 """Least interval between poses used to extrapolate, ns; with closer ones noise would dominate."""
-USER_DISC_M = RADIUS + 0.2
+USER_DISC_M = USER_RADIUS + 0.2
 """Beams that end within this distance of the tracked user's centre have hit the user, m."""
 
 

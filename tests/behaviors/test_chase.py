@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviors import chase, escape, make_room
-from behaviors.chase_space import grid, length_around, ring
+from behaviors.chase_cells import grid, length_around, ring
 from behaviors.profile import Profile
 from behaviors.situation import Situation
 from hw.geometry import Pose2, Pose3, Twist2, wrap

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from behaviors import chase
-from behaviors.chase_space import grid
+from behaviors.chase_cells import grid
 from behaviors.profile import Profile
 from behaviors.situation import Situation
 from hw.geometry import Pose2

@@ -21,10 +21,9 @@ from behaviors.rollout import HORIZON_S, STEP_S, evaluate, predict_user, pursued
 from behaviors.situation import Situation
 from behaviors.straight_drive import command_towards
 from hw.geometry import Outline, Pose2, Twist2
-from hw.people.person import RADIUS
 from hw.robot import Footprint
 from hw.room import Room
-from hw.samples import UserPose
+from hw.samples import USER_RADIUS, UserPose
 from hw.sim.contact import gap
 from states.signals.prediction import PREDICTORS
 from tests.repeats import examples
@@ -246,7 +245,7 @@ def test_room_is_made_out_of_a_bend_that_may_become_tighter(
 def test_passing_nearer_than_twelve_centimetres_counts_as_a_touch(
     tuned: Profile, situation_of: Callable[..., Situation], room: float, touches: bool
 ) -> None:
-    aside = 0.455 + RADIUS + room
+    aside = 0.455 + USER_RADIUS + room
     now = situation_of(tuned, Pose2(10, 10), facing(11.0, 10.0 + aside, math.pi), Twist2(-1.0))
 
     found = evaluate(
@@ -422,7 +421,7 @@ def test_who_walks_at_a_robot_that_stands_reaches_it_from_any_side_in_the_time_o
     o = now.environment.outline()
     corners = ((o.front, o.left), (-o.back, o.left), (-o.back, -o.right), (o.front, -o.right))
     outline = Polygon([here.transform(*corner) for corner in corners])
-    closest = 0.12 + now.environment.user_margin + RADIUS
+    closest = 0.12 + now.environment.user_margin + USER_RADIUS
     gaps = [
         outline.distance(Point(10.0 + (2.5 - 0.1 * n) * c, 10.0 + (2.5 - 0.1 * n) * s))
         for n in range(1, 25)

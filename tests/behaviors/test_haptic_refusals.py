@@ -14,8 +14,8 @@ from behaviors.profile import Profile
 from cobodeck.options import Options
 from cobodeck.setup import open_setup
 from cobodeck.stage import stage
+from hw import samples
 from hw.geometry import STILL, Pose2, Pose3
-from hw.people.person import RADIUS
 from hw.room import Room
 from hw.samples import UserPose
 from hw.scene import load_scene
@@ -41,7 +41,10 @@ def requests(room: Room, name: str) -> Iterator[tuple[Pose2, Pose2, Pose3]]:
             Pose2(rng.uniform(x_low, x_high), rng.uniform(y_low, y_high), rng.uniform(-3.1, 3.1))
             for _ in range(2)
         )
-        clear = room.clearance(user.x, user.y) >= RADIUS and room.clearance(robot.x, robot.y) > 0.78
+        clear = (
+            room.clearance(user.x, user.y) >= samples.USER_RADIUS
+            and room.clearance(robot.x, robot.y) > 0.78
+        )
         if clear and robot.distance_to(user) >= USER_RADIUS:
             left -= 1
             ahead, height = rng.uniform(0.7, 0.95), rng.uniform(0.5, 1.6)

@@ -9,7 +9,7 @@ import pytest
 
 import behaviors.keys
 import states.keys
-from behaviors.chase import ChaseSpace
+from behaviors.chase_space import ChaseSpace
 from behaviors.profile import Profile
 from behaviors.settings import Settings
 from behaviors.signals import signals

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from behaviors import chase, haptic
-from behaviors.chase_space import grid
+from behaviors.chase_cells import grid
 from behaviors.profile import Profile
 from behaviors.situation import Situation
 from hw.geometry import STILL, Pose2, Pose3

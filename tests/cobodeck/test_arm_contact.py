@@ -11,9 +11,8 @@ import pytest
 from cobodeck.arm_contact import ArmOutline, ArmWatch
 from cobodeck.judges import arm_outline
 from hw.geometry import Pose2, Pose3
-from hw.people.person import RADIUS
 from hw.robot import load_robot
-from hw.samples import Joints
+from hw.samples import USER_RADIUS, Joints
 from hw.truth import Contact, Truth
 
 ROBOT = load_robot("rbkairos_ur10")
@@ -157,7 +156,7 @@ def gap(joints: Joints, base: Pose2, body: Pose2) -> tuple[float, str]:
         x, y = (start + shares * (end - start)).T[:2]
         c, s = math.cos(base.yaw), math.sin(base.yaw)
         away = np.hypot(base.x + c * x - s * y - body.x, base.y + s * x + c * y - body.y)
-        found.append((float(away.min()) - radius - RADIUS, part))
+        found.append((float(away.min()) - radius - USER_RADIUS, part))
     return min(found)
 
 
@@ -188,4 +187,4 @@ def test_the_closing_speed_of_the_real_arm_is_that_of_the_gap(
     assert contact.part == before[1] == part
     assert contact.robot_closing == pytest.approx((before[0] - after[0]) / (2 * h), rel=0.01)
     assert contact.robot_closing > 0.05
-    assert math.hypot(contact.x - body.x, contact.y - body.y) == pytest.approx(RADIUS)
+    assert math.hypot(contact.x - body.x, contact.y - body.y) == pytest.approx(USER_RADIUS)

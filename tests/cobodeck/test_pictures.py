@@ -10,7 +10,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, FancyArrowPatch
 
 from behaviors import escape, haptic
-from behaviors.chase_space import grid
+from behaviors.chase_cells import grid
 from behaviors.profile import load_profile
 from cobodeck.__main__ import main
 from cobodeck.console import FAILED, OK, USAGE, Problem

@@ -22,8 +22,9 @@ from cobodeck.__main__ import main
 from cobodeck.options import Options
 from cobodeck.record.reader import Record
 from cobodeck.record.recover import extent
-from cobodeck.record.sink import PART, Sink, Taken, open_free
+from cobodeck.record.sink import Sink, Taken, open_free
 from cobodeck.record.start import recorder
+from cobodeck.record_names import PART
 from cobodeck.setup import Setup, open_setup
 from cobodeck.simulate import RunResult, simulate
 from engine.files.finding import FileError

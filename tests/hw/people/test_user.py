@@ -8,13 +8,13 @@ from engine.files.finding import FileError
 from hw.geometry import Pose2, Pose3
 from hw.people.live import LivePerson
 from hw.people.manner import ATTENTIVE, INSTANT
-from hw.people.person import RADIUS, Touch
+from hw.people.person import Touch
 from hw.people.playback import Playback
 from hw.people.recording import Recording
 from hw.people.script import load_script, script_names
 from hw.people.user import open_user, parse_source, place_in_largest_disc
 from hw.people.walker import Walker
-from hw.samples import UserPose
+from hw.samples import USER_RADIUS, UserPose
 from hw.scene import load_scene
 
 WALKING = (Path(__file__).resolve().parents[3] / "../shared/data/walking").resolve()
@@ -160,7 +160,7 @@ def test_by_default_the_first_yaw_that_keeps_the_whole_person_on_the_floor_is_ta
     def clear(k):
         dx, dy = (0.5 * length * f(k * math.pi / 8) for f in (math.cos, math.sin))
         line = shapely.LineString([(disc.x - dx, disc.y - dy), (disc.x + dx, disc.y + dy)])
-        return LAB.room.free_space.contains(line.buffer(RADIUS))
+        return LAB.room.free_space.contains(line.buffer(USER_RADIUS))
 
     first = next(k for k in range(16) if clear(k))
     assert first > 0
@@ -189,7 +189,7 @@ def test_real_walks_fit_into_the_lab(source):
         pytest.skip(f"no {WALKING / source}")
     person = open_user(str(WALKING / source), LAB)
     for _, body, *_ in play(person, 600)[::10]:
-        assert LAB.room.clearance(body.x, body.y) >= RADIUS - 1e-9
+        assert LAB.room.clearance(body.x, body.y) >= USER_RADIUS - 1e-9
 
 
 # ---- scripts
@@ -278,7 +278,7 @@ def test_an_approach_ends_when_the_robot_is_shown(tmp_path):
 def test_an_approach_goes_into_no_wall(tmp_path):
     person = walker(tmp_path, "  - approach: {target: robot, for: 60}\n")
     for row in play(person, 600, robot=Pose2(11.0, 1.0)):
-        assert LAB.room.clearance(row[1].x, row[1].y) >= RADIUS
+        assert LAB.room.clearance(row[1].x, row[1].y) >= USER_RADIUS
 
 
 def test_the_head_can_look_aside_and_tracking_can_be_lost(tmp_path):

@@ -8,8 +8,8 @@ from shapely.geometry import LineString, Point
 
 from engine.files.finding import FileError
 from hw.geometry import Pose2
-from hw.people.person import RADIUS
 from hw.people.user import open_user
+from hw.samples import USER_RADIUS
 from hw.scene import load_scene
 
 FAR = Pose2(100.0, 100.0)
@@ -39,7 +39,7 @@ def test_the_whole_person_stays_off_the_walls(scene):
     floor = scene.room.free_space
     for body, _, _ in walk(1, scene=scene)[::5]:
         assert floor.contains(Point(body.x, body.y))
-        assert floor.boundary.distance(Point(body.x, body.y)) >= RADIUS - 1e-9
+        assert floor.boundary.distance(Point(body.x, body.y)) >= USER_RADIUS - 1e-9
 
 
 def test_speeds_headings_and_places_spread():

@@ -7,8 +7,8 @@ from shapely import affinity
 from shapely.geometry import LineString, Point, box
 
 from hw.geometry import Pose2
-from hw.people.person import RADIUS
 from hw.robot import load_robot
+from hw.samples import USER_RADIUS
 from hw.sim.contact import gap, rectangle_segment_distance, swept_gap
 from tests.repeats import examples
 
@@ -33,20 +33,20 @@ def test_straight_ahead_they_touch_at_half_length_plus_half_a_metre():
 
 
 def test_the_corners_of_the_foam_are_square():
-    corner = FOOTPRINT.half_diagonal + RADIUS
+    corner = FOOTPRINT.half_diagonal + USER_RADIUS
     bearing = math.atan2(FOOTPRINT.half_width, FOOTPRINT.half_length)
     x, y = corner * math.cos(bearing), corner * math.sin(bearing)
     assert gap(FOOTPRINT, Pose2(0.0, 0.0), x, y) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_inside_the_outline_the_gap_is_minus_the_radius():
-    assert gap(FOOTPRINT, Pose2(0.0, 0.0), 0.1, 0.1) == -RADIUS
+    assert gap(FOOTPRINT, Pose2(0.0, 0.0), 0.1, 0.1) == -USER_RADIUS
 
 
 @settings(deadline=None, max_examples=examples(200))
 @given(near, near, st.floats(-4, 4), near, near)
 def test_the_gap_is_the_distance_of_the_polygon_less_the_radius(x, y, yaw, px, py):
-    expected = outline(x, y, yaw).distance(Point(px, py)) - RADIUS
+    expected = outline(x, y, yaw).distance(Point(px, py)) - USER_RADIUS
     assert gap(FOOTPRINT, Pose2(x, y, yaw), px, py) == pytest.approx(expected, abs=1e-9)
 
 
@@ -76,7 +76,11 @@ def test_the_swept_gap_is_the_least_of_a_dense_sampling(x, y, yaw, dx, dy, turn,
     pieces = max(1, math.ceil(abs(turn) / 0.02))
     t, w = abs(turn) / pieces, math.hypot(ux - dx, uy - dy) / pieces
     missed = (t * t * (reach + 0.35) + 2 * t * w) / 8  # the documented bound
-    assert sampled - RADIUS - between - missed - 1e-9 <= found <= sampled - RADIUS + missed + 1e-9
+    assert (
+        sampled - USER_RADIUS - between - missed - 1e-9
+        <= found
+        <= sampled - USER_RADIUS + missed + 1e-9
+    )
 
 
 def test_a_touch_between_two_instants_is_found():
@@ -89,11 +93,11 @@ def test_a_touch_between_two_instants_is_found():
 def test_a_robot_that_drives_past_between_two_instants_is_found():
     robot = (Pose2(-3.0, 0.0), Pose2(3.0, 0.0))
     person = (Pose2(0.0, 0.3), Pose2(0.0, 0.3))
-    assert swept_gap(FOOTPRINT, robot, person) == pytest.approx(-RADIUS)
+    assert swept_gap(FOOTPRINT, robot, person) == pytest.approx(-USER_RADIUS)
 
 
 def test_a_corner_that_turns_into_the_person_is_found():
-    x = FOOTPRINT.half_diagonal + RADIUS - 0.01
+    x = FOOTPRINT.half_diagonal + USER_RADIUS - 0.01
     bearing = math.atan2(FOOTPRINT.half_width, FOOTPRINT.half_length)
     robot = (Pose2(0.0, 0.0, -bearing - 0.3), Pose2(0.0, 0.0, -bearing + 0.3))
     person = (Pose2(x, 0.0), Pose2(x, 0.0))

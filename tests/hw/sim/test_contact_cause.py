@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.people.live import LivePerson
-from hw.people.person import RADIUS
 from hw.robot import load_robot
-from hw.samples import UserPose
+from hw.samples import USER_RADIUS, UserPose
 from hw.sim.contact import first_touch
 from hw.sim.world import World
 
@@ -63,7 +62,7 @@ def test_who_walks_into_a_standing_robot_has_caused_the_contact():
     contact = first_contact(STILL, (3.0, 0.2), walk=(-1.2, 0.0))
 
     assert (contact.part, contact.by, contact.granted) == ("base", "person", False)
-    assert contact.at_ns * 1e-9 == pytest.approx((3.0 - LENGTH - RADIUS) / 1.2, abs=1e-4)
+    assert contact.at_ns * 1e-9 == pytest.approx((3.0 - LENGTH - USER_RADIUS) / 1.2, abs=1e-4)
     assert (contact.x, contact.y) == pytest.approx((LENGTH, 0.2), abs=1e-3)
     assert contact.robot_closing == 0.0
     assert contact.person_closing == pytest.approx(1.2)
@@ -73,7 +72,7 @@ def test_a_robot_pushed_into_a_standing_person_has_caused_the_contact():
     contact = first_contact(Twist2(0.3, 0.0), (1.5, -0.1))
 
     assert contact.by == "robot"
-    way = 1.5 - LENGTH - RADIUS
+    way = 1.5 - LENGTH - USER_RADIUS
     assert contact.at_ns * 1e-9 == pytest.approx(way / 0.3, abs=1e-4)
     assert (contact.x, contact.y) == pytest.approx((LENGTH + way, -0.1), abs=1e-3)
     assert contact.robot_closing == pytest.approx(0.3, rel=0.01)
@@ -90,11 +89,11 @@ def test_at_a_corner_only_what_closes_the_gap_counts():
 
 def test_a_turning_corner_is_as_fast_as_its_lever():
     """Only the corner, 0.725 m from the centre of the turn, reaches the person."""
-    person = Pose2(math.hypot(LENGTH, WIDTH) + RADIUS - 0.02, 0.0)
+    person = Pose2(math.hypot(LENGTH, WIDTH) + USER_RADIUS - 0.02, 0.0)
     contact = first_contact(Twist2(0.0, 0.0, 0.5), (person.x, person.y))
 
     assert math.hypot(contact.x, contact.y) == pytest.approx(math.hypot(LENGTH, WIDTH), abs=1e-3)
-    nx, ny = (person.x - contact.x) / RADIUS, (person.y - contact.y) / RADIUS
+    nx, ny = (person.x - contact.x) / USER_RADIUS, (person.y - contact.y) / USER_RADIUS
     assert contact.robot_closing == pytest.approx(0.5 * (contact.x * ny - contact.y * nx), rel=0.01)
     assert contact.robot_closing > 0.05
     assert contact.by == "robot"
@@ -138,7 +137,7 @@ def test_a_leap_in_no_time_has_no_speeds():
 
 def gap_at(base: Pose2, body: Pose2) -> float:
     away = complex(body.x - base.x, body.y - base.y) * cmath.exp(-1j * base.yaw)
-    return math.hypot(max(abs(away.real) - LENGTH, 0), max(abs(away.imag) - WIDTH, 0)) - RADIUS
+    return math.hypot(max(abs(away.real) - LENGTH, 0), max(abs(away.imag) - WIDTH, 0)) - USER_RADIUS
 
 
 def beside(base: Pose2, side: float, gap: float) -> Pose2:
@@ -187,4 +186,4 @@ def test_closing_speeds_are_those_of_the_gap_with_the_other_one_held(
     by_person = gap_at(here, along(*person, s + h)) - gap_at(here, along(*person, s - h))
     assert touch.robot_closing == pytest.approx(-by_robot / (2 * h * 0.04), rel=0.01, abs=0.01)
     assert touch.person_closing == pytest.approx(-by_person / (2 * h * 0.04), rel=0.01, abs=0.01)
-    assert math.hypot(touch.x - there.x, touch.y - there.y) == pytest.approx(RADIUS, abs=1e-3)
+    assert math.hypot(touch.x - there.x, touch.y - there.y) == pytest.approx(USER_RADIUS, abs=1e-3)
