@@ -8,20 +8,20 @@ import random
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from behaviors.chase_space import ChaseCell, ChaseSpace
-from behaviors.keys import CHASE_SPACE
-from behaviors.situation import AGE_S, CHANGES, READS, WAYS, Situation, situation
-from engine.files.units import Duration, Length
+from behaviors.situation.chase_space import ChaseCell, ChaseSpace
+from behaviors.situation.keys import CHASE_SPACE
+from behaviors.situation.present_situation import AGE_S, CHANGES, READS, WAYS, Situation, situation
+from engine.files.declared.units import Duration, Length
 from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import Pose2, Pose3, wrap
-from hw.room import Point
 from hw.samples import UserPose
-from states.keys import BASE_REFUSAL, HAPTIC_REQUEST, planner_key
+from hw.scene.room import Point
+from states.environment.signal_names import BASE_REFUSAL, HAPTIC_REQUEST, planner_key
 from states.navigation.states import DRIVES, command_of, user_disc
 from states.signals.prediction import PREDICTORS
 
 if TYPE_CHECKING:
-    from behaviors.chase_cells import Array
+    from behaviors.situation.chase_cells import Array
 
 TRIES = 30
 """How many of the best free cells are tried for a path before giving up."""
@@ -73,7 +73,7 @@ def out_of_the_way(now: Situation, cells: Array) -> Array:
 
     Best first.
     """
-    from behaviors.waiting import risks
+    from behaviors.prediction.waiting import risks
 
     some = cells[:: max(1, len(cells) // CELLS)]
     return _with_costs(some, now.settings.chase.risk * risks(now, some[:, :2]))
@@ -83,8 +83,8 @@ def drives_weighed(now: Situation, cells: Array) -> list[ChaseCell]:
     """The cells (n, 3), with weights that include the risk of the drive there; best first."""
     import numpy as np
 
-    from behaviors.waiting import way_risks
-    from states.navigation.speed import rest_to_rest
+    from behaviors.prediction.waiting import way_risks
+    from states.navigation.local.speed_profile import rest_to_rest
 
     subsystem, limits = now.environment.navigation.chase, now.environment.limits
     lengths = np.hypot(cells[:, 0] - now.pose.x, cells[:, 1] - now.pose.y)

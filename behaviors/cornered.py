@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from typing import Any
 
-from behaviors.keys import SETTINGS, settings_of
 from behaviors.refuge import KEEPS, SLOWLY, is_outside, refuge, way_out
-from behaviors.situation import CHANGES, WAYS, Situation, situation
-from engine.files.units import Duration, Length, Speed
+from behaviors.situation.keys import SETTINGS, settings_of
+from behaviors.situation.present_situation import CHANGES, WAYS, Situation, situation
+from engine.files.declared.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from hw.geometry import Pose2
-from hw.room import Point
 from hw.samples import UserPose
-from states.keys import BASE_REFUSAL, USER_VELOCITY
+from hw.scene.room import Point
+from states.environment.signal_names import BASE_REFUSAL, USER_VELOCITY
 from states.navigation.states import DRIVES, command_of, user_disc
 
 NEAR, NEAR_S = 1.9, 1.0

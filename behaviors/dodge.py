@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from behaviors.aside import SETS_OFF_S
-from behaviors.costs import crowding, efforts, haste, lateness
-from behaviors.rollout import (
+from behaviors.prediction.aside import SETS_OFF_S
+from behaviors.prediction.costs import crowding, efforts, haste, lateness
+from behaviors.prediction.rollout import (
     STOPPED_S,
     Array,
     RolloutEvaluation,
@@ -20,9 +20,9 @@ from behaviors.rollout import (
     pursued,
     roll_out,
 )
-from behaviors.situation import TURN_ROOM, Situation
+from behaviors.situation.present_situation import TURN_ROOM, Situation
 from hw.geometry import Outline, Pose2, Twist2
-from hw.room import Point
+from hw.scene.room import Point
 from states.subsystems import SubsystemName
 
 KEEP_S, KEEP_M = 0.2, 0.05
@@ -206,8 +206,8 @@ def _set_off(now: Situation, after: float) -> Situation:
 
 def warm_up() -> None:
     """Compile everything that a tick may need, or load it from the cache."""
-    from behaviors import costs, rollout, waiting
-    from states.navigation import visibility
+    from behaviors.prediction import costs, rollout, waiting
+    from states.navigation.exact import visibility
 
     costs.warm_up()
     rollout.warm_up()

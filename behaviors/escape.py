@@ -7,21 +7,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from behaviors.aside import is_met_braking, time_aside
-from behaviors.keys import ESCAPE_POSES, ESCAPE_REQUIRED, ESCAPE_SAFE, settings_of
-from behaviors.settings import EscapeSettings, Settings
-from behaviors.situation import AGE_S, WAYS, Situation, situation
+from behaviors.prediction.aside import is_met_braking, time_aside
+from behaviors.profile.settings import EscapeSettings, Settings
+from behaviors.situation.keys import ESCAPE_POSES, ESCAPE_REQUIRED, ESCAPE_SAFE, settings_of
+from behaviors.situation.present_situation import AGE_S, WAYS, Situation, situation
 from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.samples import Joints, UserPose
-from states.environment import Environment
-from states.keys import ARM_JOINTS
+from states.environment.environment import Environment
+from states.environment.signal_names import ARM_JOINTS
 from states.navigation.states import is_there, user_disc
 from states.signals.prediction import time_to_contact
 from states.subsystems import SubsystemName
 
 if TYPE_CHECKING:
-    from states.navigation.interfaces import GlobalPlanner
+    from states.navigation.planner_interfaces import GlobalPlanner
 
     Ways = Mapping[SubsystemName, GlobalPlanner]
 

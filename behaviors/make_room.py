@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from behaviors.aside import turns_at_it
-from behaviors.situation import CHANGES, READS, TURN_ROOM, WAYS, Situation, situation
-from engine.files.units import Duration, Length, Speed
+from behaviors.prediction.aside import turns_at_it
+from behaviors.situation.present_situation import (
+    CHANGES,
+    READS,
+    TURN_ROOM,
+    WAYS,
+    Situation,
+    situation,
+)
+from engine.files.declared.units import Duration, Length, Speed
 from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
-from states.keys import BASE_REFUSAL, USER_STANDS_SINCE
+from states.environment.signal_names import BASE_REFUSAL, USER_STANDS_SINCE
 from states.signals.prediction import PREDICTORS
 
 THINK_S = 0.2

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator, Sequence
 
 from behaviors.escape import in_zone, poses
-from behaviors.situation import Situation
+from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2
-from hw.room import Point
+from hw.scene.room import Point
 from states.subsystems import SubsystemName
 
 RADII = (1.9, 2.9, 3.4, 4.2, 5.2)
@@ -48,7 +48,7 @@ def refuge(now: Situation) -> Point | None:
     """
     import numpy as np
 
-    from behaviors.waiting import risks, way_risks
+    from behaviors.prediction.waiting import risks, way_risks
 
     here = (now.pose.x, now.pose.y)
     places = [here, *_free_places(now)]

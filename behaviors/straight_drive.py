@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from behaviors.rollout import STEP_S
-from behaviors.situation import Situation
+from behaviors.prediction.rollout import STEP_S
+from behaviors.situation.present_situation import Situation
 from hw.geometry import STILL, Twist2
-from hw.room import Point
 from hw.safety.separation import Nearness, nearness
 from hw.samples import USER_RADIUS
+from hw.scene.room import Point
 from states.subsystems import SubsystemName
 
 

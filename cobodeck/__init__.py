@@ -1,7 +1,7 @@
 """The program: catalogue, wiring and command line."""
 
-from cobodeck import shadows
+from cobodeck.project import shadowed
 
-_hidden = shadows.shadows(["engine"])
+_hidden = shadowed.shadows(["engine"])
 if _hidden:  # everything needs the engine, whatever could explain the failure too
-    raise ImportError(shadows.explained(_hidden))
+    raise ImportError(shadowed.explained(_hidden))

@@ -14,8 +14,10 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from cobodeck.compiled_code import keep_compiled_code
-from cobodeck.console import (
+from cobodeck.project.named_files import own_files_around
+from cobodeck.project.shadowed import explained, shadows
+from cobodeck.setup.compiled_code import keep_compiled_code
+from cobodeck.terminal.console import (
     FAILED,
     OK,
     USAGE,
@@ -24,12 +26,10 @@ from cobodeck.console import (
     show,
     show_what_can_be_shown,
 )
-from cobodeck.named_files import own_files_around
-from cobodeck.shadows import explained, shadows
+from engine.files.declared.named import no_files, with_own_files
 from engine.files.finding import FileError, NotFound, did_you_mean
-from engine.files.named import no_files, with_own_files
 from engine.files.text import noting
-from engine.files.visible import visible
+from engine.files.visible_text import visible
 
 COMMANDS = {
     "validate": "check charts, scenes, robots and profiles",

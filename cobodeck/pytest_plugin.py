@@ -1,6 +1,6 @@
 """The pytest plugin for authors of charts and states.
 
-Fixtures: `sim` runs charts in virtual time (cobodeck.testing), `parts` are stubs of the
+Fixtures: `sim` runs charts in virtual time (cobodeck.testing.testing), `parts` are stubs of the
 robot's parts, `golden` compares text with a file. A test that leaves a part moving fails.
 Options: `--update-golden` writes the files that `golden` compares with, `--requirements` lists
 which R numbers the collected tests cover.
@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from cobodeck.stub_parts import Parts
-    from cobodeck.testing import ChartTester
+    from cobodeck.testing.stub_parts import Parts
+    from cobodeck.testing.testing import ChartTester
 
 REQUIREMENTS = range(1, 151)
 _MARKER = "requirement(*numbers): the R numbers of the requirements that a test covers"
@@ -37,7 +37,7 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture
 def parts() -> Iterator[Parts]:
     """Stub parts by name, `parts["base"]`; the test fails if one is left moving."""
-    from cobodeck.stub_parts import Parts
+    from cobodeck.testing.stub_parts import Parts
 
     found = Parts()
     yield found
@@ -47,14 +47,14 @@ def parts() -> Iterator[Parts]:
 
 @pytest.fixture
 def sim(request: pytest.FixtureRequest, parts: Parts) -> Iterator[ChartTester]:
-    """Runs charts in virtual time; see `cobodeck.testing`."""
-    from cobodeck.shadows import explained, shadows
+    """Runs charts in virtual time; see `cobodeck.testing.testing`."""
+    from cobodeck.project.shadowed import explained, shadows
 
     if hidden := shadows():
         pytest.fail(explained(hidden), pytrace=False)
-    from cobodeck.named_files import own_files_around
-    from cobodeck.testing import ChartTester
-    from engine.files.named import with_own_files
+    from cobodeck.project.named_files import own_files_around
+    from cobodeck.testing.testing import ChartTester
+    from engine.files.declared.named import with_own_files
 
     root = request.config.rootpath
     tester = ChartTester(request.path.parent, root, parts)

@@ -37,21 +37,27 @@ gc.set_threshold(100_000, 10, 50)
 
 HERE = Path(__file__).parent
 REAL_TIME = [
-    *(HERE / "hw" / folder for folder in ("drivers", "fakes", "links")),
+    *(HERE / "hw" / folder for folder in ("drivers", "fakes", "ipc")),
     *(
-        HERE / "cobodeck" / f"test_{name}.py"
-        for name in (
-            "chain_connection", "connected", "dummy_run", "fakes_run", "hosted",
-            "kairos_run", "loop", "observe", "whole_robot",
-        )
+        HERE / "cobodeck" / f"{folder}/test_{name}.py"
+        for folder, names in {
+            "commands": ("observe",),
+            "loop": ("loop",),
+            "real": (
+                "chain_connection", "connected", "dummy_run", "fakes_run", "hosted", "kairos_run",
+                "whole_robot",
+            ),
+        }.items()
+        for name in names
     ),
 ]  # fmt: skip
 """Folders and files whose tests have processes or threads that must not wait for a processor."""
 VIRTUAL_TIME = [
-    HERE / "hw" / "drivers" / f"test_{name}.py"
-    for name in (
-        "can_frames", "can_mecanum", "clocks", "sick_telegram", "unity_messages", "unity_wire",
-        "ur_course",
+    HERE / "hw" / "drivers" / f"{file}.py"
+    for file in (
+        "can/test_can_frames", "can/test_can_mecanum", "sick/test_sick_telegram",
+        "test_clock_offsets", "unity/test_unity_messages", "unity/test_unity_wire",
+        "ur/test_ur_course",
     )
 ]  # fmt: skip
 """Files in these folders that have neither."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from hw.geometry import Pose2
-from hw.room import Point
 from hw.samples import Scan
+from hw.scene.room import Point
 
 BEAMS = 720
 

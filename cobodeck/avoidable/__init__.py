@@ -1,1 +1,1 @@
-"""Which touches of robot and person could have been avoided: an exhaustive search of motions."""
+"""Could a contact or a failed Escape have been avoided: a search apart from the behaviours."""

@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cobodeck.avoidable.motions import GAP
-from cobodeck.avoidable.search import (
+from cobodeck.avoidable.motion_search import (
     NO_WALLS,
     RADIUS,
     Question,
@@ -23,6 +22,7 @@ from cobodeck.avoidable.search import (
     best_motion,
     is_avoidable,
 )
+from cobodeck.avoidable.motions import GAP
 from cobodeck.avoidable.shapes import Array
 
 HALF_LENGTH, HALF_WIDTH, SPEED = 0.565, 0.455, 2.5

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from cobodeck.avoidable.recorded import RecordedRun
-from cobodeck.avoidable.search import RADIUS, Walk
+from cobodeck.avoidable.motion_search import RADIUS, Walk
+from cobodeck.avoidable.recorded_escapes import RecordedRun
 from cobodeck.avoidable.shapes import free_way
 
 OBEYED_S = 1.5

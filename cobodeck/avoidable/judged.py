@@ -15,8 +15,15 @@ from typing import Any, Literal
 import numpy as np
 
 from cobodeck.avoidable.futures import unwarned, walking_since
-from cobodeck.avoidable.recorded import EscapeVisit, RecordedRun
-from cobodeck.avoidable.search import RADIUS, BestMotion, Question, Walk, best_motion, is_avoidable
+from cobodeck.avoidable.motion_search import (
+    RADIUS,
+    BestMotion,
+    Question,
+    Walk,
+    best_motion,
+    is_avoidable,
+)
+from cobodeck.avoidable.recorded_escapes import EscapeVisit, RecordedRun
 from cobodeck.avoidable.shapes import way_distance
 
 What = Literal["failed Escape", "contact by the robot", "contact by the person"]

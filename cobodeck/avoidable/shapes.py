@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.compiled import compiled
+from hw.jit import compiled
 
 Array = NDArray[np.float64]
 WAY_M, TINY = 0.02, 1e-9

@@ -14,19 +14,19 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from cobodeck.arguments import positive
 from cobodeck.bench.harness import WORSE
-from cobodeck.console import FAILED, OK, Problem, ProgressLine, show, show_json, table
-from cobodeck.record_names import is_record
+from cobodeck.terminal.argument_types import positive
+from cobodeck.terminal.console import FAILED, OK, Problem, ProgressLine, show, show_json, table
+from cobodeck.terminal.record_names import is_record
 
 BENCHES = {
-    "engine": "cobodeck.bench.engine",
-    "navigation": "cobodeck.bench.navigation",
-    "arm": "cobodeck.bench.arm",
-    "localization": "cobodeck.bench.localization",
-    "simulation": "cobodeck.bench.simulation",
-    "realtime": "cobodeck.bench.realtime",
-    "envelope": "cobodeck.bench.envelope",
+    "engine": "cobodeck.bench.engine.engine_bench",
+    "navigation": "cobodeck.bench.navigation.navigation_bench",
+    "arm": "cobodeck.bench.arm.arm_bench",
+    "localization": "cobodeck.bench.localization.localization_bench",
+    "simulation": "cobodeck.bench.simulation_bench",
+    "realtime": "cobodeck.bench.engine.realtime",
+    "envelope": "cobodeck.bench.envelope_bench",
 }
 ENVELOPE = "envelope"
 
@@ -62,7 +62,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def _variant(text: str) -> tuple[str, float]:
     """A variant of logs, NAME=VALUE."""
-    from cobodeck.bench.log_variants import LEAST, VARIANTS
+    from cobodeck.bench.localization.log_variants import LEAST, VARIANTS
 
     name, _, value = text.partition("=")
     try:
@@ -106,7 +106,7 @@ def _draw(args: argparse.Namespace, result: Mapping[str, Any]) -> None:
 
         draw_bench(result["rows"], args.output)
         return
-    from cobodeck.pictures.envelope import draw_envelope
+    from cobodeck.pictures.envelope_picture import draw_envelope
 
     progress = ProgressLine("bench", 0.0)
     draw_envelope(args.output, progress.at)
@@ -119,11 +119,11 @@ def _judge(args: argparse.Namespace) -> int:
     if [name for name in args.names if not is_record(name)] != [ENVELOPE]:
         raise Problem("records are judged by `cobodeck bench envelope X.mcap …`, alone")
     if args.output is not None:
-        from cobodeck.pictures.canvas import form_of
+        from cobodeck.pictures.drawing.canvas import form_of
 
         form_of(args.output)
-    from cobodeck.avoidable.told import judged_run
-    from cobodeck.avoidable.told import text as told
+    from cobodeck.avoidable.escape_report import judged_run
+    from cobodeck.avoidable.escape_report import text as told
 
     progress = ProgressLine("bench", 0.0)
     runs = []
@@ -136,7 +136,7 @@ def _judge(args: argparse.Namespace) -> int:
     else:
         show(told(runs))
     if args.output is not None:
-        from cobodeck.pictures.judged import draw_judged
+        from cobodeck.pictures.judged_picture import draw_judged
 
         draw_judged(runs, args.output)
     return OK
@@ -165,7 +165,7 @@ def _measure_logs(args: argparse.Namespace) -> dict[str, Any]:
     if args.names not in ([], ["localization"]):
         raise Problem("--logs are for `cobodeck bench localization`, alone")
     from cobodeck.bench.harness import machine
-    from cobodeck.bench.localization_logs import rows
+    from cobodeck.bench.localization.localization_logs import rows
 
     found = []
     progress = ProgressLine("bench", 0.0)

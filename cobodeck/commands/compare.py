@@ -8,12 +8,12 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.console import FAILED, OK, show, show_json, table
+from cobodeck.terminal.console import FAILED, OK, show, show_json, table
 
 if TYPE_CHECKING:
-    from cobodeck.record.compare import Comparison, Figure
-    from cobodeck.record.header_differences import HeaderDifference
-    from cobodeck.record.reader import Record
+    from cobodeck.record.read.header_differences import HeaderDifference
+    from cobodeck.record.read.reader import Record
+    from cobodeck.record.read.record_comparison import Comparison, Figure
     from hw.geometry import Pose2
 
 WIDTH = 100
@@ -37,8 +37,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compare."""
-    from cobodeck.record.compare import compare
-    from cobodeck.record.reader import Record
+    from cobodeck.record.read.reader import Record
+    from cobodeck.record.read.record_comparison import compare
 
     records = (Record(args.a), Record(args.b))
     found = compare(*records)

@@ -14,13 +14,13 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.arguments import length, pose, scan_mounts, word
-from cobodeck.console import FAILED, OK, Problem, ProgressLine, show, show_json, table
-from engine.files.named import YAML
+from cobodeck.terminal.argument_types import length, pose, scan_mounts, word
+from cobodeck.terminal.console import FAILED, OK, Problem, ProgressLine, show, show_json, table
+from engine.files.declared.named import YAML
 
 if TYPE_CHECKING:
-    from cobodeck.logs.localized import Localized
-    from cobodeck.logs.log import SensorLog
+    from cobodeck.logs.formats.drive_log import SensorLog
+    from cobodeck.logs.log_localization import Localized
     from cobodeck.logs.mapped import Ground
     from hw.geometry import Pose2
 
@@ -60,23 +60,23 @@ def _yaml(text: str) -> Path:
 def run(args: argparse.Namespace) -> int:
     """Localize, report, draw."""
     if args.output is not None:
-        from cobodeck.pictures.canvas import form_of
+        from cobodeck.pictures.drawing.canvas import form_of
 
         form_of(args.output)
-    from cobodeck.logs.log import SCAN
-    from cobodeck.logs.opening import open_log
+    from cobodeck.logs.formats.drive_log import SCAN
+    from cobodeck.logs.log_files import open_log
 
     log = open_log(args.log).mounted(dict(args.scan_mounts))
     if log.count(SCAN) == 0:
         return _reckon(log, args)
-    from cobodeck.logs.localized import first_pose, localize
+    from cobodeck.logs.log_localization import first_pose, localize
 
     ground = _ground(log, args)
     start = None if args.anywhere else args.start or first_pose(ground)
     found = localize(log, ground, start, args.seed, time.perf_counter)
     written = list(_written(found, args))
     if args.json:
-        from cobodeck.logs.localized import figures
+        from cobodeck.logs.log_localization import figures
 
         show_json(figures(found))
     else:
@@ -114,8 +114,8 @@ def _written(found: Localized, args: argparse.Namespace) -> list[Path]:
         _write_csv(found, args.csv)
         written.append(args.csv)
     if args.output is not None:
-        from cobodeck.pictures.canvas import save
-        from cobodeck.pictures.localized import localized_picture
+        from cobodeck.pictures.drawing.canvas import save
+        from cobodeck.pictures.localization_picture import localized_picture
 
         save(localized_picture(found), args.output)
         written.append(args.output)
@@ -161,7 +161,7 @@ def _reckon(log: SensorLog, args: argparse.Namespace) -> int:
 
 def summary(found: Localized) -> str:
     """The figures as text for people."""
-    from cobodeck.logs.localized import figures
+    from cobodeck.logs.log_localization import figures
 
     told = figures(found)
     walls, errors, took = told["wall_distance_m"], told["errors"], told["time_per_scan_ms"]

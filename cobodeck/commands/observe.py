@@ -24,7 +24,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.console import FAILED, OK, USAGE, Problem, complain, show
+from cobodeck.terminal.console import FAILED, OK, USAGE, Problem, complain, show
 
 if TYPE_CHECKING:
     from hw.drivers.observer import ObserverLink
@@ -93,7 +93,7 @@ def _make_key(path: Path) -> int:
 def _link(args: argparse.Namespace) -> ObserverLink:
     from hw.drivers.observer import ObserverLink
     from hw.drivers.observer_key import key_in
-    from hw.links.datagrams import is_loopback
+    from hw.ipc.datagrams import is_loopback
 
     host, port = args.chain
     try:

@@ -5,17 +5,17 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from cobodeck.arguments import instant
-from cobodeck.catalogue import catalogue
-from cobodeck.console import FAILED, OK, Problem, show
-from cobodeck.library import chart_file, load_beside
-from cobodeck.pictures import command as room
-from cobodeck.record_names import is_record
-from engine.draw.dot import dot
-from engine.draw.render import FILE_FORMS, CannotRender, render
+from cobodeck.pictures import render_scene as room
+from cobodeck.project.library import chart_file, load_beside
+from cobodeck.project.state_catalogue import catalogue
+from cobodeck.terminal.argument_types import instant
+from cobodeck.terminal.console import FAILED, OK, Problem, show
+from cobodeck.terminal.record_names import is_record
+from engine.chart.load import Library
+from engine.draw.dot_text import dot
+from engine.draw.layout import FILE_FORMS, CannotRender, render
 from engine.files.finding import did_you_mean
-from engine.load import Library
-from engine.report import text
+from engine.reports import text
 
 TEXT_FORMS = ("dot", "mmd")
 LARGEST = 10_000
@@ -69,7 +69,7 @@ def _draw_chart(args: argparse.Namespace) -> int:
     if shown > LARGEST:
         raise Problem(f"a picture of {shown} nodes; at most {LARGEST}, choose a smaller --depth")
     if form == "mmd":
-        from engine.draw.mermaid import mermaid
+        from engine.draw.mermaid_text import mermaid
 
         data = mermaid(chart, library, depth).encode()
     elif form == "dot":
@@ -88,7 +88,7 @@ def _draw_chart(args: argparse.Namespace) -> int:
 def _draw_run(args: argparse.Namespace) -> int:
     if args.scene is not None:
         raise Problem(f"{args.chart}: a record has its own room; leave out --scene")
-    from cobodeck.pictures.recorded import draw_run
+    from cobodeck.pictures.run.record_picture import draw_run
 
     return draw_run(Path(args.chart), args.output, args.start_s, args.end_s)
 

@@ -13,15 +13,15 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.arguments import new_record
-from cobodeck.console import FAILED, OK, ProgressLine, complain, show, show_json, table
+from cobodeck.terminal.argument_types import new_record
+from cobodeck.terminal.console import FAILED, OK, ProgressLine, complain, show, show_json, table
 
 if TYPE_CHECKING:
-    from cobodeck.loop import Loop
-    from cobodeck.record.feed import ReplayMismatch
-    from cobodeck.record.reader import Record
-    from cobodeck.record.recorder import Recorder
-    from cobodeck.record.replay import Replay
+    from cobodeck.loop.loop import Loop
+    from cobodeck.record.read.reader import Record
+    from cobodeck.record.read.record_replay import Replay
+    from cobodeck.record.read.sample_feed import ReplayMismatch
+    from cobodeck.record.write.run_recorder import Recorder
 
 FOR_EVER_NS = 1 << 61
 
@@ -40,11 +40,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Replay."""
-    from cobodeck.catalogue import catalogue
-    from cobodeck.record.reader import Record
-    from cobodeck.record.replay import setup_of, stage_replay
-    from cobodeck.record.start import replay_recorder
-    from cobodeck.warmup import warm_up
+    from cobodeck.project.state_catalogue import catalogue
+    from cobodeck.record.read.reader import Record
+    from cobodeck.record.read.record_replay import setup_of, stage_replay
+    from cobodeck.record.write.start import replay_recorder
+    from cobodeck.setup.warmup import warm_up
 
     record = Record(args.file)
     if args.check:
@@ -72,7 +72,7 @@ def _go(
     """Run to the end; returns the figures and the file in which the replay was kept."""
     import time
 
-    from cobodeck.simulate import figures_of
+    from cobodeck.run.simulation import figures_of
 
     loop = replay.loop
     if recorder is not None:
@@ -102,7 +102,7 @@ def _with_share(loop: Loop, record: Record, progress: ProgressLine) -> Callable[
 
 
 def _options(record: Record) -> Any:
-    from cobodeck.options import Options
+    from cobodeck.setup.options import Options
 
     return Options(**record.header["options"])
 
@@ -110,7 +110,7 @@ def _options(record: Record) -> Any:
 def _found(
     replay: Replay, record: Record, figures: Mapping[str, Any], file: Path | None
 ) -> dict[str, Any]:
-    from cobodeck.record.header import changes
+    from cobodeck.record.format.record_header import changes
 
     difference, checker = replay.difference, replay.checker
     return {

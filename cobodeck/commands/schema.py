@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from cobodeck.catalogue import catalogue
-from cobodeck.console import OK, show
-from cobodeck.editor_schema import schema_for
+from cobodeck.project.editor_schema import schema_for
+from cobodeck.project.state_catalogue import catalogue
+from cobodeck.terminal.console import OK, show
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -10,11 +10,9 @@ import argparse
 from collections.abc import Iterable
 from pathlib import Path
 
-from cobodeck.catalogue import CHARTS, Catalogue, catalogue
-from cobodeck.checker import FileChecker
-from cobodeck.console import FAILED, OK, complain, show
-from cobodeck.editor_schema import schema_notes
-from cobodeck.library import (
+from cobodeck.fitness.checker import FileChecker
+from cobodeck.project.editor_schema import schema_notes
+from cobodeck.project.library import (
     errors_in_used,
     files_in,
     findings_of,
@@ -22,14 +20,16 @@ from cobodeck.library import (
     read_source,
     strictly,
 )
-from cobodeck.part_check import wrong_parts
-from engine.chart import Chart
-from engine.explore import explore
+from cobodeck.project.part_check import wrong_parts
+from cobodeck.project.state_catalogue import CHARTS, Catalogue, catalogue
+from cobodeck.terminal.console import FAILED, OK, complain, show
+from engine.chart.chart import Chart
+from engine.chart.load import Library
+from engine.check.exploration import explore
 from engine.files.finding import Finding, Place, in_order
 from engine.files.source import SourceFile
-from engine.load import Library
-from engine.machine import Machine
-from engine.report import FORMATS, report
+from engine.machine.machine import Machine
+from engine.reports import FORMATS, report
 
 WALKED = 2_000
 """Limit of explored configurations; the report says when it is reached."""

@@ -14,20 +14,20 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from cobodeck.logs.log import ODOMETRY, SCAN, SensorLog
-from cobodeck.logs.rawlog import is_rawlog, read_rawlog
+from cobodeck.logs.formats.drive_log import ODOMETRY, SCAN, SensorLog
+from cobodeck.logs.formats.rawlog import is_rawlog, read_rawlog
 from cobodeck.logs.seen import SeenScan, scans_of
 from engine.files.finding import FileError, mistake
 from engine.files.source import read_file
 from hw.geometry import Pose2
-from states.localization.growing import points_in
-from states.localization.placing import PlacedScan, Placing, Progress, place
+from states.localization.slam.incremental_mapping import points_in
+from states.localization.slam.placing import PlacedScan, Placing, Progress, place
 from states.maps.field import Field, map_field, room_field
 from states.maps.mapping import RESOLUTION, Mapper
 from states.maps.occupancy import UNKNOWN, OccupancyMap, load_map
 
 if TYPE_CHECKING:
-    from hw.room import Room
+    from hw.scene.room import Room
 
 Split = Literal["halves", "alternate"]
 _HALVES: Split = "halves"
@@ -82,7 +82,7 @@ def given_ground(place: str, log: SensorLog, resolution: float = RESOLUTION) -> 
     if path.is_file() and _is_map(path):
         map_ = load_map(path)
         return Ground(place, map_field(map_), map_, None, numbers, own=False)
-    from hw.scene import load_scene
+    from hw.scene.scene import load_scene
 
     room = load_scene(place).room
     own = log.form == "record"  # poses of a record are those of its scene

@@ -10,12 +10,17 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
-from cobodeck.logs.log import IMU, ODOMETRY, SensorLog
+from cobodeck.logs.formats.drive_log import IMU, ODOMETRY, SensorLog
 from engine.files.finding import mistake
 from hw.geometry import Pose3
 from hw.samples import ImuReading, Odometry
-from states.localization.sources import FilterConfig, Measurement, MeasurementSource, ProcessNoise
-from states.localization.spatial import SpatialFilter, angles_of, without_gravity
+from states.localization.filter.measurement_sources import (
+    FilterConfig,
+    Measurement,
+    MeasurementSource,
+    ProcessNoise,
+)
+from states.localization.filter.spatial import SpatialFilter, angles_of, without_gravity
 
 _WHEELS, _TURNS, _ATTITUDE = "wheels", "turns", "attitude"
 _SOURCES = (

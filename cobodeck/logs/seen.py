@@ -5,11 +5,11 @@ from __future__ import annotations
 from bisect import bisect_left
 from typing import Any, NamedTuple
 
-from cobodeck.logs.log import SensorLog
+from cobodeck.logs.formats.drive_log import SensorLog
 from hw.geometry import STILL, Pose2, Twist2
 from hw.samples import Odometry, Scan
-from states.localization.scans import cloud_of, span_ns
-from states.localization.trail import displacement_of, velocity_of
+from states.localization.matching.scans import cloud_of, span_ns
+from states.localization.wheels.trail import displacement_of, velocity_of
 
 ALL_BEAMS = 100_000
 

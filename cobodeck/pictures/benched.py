@@ -10,8 +10,8 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from cobodeck.console import Problem
-from cobodeck.pictures.canvas import save_figure
+from cobodeck.pictures.drawing.canvas import save_figure
+from cobodeck.terminal.console import Problem
 from engine.draw.style import GREY, INK
 
 SIZE_IN = (9.0, 6.0)

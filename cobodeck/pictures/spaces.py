@@ -17,20 +17,20 @@ from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
 from behaviors import escape, haptic
-from behaviors.chase_cells import grid
-from behaviors.settings import Settings
-from behaviors.situation import Situation
-from cobodeck.pictures.actors import view_yaw
-from cobodeck.pictures.canvas import Sheet
-from cobodeck.pictures.labels import Labels
-from cobodeck.pictures.room import ring_of
+from behaviors.profile.settings import Settings
+from behaviors.situation.chase_cells import grid
+from behaviors.situation.present_situation import Situation
+from cobodeck.pictures.drawing.actors import view_yaw
+from cobodeck.pictures.drawing.canvas import Sheet
+from cobodeck.pictures.drawing.labels import Labels
+from cobodeck.pictures.drawing.room_drawing import ring_of
 from engine.draw.style import INK, RED
 from hw.geometry import Pose2, Pose3
-from hw.robot import Footprint
-from hw.room import Point, contains
+from hw.model.robot import Footprint
 from hw.samples import Joints, UserPose
-from states.environment import Environment
-from states.navigation.clearance import Array
+from hw.scene.room import Point, contains
+from states.environment.environment import Environment
+from states.navigation.exact.clearance import Array
 
 DEEP = "#1e66ff"
 HAPTIC = "#2e7d32"

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from engine.check.checked_chart import CheckedChart, PlacedNode
-from engine.check.rules import TooLarge, uncovered
 from engine.check.uses import components, cycle_in
+from engine.check.when import TooLarge, uncovered
 
 MOST_BESIDE = 100
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from engine.chart import Node, key_mark_of, mark_of
+from engine.chart.chart import Node, key_mark_of, mark_of
 from engine.check.checked_chart import CheckedChart, Origin, PlacedNode
 from engine.files.source import Map, Mark
 from engine.state_class import RESERVED_OUTCOMES

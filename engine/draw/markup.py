@@ -6,7 +6,7 @@ import html
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from engine.draw.shapes import BoxShape, Ending, LeafShape, OutcomeLabel, TableShape
+from engine.draw.chart_shapes import BoxShape, Ending, LeafShape, OutcomeLabel, TableShape
 from engine.draw.style import AMBER, CAUSES, FILLS, FRAME, GREY, KINDS, LINE, LIT_FRAME, RED
 
 Holds = Callable[[str], bool]

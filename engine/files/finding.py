@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from engine.files.words import advice
+from engine.files.suggestions import advice
 
 Severity = Literal["error", "warning"]
 

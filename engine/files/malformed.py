@@ -18,7 +18,7 @@ from engine.files.indentation import (
     indentation,
     line_above,
 )
-from engine.files.words import invisible, name_of, smart_quote
+from engine.files.suggestions import invisible, name_of, smart_quote
 
 _MERGE = re.compile(r"(?:<{7}|>{7}|\|{7})(?: |\Z)|={7}\Z")
 _WORD = re.compile(r"\s*(?:- +)*([^\s:={}\[\],：]+)")

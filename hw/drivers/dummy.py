@@ -20,10 +20,10 @@ from collections import deque
 from collections.abc import Callable
 
 from hw.geometry import Pose2
-from hw.links.datagrams import Door, Hearer, Intake, Outlet
-from hw.people.person import Person
+from hw.ipc.datagrams import Door, Hearer, Intake, Outlet
+from hw.people.walking.person import Person
 from hw.samples import Sample
-from hw.sim.devices import SimVr
+from hw.sim.sensors.devices import SimVr
 
 Now = Callable[[], int]
 SOURCE = "vr"

@@ -14,7 +14,7 @@ Both ends have the same key, for years; three messages make one heartbeat of it:
     observer: `observer.here`, stamped with that time
 
 Codes under keys made of the shared one are in all of them. The last, and a `pull`, are datagrams
-(`hw.links.datagrams`) under a key that is made of the shared one and the chain's start, so that no
+(`hw.ipc.datagrams`) under a key that is made of the shared one and the chain's start, so that no
 message is of use for another start. The chain counts the age of a heartbeat from its own time in
 it: one that was held up is old, whatever the clocks of both machines say.
 
@@ -31,7 +31,7 @@ import time
 from collections import deque
 
 from hw.drivers.gates import OBSERVER_HEARD_NS, OBSERVER_STOPS_NS
-from hw.links.datagrams import Address, Datagram, Reader, Seal, coded, key_of, received
+from hw.ipc.datagrams import Address, Datagram, Reader, Seal, coded, key_of, received
 
 PERIOD_S = 0.05
 """Period of the heartbeat, s."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from hw.links.datagrams import Door, Hearer, Outlet
-from hw.links.processes import Child
+from hw.ipc.datagrams import Door, Hearer, Outlet
+from hw.ipc.processes import Child
 
 
 class Peer:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from hw.connection import RunInfo
+from hw.connection.connection import RunInfo
 from hw.fakes.peer import Peer
-from hw.links.datagrams import Hearer
+from hw.ipc.datagrams import Hearer
 
 UR10 = (0.0, -1.57, 1.57, -1.57, -1.57, 0.0)
 """Default joints of an arm, rad."""
@@ -17,7 +17,7 @@ class Cb3(Peer):
     """A UR controller of the CB3 series at `host`, on its usual ports.
 
     It starts at `joints` (rad), by default folded like the robot's body; it sends its joints to
-    `tells`. A protective stop cannot be unlocked for `unlock` s. `hw.fakes.cb3` has its faults.
+    `tells`. A protective stop cannot be unlocked for `unlock` s. `hw.fakes.ur.cb3` has its faults.
     """
 
     sources = ("cb3",)
@@ -36,7 +36,7 @@ class Cb3(Peer):
             "joints": tuple(joints or folded or UR10),
             "unlock": unlock,
         }
-        super().__init__("hw.fakes.cb3", settings, tells, "the fake UR controller")
+        super().__init__("hw.fakes.ur.cb3", settings, tells, "the fake UR controller")
 
 
 class VrClient(Peer):
@@ -44,8 +44,9 @@ class VrClient(Peer):
 
     Its user is hosted by the world `tells`. Its clock is `clock_offset`, s, ahead of ours;
     `answers`: it answers questions for its clock; `by_fields`: it writes field by field, as Unity
-    does. `hw.fakes.vr_application` has its faults; `faults` are those that come by themselves, each
-    with the time in s since the robot was first shown: `[[6.0, lost], [8.0, none]]`.
+    does. `hw.fakes.unity.vr_application` has its faults; `faults` are those that come by
+    themselves, each with the time in s since the robot was first shown: `[[6.0, lost], [8.0,
+    none]]`.
     """
 
     sources = ("vr_client",)
@@ -71,4 +72,4 @@ class VrClient(Peer):
             "by_fields": by_fields,
             "faults": [(float(at), str(name)) for at, name in faults],
         }
-        super().__init__("hw.fakes.vr_process", settings, tells, "the fake VR application")
+        super().__init__("hw.fakes.unity.vr_process", settings, tells, "the fake VR application")

@@ -1,6 +1,6 @@
 """The world of the fakes as a process: peers report their motors and receive their senses.
 
-Its address is known beforehand. All messages are `hw.links.datagrams`; stamps are instants of
+Its address is known beforehand. All messages are `hw.ipc.datagrams`; stamps are instants of
 measurement. A peer subscribes by sending `subscribe` there, from the start and every 200 ms, under
 a source that names its kind; the value is the door of its own intake for the source `world`.
 
@@ -31,13 +31,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from hw.connection import HostedScene
-from hw.links.datagrams import Address, Door, Intake, Outlet
-from hw.links.datagrams import Datagram as Heard
-from hw.links.priority import DEVICES
-from hw.links.processes import Parent, Ready, serve
-from hw.robot import MotionLimits, RobotModel
-from hw.sim.hosted import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, HostedWorld, PeerMessage
+from hw.connection.connection import HostedScene
+from hw.ipc.datagrams import Address, Door, Intake, Outlet
+from hw.ipc.datagrams import Datagram as Heard
+from hw.ipc.priority import DEVICES
+from hw.ipc.processes import Parent, Ready, serve
+from hw.model.robot import MotionLimits, RobotModel
+from hw.sim.external_world import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, HostedWorld, PeerMessage
 from hw.truth import Truth
 
 SOURCES = (VR, DRIVES, SCANNERS, "cb3")

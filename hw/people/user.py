@@ -19,18 +19,18 @@ from pathlib import Path
 
 from engine.files.finding import mistake
 from hw.geometry import Pose2
-from hw.people import wanderer
-from hw.people.interaction import Interaction
 from hw.people.live import LivePerson
-from hw.people.manner import ATTENTIVE, Manner, manner_named
-from hw.people.person import Person
-from hw.people.playback import Playback
-from hw.people.recording import Heading, Recording, Up, read_recording
-from hw.people.script import load_script
-from hw.people.walker import Walker
-from hw.room import Disc, Point, Room
+from hw.people.recorded.recorded_walk import Playback
+from hw.people.recorded.walk_file import Heading, Recording, Up, read_recording
+from hw.people.walking import wanderer
+from hw.people.walking.interaction import Interaction
+from hw.people.walking.manner import ATTENTIVE, Manner, manner_named
+from hw.people.walking.person import Person
+from hw.people.walking.script import load_script
+from hw.people.walking.walker import Walker
 from hw.samples import USER_RADIUS
-from hw.scene import Scene
+from hw.scene.room import Disc, Point, Room
+from hw.scene.scene import Scene
 
 LIVE = "live"
 OFF_ROBOT = 1.27

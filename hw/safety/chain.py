@@ -31,8 +31,7 @@ import math
 from hw.finite import is_finite
 from hw.geometry import STILL, Pose2, Twist2
 from hw.log import Log
-from hw.safety.limits import SafetyLimits as SafetyLimits  # whoever wires a chain needs both
-from hw.safety.record import (
+from hw.safety.cycle_record import (
     BACKWARDS,
     BASE_UNKNOWN,
     COMMAND_AHEAD,
@@ -53,6 +52,7 @@ from hw.safety.record import (
     USER_UNKNOWN,
     SafetyRecord,
 )
+from hw.safety.limits import SafetyLimits as SafetyLimits  # whoever wires a chain needs both
 from hw.safety.separation import Nearness, UserTrack, nearness
 from hw.samples import USER_RADIUS
 

@@ -22,12 +22,12 @@ from typing import Protocol, runtime_checkable
 from hw.geometry import STILL, Pose2, Twist2
 from hw.interfaces import Base, DriveMode
 from hw.log import Log
-from hw.reckoner import Reckoner
+from hw.motion.reckoner import Reckoner
 from hw.safety.chain import SafetyChain
+from hw.safety.cycle_record import SafetyRecord
 from hw.safety.keeper import Hear, Keeper, Keeps, Pull, is_standing
 from hw.safety.limits import SafetyLimits
 from hw.safety.multiplexer import Multiplexer, Selected
-from hw.safety.record import SafetyRecord
 from hw.samples import ArmState, Joints, PoseSigma, Sample
 
 STOP_LOCK, ARM_LOCK = "stop", "arm"

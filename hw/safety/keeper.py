@@ -22,10 +22,10 @@ from typing import Any, Protocol
 from hw.geometry import STILL, Pose2, Twist2
 from hw.interfaces import DriveMode
 from hw.log import Log
-from hw.reckoner import Reckoner
+from hw.motion.reckoner import Reckoner
 from hw.safety.chain import STANDING, SafetyChain
+from hw.safety.cycle_record import SafetyRecord
 from hw.safety.limits import SafetyLimits
-from hw.safety.record import SafetyRecord
 from hw.samples import Odometry, PoseSigma, Sample, TrackerPose, UserPose
 
 Hear = Callable[[int, int, Any], None]

@@ -5,24 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hw.interfaces import RobotPart
-from hw.people.person import Person
-from hw.robot import RobotModel
-from hw.room import Point
+from hw.model.robot import RobotModel
+from hw.model.sensor_errors import SensorErrors
+from hw.model.tracking import Tracking
+from hw.people.walking.person import Person
 from hw.samples import USER_RADIUS
-from hw.scene import Scene
-from hw.sim import coverage, rays
-from hw.sim.base import SimBase
-from hw.sim.errors import SensorErrors
-from hw.sim.imu import SimImu
-from hw.sim.lidar import SimLidar
-from hw.sim.odometry import SimOdometry
-from hw.sim.person_view import PersonView
-from hw.sim.shapes import Shapes
+from hw.scene.objects import Body
+from hw.scene.room import Point
+from hw.scene.scene import Scene
+from hw.sim.sensors import coverage, rays
+from hw.sim.sensors.imu import SimImu
+from hw.sim.sensors.lidar import SimLidar
+from hw.sim.sensors.odometry import SimOdometry
+from hw.sim.sensors.person_view import PersonView
+from hw.sim.sensors.scanned_shapes import Shapes
+from hw.sim.sensors.track import Track
+from hw.sim.sensors.vive import SimulatedTrackers
+from hw.sim.sim_base import SimBase
 from hw.sim.slip import SlipperyFloor
-from hw.sim.track import Track
-from hw.sim.vive import SimulatedTrackers
-from hw.things import Body
-from hw.tracking import Tracking
 
 PERSON_HEIGHT = 1.8
 """Height of the cylinder that models the person, m."""

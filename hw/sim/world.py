@@ -13,21 +13,21 @@ from typing import TYPE_CHECKING, Any
 from hw.geometry import Pose2
 from hw.interfaces import RobotPart
 from hw.log import Log
-from hw.people.person import Person
-from hw.robot import MotionLimits, RobotModel
+from hw.model.robot import MotionLimits, RobotModel
+from hw.model.sensor_errors import SensorErrors
+from hw.model.sensor_model import IDEAL, SensorModel
+from hw.people.walking.person import Person
+from hw.safety.cycle_record import SafetyRecord
 from hw.safety.guarded import CYCLE_NS, GuardedBase
 from hw.safety.limits import SafetyLimits
-from hw.safety.record import SafetyRecord
 from hw.safety.stop_line import StopLatch
 from hw.samples import Sample, UserPose
-from hw.scene import Scene
-from hw.sim.arm import SimArm
-from hw.sim.base import SimBase
-from hw.sim.collisions import Collisions
-from hw.sim.devices import ScriptedOperator, SimBumper, SimTrackers, SimVr
-from hw.sim.errors import SensorErrors
-from hw.sim.moving import MovingArm, MovingBase
-from hw.sim.sensors import IDEAL, SensorModel
+from hw.scene.scene import Scene
+from hw.sim.contact.collisions import Collisions
+from hw.sim.contact.moving import MovingArm, MovingBase
+from hw.sim.sensors.devices import ScriptedOperator, SimBumper, SimTrackers, SimVr
+from hw.sim.sim_arm import SimArm
+from hw.sim.sim_base import SimBase
 from hw.sim.tool import Hand
 from hw.truth import Truth
 

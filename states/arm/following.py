@@ -8,7 +8,7 @@ from hw.geometry import Pose3
 from hw.samples import ARM_MOVES, ArmState, Joints
 
 if TYPE_CHECKING:
-    from states.arm.person import ArmSituation
+    from states.arm.arm_situation import ArmSituation
 
 SLICES = 4
 """Slices of planning per tick, some 2 ms each."""

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from itertools import chain
 from typing import TYPE_CHECKING, Literal
 
-from engine.files.units import Angle, Duration
+from engine.files.declared.units import Angle, Duration
 from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
 from hw.geometry import Pose3
 from hw.interfaces import Arm
@@ -26,7 +26,7 @@ from states.arm.following import (
     stopped,
 )
 from states.arm.standing import Standing
-from states.keys import (
+from states.environment.signal_names import (
     ARM_JOINTS,
     BASE_POSE,
     BASE_POSE_SIGMA,
@@ -37,9 +37,9 @@ from states.keys import (
 )
 
 if TYPE_CHECKING:
-    from states.arm.person import ArmSituation
-    from states.arm.planning import NoPlan, Plan, Query
-    from states.arm.separation import Governor
+    from states.arm.arm_separation import Governor
+    from states.arm.arm_situation import ArmSituation
+    from states.arm.planning.planning import NoPlan, Plan, Query
 
 AGE_S = 0.2
 """Greatest age of the signals that arm states read, s."""
@@ -57,7 +57,7 @@ SURE, SURE_YAW = 0.01, 0.005
 """Largest sigma of the base's pose to reach from, m and rad: it adds to the prop's error."""
 
 Solver = Literal["lines_first", "rrt_connect", "ompl"]
-"""Planners of `states.arm.planning`; `ompl` needs the extra of that name."""
+"""Planners of `states.arm.planning.planning`; `ompl` needs the extra of that name."""
 
 
 class ParkArm(Action):
@@ -160,7 +160,7 @@ def _installed(solver: Solver) -> Solver:
 
 def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Moving:
     """Move to a DEEP (map; None: fold); replan whenever somebody steps into the path."""
-    from states.arm.planning import NoPlan
+    from states.arm.planning.planning import NoPlan
 
     workspace, standing, corrections = environment_of(ctx).workspace, Standing(), 0
     while True:
@@ -208,7 +208,7 @@ def _at_rest(ctx: Context) -> Generator[Yielded, None, ArmSituation | None]:
 
 
 def _situation(ctx: Context) -> ArmSituation | None:
-    from states.arm.person import ArmSituation
+    from states.arm.arm_situation import ArmSituation
 
     base, arm = ctx.value(BASE_POSE), ctx.value(ARM_JOINTS)
     if base is None or arm is None:
@@ -218,7 +218,7 @@ def _situation(ctx: Context) -> ArmSituation | None:
 
 def _planned(queries: Iterable[Query], solver: str) -> Generator[Yielded, None, Plan | NoPlan]:
     """Plan the first of these queries that has a plan, a few slices per tick."""
-    from states.arm.planning import in_turn, planner
+    from states.arm.planning.planning import in_turn, planner
 
     work, slices = in_turn(queries, planner(solver)), 0
     while True:
@@ -241,7 +241,7 @@ def _follow(
     standing: Standing,
 ) -> Generator[Yielded, None, bool | None]:
     """Follow a plan; True if the arm got there, False if not, None if its path is obstructed."""
-    from states.arm.motion import waypoints
+    from states.arm.workspace import waypoints
 
     arm: Arm = ctx.part("arm")
     environment, points, checked = environment_of(ctx), waypoints(plan), planned

@@ -13,12 +13,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.compiled import compiled
-from states.floors.space import LEAST_PIECE, Obstacle, Passage, Quarter, obstacle_in
+from hw.jit import compiled
+from states.floors.usable_space import LEAST_PIECE, Obstacle, Passage, Quarter, obstacle_in
 from states.maps.cells import Mask
 from states.maps.distance import distances
 from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap
-from states.navigation.clearance import Array
+from states.navigation.exact.clearance import Array
 
 RegionLabels = NDArray[np.int64]
 

@@ -14,9 +14,9 @@ import networkx as nx
 import numpy as np
 import shapely
 
-from hw.room import Point
-from states.floors.space import LEAST_PIECE, Passage
-from states.navigation.clearance import TOLERANCE, Array
+from hw.scene.room import Point
+from states.floors.usable_space import LEAST_PIECE, Passage
+from states.navigation.exact.clearance import TOLERANCE, Array
 
 Geometry = Any  # shapely carries no types
 

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 
 from hw.geometry import Pose2
 from hw.samples import PoseSigma
-from states.signals.motion import StampedPlace
+from states.signals.user_motion import StampedPlace
 
 SENSED = ("base.odometry", "base.imu", "base.scan", "rover.tracker")
 """Inputs of localization; only odometry is required before there is a pose."""

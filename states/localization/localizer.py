@@ -16,15 +16,22 @@ import numpy as np
 
 from hw.finite import is_finite
 from hw.geometry import Pose2, Twist2, wrap
+from hw.model.sensing import Sensing
+from hw.model.tracking import Tracking
 from hw.samples import ImuReading, Odometry, PoseSigma, Scan, TrackerPose
-from hw.sensing import Sensing
-from hw.tracking import Tracking
-from states.localization.drift import Drift, TrackerComparison
-from states.localization.fusion import GYRO_NOISE, UNKNOWN, Fusion, covariance_of, inverse, sigma_of
-from states.localization.localizer_values import LocalizerValues
-from states.localization.match_health import WORSE, LocalizerMode, MatchHealth
-from states.localization.planar import SLIPPING
-from states.localization.pose_matcher import (
+from states.localization.filter.fusion import (
+    GYRO_NOISE,
+    UNKNOWN,
+    Fusion,
+    covariance_of,
+    inverse,
+    sigma_of,
+)
+from states.localization.filter.planar import SLIPPING
+from states.localization.matching.localizer_values import LocalizerValues
+from states.localization.matching.map_search import Search
+from states.localization.matching.match_health import WORSE, LocalizerMode, MatchHealth
+from states.localization.matching.pose_matcher import (
     AROUND,
     LEAP,
     PoseMatcher,
@@ -34,11 +41,11 @@ from states.localization.pose_matcher import (
     is_sure,
     leaps,
 )
-from states.localization.scan_tracker import Match
-from states.localization.scans import Cloud, cloud_of, span_ns
-from states.localization.search import Search
-from states.localization.tracker_feed import TrackerFeed
-from states.localization.wheel_motion import STOOD, WheelMotion
+from states.localization.matching.scan_tracker import Match
+from states.localization.matching.scans import Cloud, cloud_of, span_ns
+from states.localization.wheels.drift import Drift, TrackerComparison
+from states.localization.wheels.tracker_feed import TrackerFeed
+from states.localization.wheels.wheel_motion import STOOD, WheelMotion
 from states.maps.distance import Array
 from states.maps.field import Field
 

@@ -15,16 +15,16 @@ import numpy as np
 
 from hw.finite import is_finite
 from hw.geometry import Pose2
+from hw.model.sensing import Sensing
+from hw.model.tracking import Tracking
 from hw.samples import Odometry, PoseSigma, Scan, TrackerPose
-from hw.sensing import Sensing
-from hw.tracking import Tracking
-from states.localization.amcl import Amcl, AmclValues
-from states.localization.fusion import UNKNOWN, covariance_of, sigma_of
-from states.localization.localizer_values import LocalizerValues
-from states.localization.scans import cloud_of, span_ns
-from states.localization.tracker_feed import TrackerFeed
-from states.localization.trail import Trail
-from states.localization.wheel_motion import MISSING_NS
+from states.localization.filter.fusion import UNKNOWN, covariance_of, sigma_of
+from states.localization.matching.amcl import Amcl, AmclValues
+from states.localization.matching.localizer_values import LocalizerValues
+from states.localization.matching.scans import cloud_of, span_ns
+from states.localization.wheels.tracker_feed import TrackerFeed
+from states.localization.wheels.trail import Trail
+from states.localization.wheels.wheel_motion import MISSING_NS
 from states.maps.distance import Array
 from states.maps.field import Field
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.compiled import compiled
 from hw.geometry import Pose2
-from hw.room import Point
+from hw.jit import compiled
+from hw.scene.room import Point
 from states.maps.distance import Array
 from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap
 

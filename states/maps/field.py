@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from hw.compiled import compiled
 from hw.geometry import Pose2
-from hw.room import Room
+from hw.jit import compiled
+from hw.scene.room import Room
 from states.maps.cells import Grid, Mask, fill_rings
 from states.maps.distance import Array, distances
 from states.maps.occupancy import FREE, UNKNOWN, OccupancyMap, Values

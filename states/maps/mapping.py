@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.compiled import compiled
 from hw.geometry import Pose2
+from hw.jit import compiled
 from states.maps.distance import Array
 from states.maps.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 

@@ -27,13 +27,13 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.files.item import Fault, Item, load_yaml
-from engine.files.record import record
-from engine.files.units import Length
-from engine.files.values import Range
+from engine.files.declared.item import Fault, Item, load_yaml
+from engine.files.declared.records import record
+from engine.files.declared.units import Length
+from engine.files.declared.values import Range
 from hw.geometry import Pose2
 from hw.places import AnyAngle, Coordinate
-from hw.room import Point
+from hw.scene.room import Point
 from states.maps.images import Pixels, read_image, write_image
 
 Convention = Literal["ros1", "nav2"]

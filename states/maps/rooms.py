@@ -17,7 +17,7 @@ from scipy import ndimage
 
 from engine.files.finding import mistake
 from hw.geometry import Pose2
-from hw.room import Point, Ring, Room
+from hw.scene.room import Point, Ring, Room
 from states.maps.cells import Mask
 from states.maps.distance import Array, distances
 from states.maps.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, load_map

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from states.navigation import grid_planners, scanning, teb_planner
-from states.navigation import profile_planner as profile
-from states.navigation.grid_planners import GridPlanner, NavfnPlanner, ThetaStarPlanner
-from states.navigation.local_planner import LocalPlanner
-from states.navigation.profile_planner import ProfilePlanner
-from states.navigation.teb_planner import TebPlanner
-from states.navigation.visibility import ExactPlanner
+from states.navigation.exact.visibility import ExactPlanner
+from states.navigation.grid import grid_planners, scanning
+from states.navigation.grid.grid_planners import GridPlanner, NavfnPlanner, ThetaStarPlanner
+from states.navigation.local import profile_planner as profile
+from states.navigation.local import teb_planner
+from states.navigation.local.local_planner import LocalPlanner
+from states.navigation.local.profile_planner import ProfilePlanner
+from states.navigation.local.teb_planner import TebPlanner
 
 GLOBAL_PLANNERS: Mapping[str, Callable[..., ExactPlanner | GridPlanner]] = {
     "exact": ExactPlanner,

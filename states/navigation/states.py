@@ -6,15 +6,15 @@ import math
 from collections.abc import Generator, Mapping
 from typing import TYPE_CHECKING, Literal
 
-from engine.files.units import Duration
+from engine.files.declared.units import Duration
 from engine.state import NEVER_NS, Action, Context, Run, Yielded
 from hw.geometry import Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
-from hw.room import Disc
 from hw.safety.limits import OLD_S
 from hw.samples import UserPose
-from states import ages
-from states.keys import (
+from hw.scene.room import Disc
+from states.environment import extrapolated_state
+from states.environment.signal_names import (
     BASE_ADMITTED,
     BASE_MODE,
     BASE_POSE,
@@ -28,15 +28,15 @@ from states.keys import (
 from states.subsystems import SUBSYSTEMS, Subsystem, SubsystemName
 
 if TYPE_CHECKING:
-    from states.environment import Environment
-    from states.navigation.interfaces import GlobalPlanner
-    from states.navigation.local_planner import LocalPlanner
+    from states.environment.environment import Environment
+    from states.navigation.local.local_planner import LocalPlanner
+    from states.navigation.planner_interfaces import GlobalPlanner
 
 PLANNERS: Mapping[str, float | None] = {planner_key(name): OLD_S for name in SUBSYSTEMS}
 """`reads` of a state that uses planners, with the greatest age of their scans, s."""
 DRIVES: Mapping[str, float | None] = {
     ENVIRONMENT: None, BASE_REFUSAL: None, BASE_ADMITTED: None, BASE_POSE_SIGMA: OLD_S,
-    **ages.READS,
+    **extrapolated_state.READS,
 }  # fmt: skip
 """`reads` of a state that drives with a local planner, see `command_of`."""
 Clearance = Literal["own", "chase", "haptic", "escape"]
@@ -102,7 +102,7 @@ class DriveTo(Action):
         if touches:
             base.grant(goal)
         try:
-            while (now := ages.around(ctx)) is not None and planner is not None:
+            while (now := extrapolated_state.around(ctx)) is not None and planner is not None:
                 driver.planner = planner
                 disc = self._disc(environment, keeping, planner, now, goal)
                 command = command_of(ctx, driver, now, disc)
@@ -143,7 +143,7 @@ class DriveTo(Action):
         environment: Environment,
         keeping: SubsystemName,
         planner: GlobalPlanner,
-        now: ages.RobotAndUser,
+        now: extrapolated_state.RobotAndUser,
         goal: Pose2,
     ) -> Disc | None:
         """The disc around the user to keep out of: the wide one if there is a path around it."""
@@ -164,7 +164,7 @@ def first_pose(ctx: Context) -> Generator[Yielded, None, None]:
 
 
 def command_of(
-    ctx: SignalReader, driver: LocalPlanner, now: ages.RobotAndUser, user: Disc | None
+    ctx: SignalReader, driver: LocalPlanner, now: extrapolated_state.RobotAndUser, user: Disc | None
 ) -> Twist2:
     """A local planner's command (base frame) for the present poses and their uncertainty."""
     sigma = ctx.value(BASE_POSE_SIGMA)

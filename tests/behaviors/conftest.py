@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 
-from behaviors.profile import Profile, load_profile
-from behaviors.situation import Situation
+from behaviors.profile.profile import Profile, load_profile
+from behaviors.situation.present_situation import Situation
 from engine.state import Stamped
 from hw.geometry import Pose2, Twist2
-from hw.robot import RobotModel, load_robot
-from hw.room import Room
+from hw.model.robot import RobotModel, load_robot
 from hw.samples import UserPose
-from states.environment import Environment
+from hw.scene.room import Room
+from states.environment.environment import Environment
 
 HALL = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)))
 

@@ -17,11 +17,11 @@ from shapely import affinity
 from shapely.geometry import LineString, Point, box
 
 from hw.geometry import Pose2, Pose3, wrap
-from hw.room import Room
-from states.arm.inverse import inverse
-from states.arm.motion import Workspace
-from states.arm.person import ArmSituation
-from states.arm.reach import rover_from_deep
+from hw.scene.room import Room
+from states.arm.arm_situation import ArmSituation
+from states.arm.kinematics.inverse_kinematics import inverse
+from states.arm.planning.reach import rover_from_deep
+from states.arm.workspace import Workspace
 
 INFLATION, USER_RADIUS, PERSON = 0.77, 1.27, 0.5
 """What the second choice keeps from walls and from the user's centre; the user's own radius, m."""

@@ -18,24 +18,24 @@ from typing import Any
 
 import pytest
 
-from behaviors.profile import load_profile
-from behaviors.signals import signals
-from engine.board import Board
-from engine.context import LeafContext
-from engine.signals import declare
+from behaviors.profile.profile import load_profile
+from behaviors.signal_table import signals
+from engine.run.context import LeafContext
+from engine.signals.board import Board
+from engine.signals.signal_kinds import declare
 from engine.state import interface
 from hw.geometry import Pose2
-from hw.robot import load_robot
-from hw.room import Point
+from hw.model.robot import load_robot
+from hw.model.sensor_errors import LidarErrors
 from hw.safety.guarded import GuardedBase
 from hw.safety.limits import SafetyLimits
-from hw.scene import load_scene
-from hw.sim.base import SimBase
-from hw.sim.errors import LidarErrors
-from hw.sim.lidar import SimLidar
-from hw.sim.shapes import Body, Shapes
-from hw.sim.track import Track
-from states.environment import Environment
+from hw.scene.room import Point
+from hw.scene.scene import load_scene
+from hw.sim.sensors.lidar import SimLidar
+from hw.sim.sensors.scanned_shapes import Body, Shapes
+from hw.sim.sensors.track import Track
+from hw.sim.sim_base import SimBase
+from states.environment.environment import Environment
 from states.navigation.states import DriveTo
 from states.subsystems import SUBSYSTEMS, SubsystemName
 from tests.repeats import fewer, long_form

@@ -13,14 +13,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviors import chase, escape, make_room
-from behaviors.chase_cells import grid, length_around, ring
-from behaviors.profile import Profile
-from behaviors.situation import Situation
+from behaviors.profile.profile import Profile
+from behaviors.situation.chase_cells import grid, length_around, ring
+from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2, Pose3, Twist2, wrap
-from hw.room import Room
 from hw.samples import UserPose
-from states.environment import Environment
-from states.navigation.speed import rest_to_rest
+from hw.scene.room import Room
+from states.environment.environment import Environment
+from states.navigation.local.speed_profile import rest_to_rest
 from tests.repeats import examples
 
 USER = UserPose(Pose2(10.0, 10.0, 0.0), 0.0)

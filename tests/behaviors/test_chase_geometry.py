@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from behaviors import chase
-from behaviors.chase_cells import grid
-from behaviors.profile import Profile
-from behaviors.situation import Situation
+from behaviors.profile.profile import Profile
+from behaviors.situation.chase_cells import grid
+from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2
-from hw.room import Room
 from hw.samples import UserPose
-from states.environment import Environment
+from hw.scene.room import Room
+from states.environment.environment import Environment
 
 COLUMN = (6.0, 6.6, 6.3, 7.1)
 """x and y from, x and y to, m."""

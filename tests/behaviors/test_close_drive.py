@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from cobodeck.testing import ChartTester
+from cobodeck.testing.testing import ChartTester
 from hw.geometry import Pose2
-from hw.scene import load_scene
+from hw.scene.scene import load_scene
 from hw.sim.world import World
 
 CHART = """

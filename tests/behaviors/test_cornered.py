@@ -12,13 +12,13 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from behaviors.cornered import Cornered, GiveUp, Leave
-from behaviors.profile import Profile
+from behaviors.profile.profile import Profile
 from behaviors.refuge import is_outside
-from behaviors.situation import Situation
+from behaviors.situation.present_situation import Situation
 from engine.state import NEVER_NS
 from hw.geometry import Pose2, Twist2
-from hw.room import Room
 from hw.samples import UserPose
+from hw.scene.room import Room
 from tests.behaviors.conftest import Base, FakeContext, Vr
 from tests.repeats import examples
 

@@ -14,17 +14,24 @@ from hypothesis import strategies as st
 from shapely.geometry import LineString, Point, Polygon
 
 from behaviors import escape
-from behaviors.costs import FAR, crowding, lateness
 from behaviors.dodge import is_caught, place_with_room, safest_goal
-from behaviors.profile import Profile
-from behaviors.rollout import HORIZON_S, STEP_S, evaluate, predict_user, pursued, roll_out
-from behaviors.situation import Situation
+from behaviors.prediction.costs import FAR, crowding, lateness
+from behaviors.prediction.rollout import (
+    HORIZON_S,
+    STEP_S,
+    evaluate,
+    predict_user,
+    pursued,
+    roll_out,
+)
+from behaviors.profile.profile import Profile
+from behaviors.situation.present_situation import Situation
 from behaviors.straight_drive import command_towards
 from hw.geometry import Outline, Pose2, Twist2
-from hw.robot import Footprint
-from hw.room import Room
+from hw.model.robot import Footprint
 from hw.samples import USER_RADIUS, UserPose
-from hw.sim.contact import gap
+from hw.scene.room import Room
+from hw.sim.contact.contact import gap
 from states.signals.prediction import PREDICTORS
 from tests.repeats import examples
 

@@ -13,13 +13,13 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from behaviors import dodge, escape
-from behaviors.profile import Profile
-from behaviors.settings import Settings
-from behaviors.situation import Situation
+from behaviors.profile.profile import Profile
+from behaviors.profile.settings import Settings
+from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2, Twist2, wrap
-from hw.room import Point, Room
 from hw.samples import UserPose
-from states.environment import Environment
+from hw.scene.room import Point, Room
+from states.environment.environment import Environment
 from tests.behaviors.conftest import Base, Vr
 from tests.repeats import examples
 

@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 from behaviors import escape
-from behaviors.profile import Profile
-from behaviors.settings import Settings
+from behaviors.profile.profile import Profile
+from behaviors.profile.settings import Settings
 from hw.geometry import STILL, Pose2, Twist2
-from hw.room import Room
 from hw.samples import UserPose
-from states.environment import Environment
+from hw.scene.room import Room
+from states.environment.environment import Environment
 
 EDGE = 1e-6
 

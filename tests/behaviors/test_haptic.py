@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviors import haptic
-from behaviors.profile import Profile
-from behaviors.situation import Situation
+from behaviors.profile.profile import Profile
+from behaviors.situation.present_situation import Situation
 from engine.state import Stamped
 from hw.geometry import Pose2, Pose3, wrap
-from hw.room import Room
 from hw.samples import UserPose
-from states.environment import Environment
+from hw.scene.room import Room
+from states.environment.environment import Environment
 
 DEEP = Pose3.from_yaw(10.0, 10.0, 1.5, 0.0)
 S30, C30 = 0.5, math.sqrt(3.0) / 2.0

@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from behaviors.inform import UserReady, WarnUser
-from behaviors.profile import Profile
-from behaviors.situation import Situation
+from behaviors.profile.profile import Profile
+from behaviors.situation.present_situation import Situation
 from engine.state import NEVER_NS, Stamped
 from hw.geometry import Pose2, Twist2
-from hw.room import Room
 from hw.samples import UserPose
+from hw.scene.room import Room
 from tests.behaviors.conftest import FakeContext
 from tests.repeats import examples
 

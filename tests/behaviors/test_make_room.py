@@ -9,12 +9,12 @@ import pytest
 
 from behaviors import dodge
 from behaviors.make_room import MakeRoom, UserCrowds, watched_from
-from behaviors.profile import Profile
-from behaviors.situation import Situation
+from behaviors.profile.profile import Profile
+from behaviors.situation.present_situation import Situation
 from engine.state import Stamped
 from hw.geometry import Pose2, Twist2
 from hw.samples import UserPose
-from states.signals.motion import StillnessEstimator
+from states.signals.user_motion import StillnessEstimator
 from tests.behaviors.conftest import Base, FakeContext
 
 USER = UserPose(Pose2(10.0, 10.0, 0.0), 0.0)

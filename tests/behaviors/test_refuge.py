@@ -12,7 +12,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from behaviors.profile import Profile
+from behaviors.prediction.waiting import risks, way_risks
+from behaviors.profile.profile import Profile
 from behaviors.refuge import (
     DIRECTIONS,
     FARTHEST,
@@ -24,11 +25,10 @@ from behaviors.refuge import (
     refuge,
     way_out,
 )
-from behaviors.situation import Situation
-from behaviors.waiting import risks, way_risks
+from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2
-from hw.room import Room
 from hw.samples import UserPose
+from hw.scene.room import Room
 from tests.repeats import examples
 
 SMALL = Room(outer=((0.0, 0.0), (6.0, 0.0), (6.0, 5.0), (0.0, 5.0)))

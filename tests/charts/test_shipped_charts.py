@@ -6,12 +6,12 @@ from functools import cache
 
 import pytest
 
-from cobodeck.setup import open_setup
-from engine.board import Board
-from engine.explore import Ended, active, after, explore, initial
-from engine.machine import Machine
-from engine.run import ChartRun
-from engine.scripted import LeafScript
+from cobodeck.setup.setup import open_setup
+from engine.check.exploration import Ended, active, after, explore, initial
+from engine.machine.machine import Machine
+from engine.machine.scripted_states import LeafScript
+from engine.run.chart_run import ChartRun
+from engine.signals.board import Board
 
 CHARTS = ("cobodeck", "chase", "haptic", "escape", "inform")
 TICK_NS = 10**8

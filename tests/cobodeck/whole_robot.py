@@ -9,12 +9,12 @@ import sys
 import time
 from pathlib import Path
 
-from cobodeck.opening import open_all, own_host
-from cobodeck.options import Options
-from cobodeck.setup import open_setup
-from cobodeck.stage import opening_of
-from hw.connection import FOLDER, load_connection
-from hw.links.datagrams import Intake, Outlet
+from cobodeck.real.open_connection import open_all, own_host
+from cobodeck.run.build_run import opening_of
+from cobodeck.setup.options import Options
+from cobodeck.setup.setup import open_setup
+from hw.connection.connection import FOLDER, load_connection
+from hw.ipc.datagrams import Intake, Outlet
 
 PATIENCE_NS = 90 * 10**9
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
+from engine.chart.load import Library
 from engine.files.source import read
-from engine.load import Library
-from engine.machine import Machine
-from engine.operator import Operator
-from engine.run import ChartRun
-from engine.scripted import LeafScript
+from engine.machine.machine import Machine
+from engine.machine.scripted_states import LeafScript
+from engine.operator.operator import Operator
+from engine.run.chart_run import ChartRun
 from engine.state import Action, Context, Interface, Monitor, State, interface
 from engine.state import Run as Steps
 

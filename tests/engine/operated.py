@@ -12,9 +12,9 @@ import random
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from engine.load import load_text
-from engine.machine import Machine
-from engine.scripted import LeafScript
+from engine.chart.load import load_text
+from engine.machine.machine import Machine
+from engine.machine.scripted_states import LeafScript
 from tests.engine.compared import KINDS, TICKS, Charts, Script, ends_of
 from tests.engine.conftest import HZ, Bench
 from tests.engine.reading import RAISES, Entry, Item, Reading

@@ -1,9 +1,9 @@
 """A second reading of DESIGN 4: the rules of a tick once more, slow and plain.
 
-Written from the text of the rules (engine/README.md) for comparison with `engine.run`, with which
-it shares no code: it takes charts as plain mappings, keeps no lists of turns, caches nothing, and
-finds everything anew by walking the tree. Leaves end as a script says. Data, locks, consent and
-signals are not modelled.
+Written from the text of the rules (engine/README.md) for comparison with `engine.run.chart_run`,
+with which it shares no code: it takes charts as plain mappings, keeps no lists of turns, caches
+nothing, and finds everything anew by walking the tree. Leaves end as a script says. Data, locks,
+consent and signals are not modelled.
 
 Every record carries the number of the rule that it follows from, so that a difference can be
 reported with its rule. A node that is put off has a record here, though not in the engine's trace.

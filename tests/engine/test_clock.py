@@ -9,10 +9,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from engine.board import Board
 from engine.clock import TickGrid
-from engine.machine import to_ns
-from engine.signals import Measured, declare
+from engine.machine.machine import to_ns
+from engine.signals.board import Board
+from engine.signals.signal_kinds import Measured, declare
 from engine.state import Action, Context, Monitor, On, Run
 from tests.engine.conftest import Bench
 

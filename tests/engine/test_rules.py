@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import pytest
 
-from engine.board import Board
-from engine.commands import Pause
-from engine.load import load_text
-from engine.node import Substitute
-from engine.run import ChartRun
-from engine.signals import Derived, Measured, declare
+from engine.chart.load import load_text
+from engine.machine.node import Substitute
+from engine.operator.commands import Pause
+from engine.run.chart_run import ChartRun
+from engine.signals.board import Board
+from engine.signals.signal_kinds import Derived, Measured, declare
 from engine.state import Action, Context, Monitor, On, Run, Until
 from tests.engine.conftest import Part
 

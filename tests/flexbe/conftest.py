@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
+from engine.chart.load import Library, load_files
 from engine.files.source import read
-from engine.load import Library, load_files
-from engine.machine import Machine
-from engine.operator import Operator
-from engine.run import ChartRun
-from engine.scripted import LeafScript
+from engine.machine.machine import Machine
+from engine.machine.scripted_states import LeafScript
+from engine.operator.operator import Operator
+from engine.run.chart_run import ChartRun
 from tests.flexbe.convert import Conversion, convert
 from tests.flexbe.known import KNOWN
 from tests.flexbe.states import INTERFACES, TYPES

@@ -9,10 +9,10 @@ import re
 
 import pytest
 
-from engine.chart import AUTONOMY
-from engine.check import check
-from engine.explore import explore
-from engine.machine import Leaf
+from engine.chart.chart import AUTONOMY
+from engine.check.check_library import check
+from engine.check.exploration import explore
+from engine.machine.machine import Leaf
 from tests.flexbe.conftest import NAMES, Play
 
 every_behaviour = pytest.mark.parametrize("name", NAMES)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.check import check
+from engine.check.check_library import check
+from engine.files.declared.values import is_name
 from engine.files.source import read
-from engine.files.values import is_name
-from engine.machine import Machine
+from engine.machine.machine import Machine
 from tests.flexbe.conftest import Play, library_of
 from tests.flexbe.convert import Known, convert
 from tests.flexbe.names import identifier

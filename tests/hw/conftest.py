@@ -2,7 +2,7 @@
 
 import pytest
 
-from hw.links.priority import ENGINE, hurrying
+from hw.ipc.priority import ENGINE, hurrying
 
 
 @pytest.fixture(autouse=True)

@@ -8,18 +8,18 @@ from typing import Any
 
 import pytest
 
-from cobodeck.clocks import RealTime
-from cobodeck.connected import Connected, connect
-from cobodeck.setup import Uses
-from hw.connection import HostedScene, RunInfo, load_connection
+from cobodeck.loop.clocks import RealTime
+from cobodeck.real.connected import Connected, connect
+from cobodeck.setup.setup import Uses
+from hw.connection.connection import HostedScene, RunInfo, load_connection
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.robot import MotionLimits, RobotModel
+from hw.model.robot import MotionLimits, RobotModel
+from hw.model.sensor_errors import SensorErrors
+from hw.model.tracking import Tracking
 from hw.safety.limits import SafetyLimits
 from hw.samples import Sample, UserPose
-from hw.scene import Scene
-from hw.sim.devices import ScriptedOperator
-from hw.sim.errors import SensorErrors
-from hw.tracking import Tracking
+from hw.scene.scene import Scene
+from hw.sim.sensors.devices import ScriptedOperator
 
 EVERYTHING = Uses(
     frozenset(("base", "arm", "vr", "bumper", "lidar")),

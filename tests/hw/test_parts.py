@@ -10,12 +10,12 @@ from dataclasses import replace
 import pytest
 
 from hw.geometry import STILL, Pose2, Pose3, Twist2
-from hw.mock import mock_world
+from hw.model.robot import MotionLimits, load_robot
 from hw.people.live import LivePerson
-from hw.robot import MotionLimits, load_robot
 from hw.safety.limits import SafetyLimits
 from hw.samples import ArmState, BumperHit, GripperState, UserPose, WrenchReading
-from hw.scene import load_scene
+from hw.scene.scene import load_scene
+from hw.sim.mock import mock_world
 from hw.sim.world import World
 from tests.hw.fakes_rig import FakesRig, heard
 

@@ -6,12 +6,12 @@ import math
 import pytest
 
 from hw.geometry import Pose2, Pose3
-from hw.mock import mock_world
+from hw.model.robot import load_robot
 from hw.people.live import LivePerson
 from hw.people.user import open_user
-from hw.robot import load_robot
 from hw.samples import Sample, UserPose
-from hw.scene import load_scene
+from hw.scene.scene import load_scene
+from hw.sim.mock import mock_world
 from hw.sim.world import World
 from hw.truth import Contact, Truth
 

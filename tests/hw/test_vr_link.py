@@ -9,9 +9,9 @@ import struct
 import pytest
 
 from hw.drivers import gates
-from hw.drivers.unity.places import FULL, MOST_CLIENTS, MOST_OF_ONE, peers_of
-from hw.drivers.unity.wire import LONGEST_BODY, LONGEST_NAME, LONGEST_SKIPPED
-from hw.fakes.unity_client import FLAG, POSE
+from hw.drivers.unity.client_slots import FULL, MOST_CLIENTS, MOST_OF_ONE, peers_of
+from hw.drivers.unity.protocol.wire import LONGEST_BODY, LONGEST_NAME, LONGEST_SKIPPED
+from hw.fakes.unity.unity_client import FLAG, POSE
 from tests.hw.vr_link_rig import DEEP, LETS_GO_NS, MS, Headset, Link, S, order, pack
 from tests.repeats import fewer
 

@@ -15,13 +15,13 @@ from typing import Any
 from hw.drivers.unity.bridge import Bridged, UnityBridge
 from hw.drivers.unity.clients import Clients
 from hw.drivers.unity.inbox import Checks
-from hw.drivers.unity.session import Session
-from hw.drivers.unity.topics import Topics
-from hw.fakes.unity_client import FLAG, POSE, TIME, flag, moment, pose, read_time, text
+from hw.drivers.unity.protocol.session import Session
+from hw.drivers.unity.protocol.topics import Topics
+from hw.fakes.unity.unity_client import FLAG, POSE, TIME, flag, moment, pose, read_time, text
 from hw.geometry import STILL
+from hw.model.tracking import Tracking
 from hw.samples import UserPose
-from hw.tracking import Tracking
-from tests.hw.drivers.test_chain_cycle import Rig as ChainRig
+from tests.hw.drivers.chain.test_chain_cycle import Rig as ChainRig
 
 MS, S = 1_000_000, 1_000_000_000
 STEP_NS, FRAME = 10 * MS, 3

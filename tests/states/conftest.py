@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from behaviors.profile import load_profile
+from behaviors.profile.profile import load_profile
 from engine.state import Stamped
-from hw.robot import load_robot
-from hw.room import Room
-from states.environment import Environment
+from hw.model.robot import load_robot
+from hw.scene.room import Room
+from states.environment.environment import Environment
 
 ROOM = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)))
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from behaviors.profile import load_profile
+from behaviors.profile.profile import load_profile
 from hw.geometry import Pose2, Twist2
-from hw.robot import load_robot
-from hw.room import Room
-from states.environment import Environment
+from hw.model.robot import load_robot
+from hw.scene.room import Room
+from states.environment.environment import Environment
 from states.subsystems import SubsystemName
 
 NAMES: tuple[SubsystemName, ...] = ("chase", "haptic", "escape")

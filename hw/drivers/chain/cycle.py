@@ -19,15 +19,15 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from hw.drivers.chain.links import Links
-from hw.drivers.chain.settings import ChainSettings
+from hw.drivers.chain.chain_settings import ChainSettings
+from hw.drivers.chain.watchdogs import Links
 from hw.drivers.gates import MS
 from hw.drivers.hardware import Hardware
 from hw.finite import is_finite
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.interfaces import DriveMode
-from hw.links.datagrams import Datagram, Outlet
-from hw.reckoner import Reckoner
+from hw.ipc.datagrams import Datagram, Outlet
+from hw.motion.reckoner import Reckoner
 from hw.safety.keeper import Keeper, is_standing
 from hw.safety.ramps import STANDSTILL, Ramps, Velocity, twist_after
 from hw.samples import PoseSigma, Sample, TrackerPose, UserPose

@@ -17,15 +17,15 @@ from contextlib import ExitStack
 from functools import partial
 from typing import Any, NoReturn, Protocol
 
+from hw.drivers.chain.chain_settings import SOURCES, ChainSettings
 from hw.drivers.chain.cycle import ChainCycle
-from hw.drivers.chain.settings import SOURCES, ChainSettings
 from hw.drivers.gates import MS
 from hw.drivers.hardware import Hardware
 from hw.drivers.observer import ObserverPort
-from hw.links.datagrams import Address, Datagram, Intake, Outlet
-from hw.links.priority import CHAIN
-from hw.links.processes import Parent, Ready, serve
-from hw.safety.record import ChainStatus
+from hw.ipc.datagrams import Address, Datagram, Intake, Outlet
+from hw.ipc.priority import CHAIN
+from hw.ipc.processes import Parent, Ready, serve
+from hw.safety.cycle_record import ChainStatus
 
 STATUS_NS, LEVEL_NS = 20 * MS, 100 * MS
 """Periods of the status, and of the reason of a stop."""

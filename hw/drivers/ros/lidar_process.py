@@ -1,4 +1,4 @@
-"""The process with the websocket of the scanners (`hw.drivers.ros.lidar`).
+"""The process with the websocket of the scanners (`hw.drivers.ros.ros_lidar`).
 
 It starts only if each topic sends a valid scan within 2 s, because a server does not report a
 failed subscription. Later silence does not end it; a lost connection is reopened. Every 50 ms it
@@ -13,12 +13,12 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from hw.drivers.clocks import StampedClock, set_by
+from hw.drivers.clock_offsets import StampedClock, set_by
 from hw.drivers.gates import SCAN_SILENT_NS
 from hw.drivers.ros.rosbridge import FIRST_S, RosbridgeClient, kind_of, reachable, stamp_of
-from hw.links.datagrams import Outlet
-from hw.links.priority import SENSES
-from hw.links.processes import Parent, Ready, serve
+from hw.ipc.datagrams import Outlet
+from hw.ipc.priority import SENSES
+from hw.ipc.processes import Parent, Ready, serve
 from hw.samples import Scan
 
 KIND = "sensor_msgs/LaserScan"

@@ -28,13 +28,13 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from hw.connection import RunInfo
+from hw.connection.connection import RunInfo
 from hw.drivers.access import serial_advice
 from hw.drivers.feed import by_stamps
 from hw.drivers.gates import SCAN_SILENT_NS
 from hw.drivers.sick.telegram import Telegram, Telegrams
+from hw.model.sensing import LidarModel
 from hw.samples import Sample, Scan
-from hw.sensing import LidarModel
 
 AGAIN_S = 0.5
 """Period of attempts to reach a scanner, s."""

@@ -1,4 +1,7 @@
-"""Questions for the time of the clients' clocks, and their answers; see `hw.drivers.clocks`."""
+"""Questions for the time of the clients' clocks, and their answers.
+
+See `hw.drivers.clock_offsets`.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from hw.drivers import gates
-from hw.drivers.unity.messages import SECOND, Messages, time_of
-from hw.drivers.unity.session import Session
-from hw.drivers.unity.topics import UnityTopic
-from hw.drivers.unity.wire import frame
+from hw.drivers.unity.protocol.ros_messages import SECOND, Messages, time_of
+from hw.drivers.unity.protocol.session import Session
+from hw.drivers.unity.protocol.topics import UnityTopic
+from hw.drivers.unity.protocol.wire import frame
 from hw.samples import ClockState
 
 EVERY_NS, FIRST = 1_000 * gates.MS, 20

@@ -14,13 +14,11 @@ from typing import Any
 from hw.drivers import gates
 from hw.drivers.unity.asking import ClockQuestions, clock_state
 from hw.drivers.unity.inbox import Checks, Inbox, TellUser
-from hw.drivers.unity.messages import BUILDS, Messages, stamp_of
-from hw.drivers.unity.services import Services
-from hw.drivers.unity.session import Session
-from hw.drivers.unity.sources import TopicSources
-from hw.drivers.unity.topics import Topics, UnityTopic, plain_name, plain_type
-from hw.drivers.unity.view import shown
-from hw.drivers.unity.wire import (
+from hw.drivers.unity.protocol.ros_messages import BUILDS, Messages, stamp_of
+from hw.drivers.unity.protocol.services import Services
+from hw.drivers.unity.protocol.session import Session
+from hw.drivers.unity.protocol.topics import Topics, UnityTopic, plain_name, plain_type
+from hw.drivers.unity.protocol.wire import (
     MalformedFrame,
     UnityFrame,
     frame,
@@ -29,6 +27,8 @@ from hw.drivers.unity.wire import (
     text_in,
     too_long,
 )
+from hw.drivers.unity.sources import TopicSources
+from hw.drivers.unity.view import shown
 from hw.samples import RobotView
 
 TOLD_EVERY_NS = 1_000 * gates.MS

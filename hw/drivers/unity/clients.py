@@ -10,11 +10,11 @@ from __future__ import annotations
 import socket
 
 from hw.drivers import gates
-from hw.drivers.clocks import PeerClock
+from hw.drivers.clock_offsets import PeerClock
 from hw.drivers.unity.bridge import UnityBridge
-from hw.drivers.unity.places import FULL, first_to_go, is_crowded, is_peer
-from hw.drivers.unity.session import Session
-from hw.drivers.unity.wire import KEEPALIVE, MalformedFrame
+from hw.drivers.unity.client_slots import FULL, first_to_go, is_crowded, is_peer
+from hw.drivers.unity.protocol.session import Session
+from hw.drivers.unity.protocol.wire import KEEPALIVE, MalformedFrame
 
 MOST_PARTING = 16
 """So many links are half open at most; of more, the oldest are closed at once."""

@@ -14,12 +14,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hw.drivers import gates
-from hw.drivers.clocks import PeerClock, Stamps
-from hw.drivers.unity.messages import frame_of, is_upright, pose_of, stamp_of
-from hw.drivers.unity.topics import TRACKER
+from hw.drivers.clock_offsets import PeerClock, Stamps
+from hw.drivers.unity.protocol.ros_messages import frame_of, is_upright, pose_of, stamp_of
+from hw.drivers.unity.protocol.topics import TRACKER
 from hw.geometry import Pose3
+from hw.model.tracking import Tracking
 from hw.samples import TrackerPose, UserPose
-from hw.tracking import Tracking
 
 TellUser = Callable[[str, int, Any], None]
 """Takes a name, a stamp of our clock, ns, and a value."""

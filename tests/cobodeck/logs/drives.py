@@ -4,10 +4,10 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
-from cobodeck.logs.log import ReferencePose, SensorLog
+from cobodeck.logs.formats.drive_log import ReferencePose, SensorLog
 from hw.geometry import Pose3
+from hw.model.sensing import Mount
 from hw.samples import Odometry, Sample, Scan, TrackerPose
-from hw.sensing import Mount
 from tests.states.localization.world import World, random_drive, sensing
 
 

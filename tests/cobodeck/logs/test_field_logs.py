@@ -13,14 +13,14 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from cobodeck.__main__ import main
-from cobodeck.console import FAILED, OK, USAGE
-from cobodeck.logs.localized import with_steady_wheels
-from cobodeck.logs.opening import open_log
+from cobodeck.logs.log_files import open_log
+from cobodeck.logs.log_localization import with_steady_wheels
+from cobodeck.terminal.console import FAILED, OK, USAGE
 from engine.files.finding import FileError
 from hw.geometry import STILL, Pose2
 from hw.samples import Odometry, Sample
-from tests.cobodeck.logs import test_bag as ros1
-from tests.cobodeck.logs.test_carmen import flaser, odom
+from tests.cobodeck.logs.formats import test_bag as ros1
+from tests.cobodeck.logs.formats.test_carmen import flaser, odom
 
 PACKS = {
     "gzip": gzip.compress,

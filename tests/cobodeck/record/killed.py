@@ -14,9 +14,9 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-CLOSE = "cobodeck.record.mcap_file:McapFile.close"
-TICK = "cobodeck.record.mcap_file:McapFile.end_tick"
-WRITE = "cobodeck.record.sink:Sink.write"
+CLOSE = "cobodeck.record.write.mcap_file:McapFile.close"
+TICK = "cobodeck.record.write.mcap_file:McapFile.end_tick"
+WRITE = "cobodeck.record.format.sink:Sink.write"
 LINK, SYNC, UNLINK = "os:link", "os:fsync", "pathlib:Path.unlink"
 
 

@@ -7,9 +7,9 @@ import json
 import random
 from typing import Any
 
+from engine.chart.load import Library
+from engine.files.declared.units import Duration
 from engine.files.source import read
-from engine.files.units import Duration
-from engine.load import Library
 from engine.state import Action, Context, Interface, Monitor, Run, interface
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 import engine
-from engine.check import check
+from engine.chart.load import Library
+from engine.check.check_library import check
 from engine.files.finding import Finding
 from engine.files.source import read
-from engine.load import Library
 from engine.state import Action, Monitor, State, interface
 
 ENGINE = Path(engine.__file__).parent

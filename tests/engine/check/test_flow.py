@@ -9,9 +9,9 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.chart import Chart, Node, mark_of
-from engine.check import check
-from engine.machine import Machine
+from engine.chart.chart import Chart, Node, mark_of
+from engine.check.check_library import check
+from engine.machine.machine import Machine
 from tests.engine.check.some_charts import FORMS, INTERFACES, Maker, library
 from tests.engine.check.test_sound import play
 from tests.repeats import examples

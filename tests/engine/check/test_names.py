@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from engine.check import check
+from engine.chart.load import Library
+from engine.check.check_library import check
 from engine.files.finding import Finding
 from engine.files.source import read
-from engine.load import Library
 from tests.engine.check.some_charts import INTERFACES
 
 HEAD = "chart: c\noutcomes: [done]\n"

@@ -12,11 +12,11 @@ from typing import Any
 
 import pytest
 
-from cobodeck.catalogue import catalogue, shipped_charts
-from engine.check import check
+from cobodeck.project.state_catalogue import catalogue, shipped_charts
+from engine.chart.load import Library
+from engine.check.check_library import check
 from engine.files.source import read
-from engine.load import Library
-from engine.machine import Machine
+from engine.machine.machine import Machine
 from tests.engine.check import nasty
 from tests.engine.check.some_charts import INTERFACES
 

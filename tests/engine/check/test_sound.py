@@ -10,12 +10,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from engine.chart import Chart
-from engine.check import check
-from engine.load import Library
-from engine.machine import Box, Leaf, Machine, Vertex
-from engine.run import ChartRun
-from engine.scripted import LeafScript
+from engine.chart.chart import Chart
+from engine.chart.load import Library
+from engine.check.check_library import check
+from engine.machine.machine import Box, Leaf, Machine, Vertex
+from engine.machine.scripted_states import LeafScript
+from engine.run.chart_run import ChartRun
 from tests.engine.check.some_charts import INTERFACES, Maker, damage, library
 from tests.repeats import examples
 

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from engine.chart import Node
-from engine.check import check
-from engine.explore import explore
+from engine.chart.chart import Node
+from engine.chart.load import Library
+from engine.check.check_library import check
+from engine.check.exploration import explore
 from engine.files.finding import Finding
 from engine.files.source import read
-from engine.load import Library
-from engine.machine import Machine
+from engine.machine.machine import Machine
 from tests.engine.check.some_charts import INTERFACES, Maker, library
 from tests.repeats import examples
 

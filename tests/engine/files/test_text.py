@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from engine.files.declared.item import load_yaml
 from engine.files.finding import FileError
-from engine.files.item import load_yaml
 from engine.files.text import instead, is_file, noting, read_bytes, read_text
 
 

@@ -7,16 +7,16 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-from hw.connection import RunInfo
-from hw.drivers.chain.link import ChainBase, ChainBumper, ChainLink, ChainStopLine
+from hw.connection.connection import RunInfo
+from hw.drivers.chain.chain_client import ChainBase, ChainBumper, ChainLink, ChainStopLine
 from hw.drivers.observer import ObserverLink
 from hw.geometry import Pose2, Twist2
-from hw.links.datagrams import Intake, Outlet
-from hw.robot import MotionLimits, load_robot
+from hw.ipc.datagrams import Intake, Outlet
+from hw.model.robot import MotionLimits, load_robot
+from hw.model.tracking import Tracking
 from hw.safety.guarded import GuardedBase
 from hw.safety.limits import SafetyLimits
 from hw.samples import PoseSigma, UserPose
-from hw.tracking import Tracking
 from tests.hw.drivers.rigs import OBSERVER_KEY, key_file, own_address
 from tests.hw.drivers.wheels import SECRET
 

@@ -8,11 +8,11 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hw.connection import RunInfo
-from hw.links.datagrams import Intake
-from hw.robot import MotionLimits, load_robot
+from hw.connection.connection import RunInfo
+from hw.ipc.datagrams import Intake
+from hw.model.robot import MotionLimits, load_robot
+from hw.model.tracking import Tracking
 from hw.safety.limits import SafetyLimits, Stopping
-from hw.tracking import Tracking
 
 PATIENCE_S = 20.0
 OBSERVER_KEY = bytes(range(32))

@@ -12,11 +12,11 @@ import time
 
 import pytest
 
-from hw.drivers.chain.settings import SOURCES
+from hw.drivers.chain.chain_settings import SOURCES
 from hw.drivers.feed import DatagramFeed
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.links.datagrams import Door, Intake, Outlet, Seal, coded, key_of
-from hw.links.plain import plain
+from hw.ipc.datagrams import Door, Intake, Outlet, Seal, coded, key_of
+from hw.ipc.plain import plain
 from hw.samples import PoseSigma, TrackerPose, UserPose
 from tests.hw.drivers.chain_rig import AHEAD, Rig
 from tests.hw.drivers.rigs import OBSERVER_KEY, PATIENCE_S

@@ -11,11 +11,11 @@ import pytest
 
 from hw.drivers.dummy import OF_PERSON, Dummy, DummyTrackers, DummyVr
 from hw.geometry import Pose2, Pose3
-from hw.links.datagrams import Datagram, Outlet
-from hw.people.person import STOPPING_S
-from hw.people.recalled import Asked, Past, Recalled, SeenPerson, Stood
-from hw.room import Room
+from hw.ipc.datagrams import Datagram, Outlet
+from hw.people.recorded.from_run_record import Asked, Past, Recalled, SeenPerson, Stood
+from hw.people.walking.person import STOPPING_S
 from hw.samples import Sample, TrackerPose, UserPose
+from hw.scene.room import Room
 from tests.hw.drivers.rigs import Chain
 
 ROOM = Room(((0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0)))

@@ -4,7 +4,7 @@ import threading
 import time
 
 from hw.drivers.feed import DatagramFeed
-from hw.links.datagrams import Outlet
+from hw.ipc.datagrams import Outlet
 
 PATIENCE_S = 10.0
 WITHIN_NS = 300_000_000

@@ -14,14 +14,14 @@ import can
 import pytest
 
 from hw.drivers.can.bus import CanBus
-from hw.drivers.ur.arm import MISSING, UrArm
-from hw.fakes.drive import Traits
+from hw.drivers.ur.ur_arm import MISSING, UrArm
+from hw.fakes.can.drive import Traits
 from hw.fakes.peers import Cb3
 from tests.hw.drivers import test_kairos as kairos
-from tests.hw.drivers import test_s300 as s300
-from tests.hw.drivers.can_rig import WHEELS, Rig, rig
+from tests.hw.drivers.can.can_rig import WHEELS, Rig, rig
 from tests.hw.drivers.rigs import opening, own_address
-from tests.hw.drivers.ur_rig import PARKED, ROBOT
+from tests.hw.drivers.sick import test_s300 as s300
+from tests.hw.drivers.ur.ur_rig import PARKED, ROBOT
 
 CAN0 = {"interface": "socketcan", "channel": "can0", "bitrate": 500_000}
 TTY = {"interface": "slcan", "channel": "/dev/ttyACM7"}
@@ -93,7 +93,7 @@ def late(stack, patched):
 
 
 def unlatched(stack, patched):
-    patched.setattr("hw.drivers.kairos.link.FIRST_S", 0.5)
+    patched.setattr("hw.drivers.kairos.kairos_link.FIRST_S", 0.5)
     return stack.enter_context(kairos.Rig(fault=("unlatched",))).base.fault
 
 

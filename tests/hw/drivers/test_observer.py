@@ -8,11 +8,11 @@ import time
 
 import pytest
 
-from hw.drivers.chain.links import Heartbeat
-from hw.drivers.chain.settings import OBSERVER_S
+from hw.drivers.chain.chain_settings import OBSERVER_S
+from hw.drivers.chain.watchdogs import Heartbeat
 from hw.drivers.gates import OBSERVER_STOPS_NS
 from hw.drivers.observer import ObserverLink, ObserverPort
-from hw.links.datagrams import Seal, coded
+from hw.ipc.datagrams import Seal, coded
 from tests.hw.drivers.rigs import OBSERVER_KEY, PATIENCE_S, own_address
 
 MS = 1_000_000

@@ -13,11 +13,11 @@ import select
 import sys
 import time
 
-from hw.fakes.unity_client import ODOMETRY, POSE, Client, pose
+from hw.fakes.unity.unity_client import ODOMETRY, POSE, Client, pose
 from hw.geometry import Pose2, Twist2
-from hw.links.datagrams import Intake
+from hw.ipc.datagrams import Intake
 from hw.samples import RobotView
-from tests.hw.drivers.unity_rig import Rig
+from tests.hw.drivers.unity.unity_rig import Rig
 
 HZ = 90
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.links.datagrams import Door, Intake, Outlet
+from hw.ipc.datagrams import Door, Intake, Outlet
 from hw.samples import BumperHit, Odometry
 
 SECRET = b"of the orders to the wheels"

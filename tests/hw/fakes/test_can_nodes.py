@@ -3,9 +3,9 @@
 import can
 import pytest
 
-from hw.fakes.bumper import FakeBumper, check_sum
-from hw.fakes.can_wire import open_wire
-from hw.fakes.nodes import Nodes
+from hw.fakes.can.bumper_node import FakeBumper, check_sum
+from hw.fakes.can.can_wire import open_wire
+from hw.fakes.can.nodes import Nodes
 
 MS = 1_000_000
 START = b"\x01\x01"

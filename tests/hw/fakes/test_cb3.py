@@ -10,7 +10,7 @@ import time
 import pytest
 
 from hw.fakes.peers import Cb3
-from hw.links.datagrams import Intake
+from hw.ipc.datagrams import Intake
 from tests.hw.drivers.rigs import PATIENCE_S, own_address
 from tests.hw.fakes.ur_client import Client
 

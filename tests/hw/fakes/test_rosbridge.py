@@ -8,9 +8,9 @@ from contextlib import ExitStack
 import pytest
 from websockets.sync.client import connect
 
-from hw.fakes.kairos import Kairos
-from hw.fakes.kairos_robot import KairosWheels
-from hw.links.datagrams import Intake
+from hw.fakes.kairos.kairos_peer import Kairos
+from hw.fakes.kairos.kairos_robot import KairosWheels
+from hw.ipc.datagrams import Intake
 from tests.hw.drivers.rigs import PATIENCE_S, opening, own_address
 
 ODOM = "/robot/robotnik_base_control/odom"

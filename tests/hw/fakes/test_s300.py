@@ -7,9 +7,9 @@ import time
 
 import pytest
 
-from hw.fakes.s300 import checksum, telegram
-from hw.fakes.scanners import S300Peer
-from hw.links.datagrams import Door, Intake, Outlet
+from hw.fakes.sick.s300_device import checksum, telegram
+from hw.fakes.sick.scanners import S300Peer
+from hw.ipc.datagrams import Door, Intake, Outlet
 from hw.samples import Scan
 from tests.hw.drivers.rigs import own_address
 

@@ -10,15 +10,15 @@ from types import SimpleNamespace
 
 import pytest
 
-from hw.drivers.unity.wire import KEEPALIVE, Parser, handshake
+from hw.drivers.unity.protocol.wire import KEEPALIVE, Parser, handshake
 from hw.fakes.peers import VrClient
-from hw.fakes.unity_client import POSE, Client
-from hw.fakes.vr_application import FAULTS
-from hw.fakes.vr_demo import main
+from hw.fakes.unity.unity_client import POSE, Client
+from hw.fakes.unity.vr_application import FAULTS
+from hw.fakes.unity.vr_demo import main
 from hw.geometry import Pose2, Pose3
-from hw.links.datagrams import Door, Intake, Outlet
+from hw.ipc.datagrams import Door, Intake, Outlet
 from hw.samples import TrackerPose, UserPose
-from tests.hw.drivers.unity_rig import DEEP, MAP_FROM_VIVE, Rig
+from tests.hw.drivers.unity.unity_rig import DEEP, MAP_FROM_VIVE, Rig
 
 
 class Beside:

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from hw.connection import HostedScene, RunInfo
-from hw.fakes.world import WorldPeer
+from hw.connection.connection import HostedScene, RunInfo
+from hw.fakes.world_peer import WorldPeer
 from hw.geometry import Pose2
-from hw.links.datagrams import Intake, Outlet
-from hw.robot import MotionLimits, load_robot
+from hw.ipc.datagrams import Intake, Outlet
+from hw.model.robot import MotionLimits, load_robot
+from hw.model.sensor_errors import SensorErrors
+from hw.model.tracking import Tracking
 from hw.safety.limits import SafetyLimits
-from hw.scene import load_scene
-from hw.sim.errors import SensorErrors
-from hw.tracking import Tracking
+from hw.scene.scene import load_scene
 from tests.hw.drivers.rigs import own_address
 
 ROBOT, MOTION = load_robot("rbkairos_ur10"), MotionLimits()

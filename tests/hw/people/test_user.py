@@ -7,15 +7,15 @@ import pytest
 from engine.files.finding import FileError
 from hw.geometry import Pose2, Pose3
 from hw.people.live import LivePerson
-from hw.people.manner import ATTENTIVE, INSTANT
-from hw.people.person import Touch
-from hw.people.playback import Playback
-from hw.people.recording import Recording
-from hw.people.script import load_script, script_names
+from hw.people.recorded.recorded_walk import Playback
+from hw.people.recorded.walk_file import Recording
 from hw.people.user import open_user, parse_source, place_in_largest_disc
-from hw.people.walker import Walker
+from hw.people.walking.manner import ATTENTIVE, INSTANT
+from hw.people.walking.person import Touch
+from hw.people.walking.script import load_script, script_names
+from hw.people.walking.walker import Walker
 from hw.samples import USER_RADIUS, UserPose
-from hw.scene import load_scene
+from hw.scene.scene import load_scene
 
 WALKING = (Path(__file__).resolve().parents[3] / "../shared/data/walking").resolve()
 LAB = load_scene("lab_a")

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw.geometry import STILL, Pose2, Pose3, Twist2
-from hw.reckoner import Reckoner
-from hw.robot import MotionLimits, load_robot
+from hw.model.robot import MotionLimits, load_robot
+from hw.model.tracking import Tracking
+from hw.motion.reckoner import Reckoner
 from hw.safety.guarded import FOLDED_RAD, GuardedBase
 from hw.safety.limits import SafetyLimits
 from hw.samples import ArmState, Odometry, PoseSigma, Sample, UserPose
-from hw.sim.base import SimBase
-from hw.tracking import Tracking
+from hw.sim.sim_base import SimBase
 from tests.repeats import examples
 
 ROBOT = load_robot("rbkairos_ur10")

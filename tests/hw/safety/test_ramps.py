@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hw.geometry import Twist2
 from hw.interfaces import DriveMode
-from hw.robot import MotionLimits, load_robot
+from hw.model.robot import MotionLimits, load_robot
 from hw.safety.ramps import Ramps
 
 H = 0.01

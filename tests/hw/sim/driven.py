@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import Any
 
 from hw.geometry import Pose2, Twist2
+from hw.model.robot import MotionLimits, load_robot
+from hw.model.sensor_errors import LidarErrors, OdometryErrors, SensorErrors
+from hw.model.sensor_model import SensorModel
 from hw.people.live import LivePerson
-from hw.robot import MotionLimits, load_robot
 from hw.samples import UserPose
-from hw.scene import Scene, load_scene
-from hw.sim.errors import LidarErrors, OdometryErrors, SensorErrors
-from hw.sim.sensors import SensorModel
+from hw.scene.scene import Scene, load_scene
 from hw.sim.world import World
 
 ROBOT = load_robot("rbkairos_ur10")

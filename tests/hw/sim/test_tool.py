@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hw.prop import GripperModel, WrenchModel
+from hw.model.prop import GripperModel, WrenchModel
 from hw.samples import WrenchReading
 from hw.sim.tool import SimGripper, SimWrench
 

@@ -5,13 +5,13 @@ import pytest
 
 from engine.files.finding import FileError
 from hw.geometry import Pose2, Twist2
+from hw.model.robot import MotionLimits, load_robot
 from hw.people.live import LivePerson
 from hw.people.user import open_user
-from hw.robot import MotionLimits, load_robot
 from hw.safety.limits import SafetyLimits
 from hw.samples import Sample, UserPose
-from hw.scene import load_scene
-from hw.sim.scripted import ScriptedSignals
+from hw.scene.scene import load_scene
+from hw.sim.scripted_samples import ScriptedSignals
 from hw.sim.world import World
 
 ROBOT = load_robot("rbkairos_ur10")

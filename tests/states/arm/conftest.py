@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hw.robot import load_robot
-from states.arm.collision import Surroundings
-from states.arm.kinematics import KinematicChain
-from states.arm.model import Manipulator
-from states.arm.robot_arm import manipulator_of
+from hw.model.robot import load_robot
+from states.arm.description.robot_arm import manipulator_of
+from states.arm.kinematics.collision import Surroundings
+from states.arm.kinematics.kinematics import KinematicChain
+from states.arm.kinematics.model import Manipulator
 
 
 @pytest.fixture(scope="session")

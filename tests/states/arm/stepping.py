@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from hw.geometry import Pose2, Pose3
-from hw.robot import load_robot
-from hw.room import Room
+from hw.model.robot import load_robot
 from hw.samples import EXACT, UserPose
-from hw.sim.arm import SimArm
-from states.arm.collision import outline
-from states.arm.person import ARM_RADIUS, SLIMMEST, ArmSituation
-from states.arm.planning import Plan, ended, in_turn
-from states.environment import Environment
+from hw.scene.room import Room
+from hw.sim.sim_arm import SimArm
+from states.arm.arm_situation import ARM_RADIUS, SLIMMEST, ArmSituation
+from states.arm.kinematics.collision import outline
+from states.arm.planning.planning import Plan, ended, in_turn
+from states.environment.environment import Environment
 
 HALL = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)))
 BASE = Pose2(6.85, 4.0, math.pi)

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from cobodeck.bench.arm import SETS, joint_sets
+from cobodeck.bench.arm.arm_bench import SETS, joint_sets
 from engine.files.finding import FileError
-from hw.arm import LINKS, arm_names, load_arm, nearest_arm
-from hw.prop import Placement, load_prop
-from hw.robot import FOLDER as ROBOTS
-from hw.robot import load_robot
-from states.arm.inverse import inverse
-from states.arm.kinematics import KinematicChain, deviation
-from states.arm.model import Manipulator
-from states.arm.robot_arm import manipulator_of
+from hw.model.arm import LINKS, arm_names, load_arm, nearest_arm
+from hw.model.prop import Placement, load_prop
+from hw.model.robot import FOLDER as ROBOTS
+from hw.model.robot import load_robot
+from states.arm.description.robot_arm import manipulator_of
+from states.arm.kinematics.inverse_kinematics import inverse
+from states.arm.kinematics.kinematics import KinematicChain, deviation
+from states.arm.kinematics.model import Manipulator
 from tests.states.arm.urdf_writing import urdf_of
 
 ROBOT = load_robot("rbkairos_ur10")

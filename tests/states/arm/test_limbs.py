@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from behaviors.profile import load_profile
+from behaviors.profile.profile import load_profile
 from hw.geometry import Pose2, Pose3, wrap
 from hw.samples import UserPose
-from states.arm import separation
-from states.arm.collision import Limb
-from states.arm.kinematics import forward
-from states.arm.person import ARM_RADIUS, ArmSituation, person_obstacles
-from states.arm.planning import Plan, ended, in_turn
+from states.arm import arm_separation as separation
+from states.arm.arm_situation import ARM_RADIUS, ArmSituation, person_obstacles
+from states.arm.kinematics.collision import Limb
+from states.arm.kinematics.kinematics import forward
+from states.arm.planning.planning import Plan, ended, in_turn
 from states.arm.states import ParkArm, ReachDeep
-from states.environment import Environment
+from states.environment.environment import Environment
 from tests.repeats import fewer
 from tests.states.arm.stepping import (
     BASE,
@@ -250,7 +250,7 @@ def test_a_hand_that_has_gone_along_a_link_meets_none_of_its_points_fast(
     tuned: Environment,
 ) -> None:
     """Seen beside one end of the forearm, the hand may be at the faster one by now."""
-    from states.arm.collision import outline
+    from states.arm.kinematics.collision import outline
 
     workspace, since, capsule = tuned.workspace, 0.8, 10
     base, deep = Pose2(6.438, 3.322, 2.232), replace(DEEP, z=0.774)
@@ -348,7 +348,7 @@ def test_a_limb_within_its_gap_stays_an_obstacle_and_one_that_is_touched_does_no
 
 def _outermost(tuned: Environment, joints: tuple[float, ...]) -> tuple[float, float, float]:
     """The point of the arm nearest to the person, in the map."""
-    from states.arm.collision import outline
+    from states.arm.kinematics.collision import outline
 
     ends, radii = outline(tuned.workspace.solid, joints)
     x, y, z = max(ends.reshape(-1, 3), key=lambda p: p[0])
@@ -360,8 +360,8 @@ def test_how_limbs_are_approached_agrees_with_points_and_differences(
     tuned: Environment, reach: Plan
 ) -> None:
     """Sampled axes, and positions a microsecond apart."""
-    from states.arm.collision import outline
-    from states.arm.kernels import approaching_limbs
+    from states.arm.kinematics.collision import outline
+    from states.arm.kinematics.kernels import approaching_limbs
 
     rng, body = np.random.default_rng(8), tuned.workspace.solid.body
     s = np.linspace(0.0, 1.0, 151)[:, None]

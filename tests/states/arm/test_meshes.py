@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.prop import load_prop, prop_names
-from states.arm.collision import CollisionChecker, CollisionModel, Surroundings
-from states.arm.kinematics import KinematicChain, forward
-from states.arm.planning import Plan, Query, goals_at, plan
-from states.arm.trajectory import ArmLimits
-from states.arm.urdf import read_urdf
-from states.arm.urdf_arm import manipulator_from_urdf
+from hw.model.prop import load_prop, prop_names
+from states.arm.description.urdf import read_urdf
+from states.arm.description.urdf_arm import manipulator_from_urdf
+from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Surroundings
+from states.arm.kinematics.kinematics import KinematicChain, forward
+from states.arm.motion.trajectory import ArmLimits
+from states.arm.planning.planning import Plan, Query, goals_at, plan
 from tests.states.arm.urdf_writing import urdf_of
 
 pinocchio = pytest.importorskip("pinocchio", reason="needs the extra 'verify'")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from behaviors.profile import load_profile
-from hw.robot import load_robot
-from hw.room import Room
-from states.arm.model import Manipulator
-from states.environment import Environment
+from behaviors.profile.profile import load_profile
+from hw.model.robot import load_robot
+from hw.scene.room import Room
+from states.arm.kinematics.model import Manipulator
+from states.environment.environment import Environment
 
 ROBOT = load_robot("rbkairos_ur10")
 ROOM = Room(outer=((0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0)))

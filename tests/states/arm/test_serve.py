@@ -13,17 +13,17 @@ import pytest
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from hw.calibration import load_calibration
 from hw.geometry import Pose2, Pose3, wrap
-from hw.robot import FOLDER as ROBOTS
-from hw.robot import load_robot
+from hw.model.calibration import load_calibration
+from hw.model.robot import FOLDER as ROBOTS
+from hw.model.robot import load_robot
 from hw.samples import EXACT, UserPose
-from hw.sim.arm import SimArm
-from states.arm.person import ArmSituation
-from states.arm.planning import Plan, ended, in_turn
+from hw.sim.sim_arm import SimArm
+from states.arm.arm_situation import ArmSituation
+from states.arm.motion.timing import line_durations
+from states.arm.planning.planning import Plan, ended, in_turn
 from states.arm.states import ParkArm, ReachDeep
-from states.arm.timing import line_durations
-from states.environment import Environment
+from states.environment.environment import Environment
 
 HZ = 30
 ANGLES = [math.radians(degrees) for degrees in (0, 30, -30, 60, -60, 90, -90)]

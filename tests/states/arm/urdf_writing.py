@@ -1,4 +1,4 @@
-"""An arm written as a URDF: what `states.arm.urdf` must read back unchanged."""
+"""An arm written as a URDF: what `states.arm.description.urdf` must read back unchanged."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from hw.prop import Capsule, Placement
-from hw.robot import ChassisBox
-from states.arm.model import LINKS, Manipulator
+from hw.model.prop import Capsule, Placement
+from hw.model.robot import ChassisBox
+from states.arm.kinematics.model import LINKS, Manipulator
 
 
 def urdf_of(model: Manipulator) -> str:

@@ -1,8 +1,8 @@
 """Estimated poses as signals: of one age, silent while the robot is lost."""
 
-from behaviors.signals import ESTIMATE, localized
-from engine.board import Board
-from engine.signals import Measured, declare
+from behaviors.signal_table import ESTIMATE, localized
+from engine.signals.board import Board
+from engine.signals.signal_kinds import Measured, declare
 from hw.geometry import STILL, Pose2
 from hw.samples import Odometry, PoseSigma
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from hw.geometry import Pose2, Twist2, wrap
+from hw.model.sensing import Sensing
+from hw.model.tracking import Tracking
 from hw.samples import ImuReading, Odometry, Scan, TrackerPose
-from hw.sensing import Sensing
-from hw.tracking import Tracking
 from states.localization.localizer import Localizer
-from states.localization.localizer_values import LocalizerValues
+from states.localization.matching.localizer_values import LocalizerValues
 from states.maps.cells import room_map
 from states.maps.field import map_field, room_field
 from states.maps.occupancy import OccupancyMap

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hw.geometry import Pose2, Pose3
-from states.localization.calibrate import _upright
-from states.localization.fusion import sigma_of
-from states.localization.pose_matcher import CERTAIN, SAME_M, SAME_RAD, leaps
-from states.localization.scan_tracker import Match
+from states.localization.calibration.tracker_calibration import _upright
+from states.localization.filter.fusion import sigma_of
+from states.localization.matching.pose_matcher import CERTAIN, SAME_M, SAME_RAD, leaps
+from states.localization.matching.scan_tracker import Match
 
 RESTS = (-1e-18, -0.0, 0.0, 1e-12)
 

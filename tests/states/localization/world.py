@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.room import Room
+from hw.model.sensing import ImuModel, LidarModel, Mount, OdometryModel, Sensing, TrackerModel
 from hw.samples import ImuReading, Odometry, Sample, Scan, TrackerPose
-from hw.sensing import ImuModel, LidarModel, Mount, OdometryModel, Sensing, TrackerModel
+from hw.scene.room import Room
 
 ROOM = Room(
     ((0.0, 0.0), (12.0, 0.0), (12.0, 10.0), (0.0, 10.0)),

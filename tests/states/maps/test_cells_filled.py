@@ -6,7 +6,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hw.room import Room
+from hw.scene.room import Room
 from states.maps.cells import Grid, fill_rings
 from states.maps.field import room_field
 from tests.repeats import examples

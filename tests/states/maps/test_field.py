@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from hw.geometry import Pose2
-from hw.room import Room
+from hw.scene.room import Room
 from states.maps.cells import room_map
 from states.maps.field import REACH, distance_at, map_field, room_field
 from states.maps.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from hw.geometry import Pose2, Twist2
-from states.navigation.interfaces import Limits, Tolerance
+from states.navigation.exact.visibility import ExactPlanner
+from states.navigation.planner_interfaces import Limits, Tolerance
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS
-from states.navigation.visibility import ExactPlanner
 
 OUTER = ((0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0))
 COLUMN = ((3.0, 3.0), (5.0, 3.0), (5.0, 5.0), (3.0, 5.0))

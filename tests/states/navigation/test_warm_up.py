@@ -11,15 +11,15 @@ import gc
 import numpy as np
 from numba.core.registry import CPUDispatcher
 
-from behaviors.profile import load_profile
+from behaviors.profile.profile import load_profile
 from engine.state import Stamped
 from hw.geometry import Pose2
-from hw.room import Disc
-from hw.robot import load_robot
-from hw.scene import load_scene
-from states.navigation.interfaces import Limits, Tolerance
+from hw.scene.room import Disc
+from hw.model.robot import load_robot
+from hw.scene.scene import load_scene
+from states.navigation.planner_interfaces import Limits, Tolerance
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS, warm_up
-from states.navigation.trials import TRIALS, Trial, drive
+from cobodeck.bench.navigation.drive_trials import TRIALS, Trial, drive
 from states.subsystems import SUBSYSTEMS
 from tests.scans import scan_of
 

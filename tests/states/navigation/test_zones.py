@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 from hw.geometry import STILL, Pose2
-from hw.zones import SpeedZone, Zones
-from states.environment import Environment
+from hw.scene.zones import SpeedZone, Zones
+from states.environment.environment import Environment
 from states.subsystems import SUBSYSTEMS
-from tests.states.navigation.test_layers import HALL, PLANNERS, environment_of, least_distance
+from tests.states.navigation.grid.test_layers import HALL, PLANNERS, environment_of, least_distance
 
 BOX = ((5.0, 2.5), (7.0, 2.5), (7.0, 5.5), (5.0, 5.5))
 

@@ -1,6 +1,6 @@
 """States that charts can name."""
 
-from engine.files.units import Length
+from engine.files.declared.units import Length
 from engine.state import Context, Monitor, On, Run
 
 

@@ -2,7 +2,7 @@
 
 import math
 
-from engine.files.units import Length, Speed
+from engine.files.declared.units import Length, Speed
 from engine.state import Action, Context, Monitor, On, Run
 from hw.geometry import Twist2
 

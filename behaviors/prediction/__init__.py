@@ -1,0 +1,1 @@
+"""Where the user may walk next, and what that means for a place of the robot."""

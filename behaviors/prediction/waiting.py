@@ -1,0 +1,172 @@
+"""Where to wait: how much a place is in the way of a person who may set off in any direction.
+
+A person walks where there is floor to walk on. For each direction the line of walk from where they
+stand is compared with the place: the time that they need to reach the robot against the time that
+the robot needs to move aside or, with a wall there, to the other side of the line.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from behaviors.prediction.rollout import Array
+from behaviors.situation.present_situation import Situation
+from hw.jit import compiled
+from hw.scene.room import Point
+
+DIRECTIONS = 36
+"""Number of directions of walk that are looked at."""
+PACE, TURN_RATE = 1.5, 3.0
+"""Speed of walking, m/s, and of turning beforehand, rad/s, of the person who is reckoned with."""
+NOTICED_S = 0.4
+"""Time until a person's setting off is noticed and the robot starts, s."""
+SPARE_S = 0.3
+"""Time by which the robot should be early, s."""
+ESCAPE_S = 0.5
+"""What a direction costs besides, s, in which the robot would be too late, not just hardly early:
+who walks there raises an Escape."""
+LONGEST = 8.0
+"""Longest line of walk that is looked at, m."""
+TRAPPED_S = 3.0
+"""Time to move aside, s, where there is no room on either side."""
+SETS_OFF = 0.1
+"""How often somebody who stands sets off, 1/s, while the robot drives to a place."""
+ON_THE_WAY = np.array((0.15, 0.4, 0.65, 0.9))
+"""Shares of a drive after which its risk is looked at."""
+
+
+def risks(now: Situation, places: Sequence[Point] | Array) -> Array:
+    """Expected cost of waiting, s, at each place (n, 2) in the map, (n,); 0: never too late.
+
+    It is the lack of time to get aside, and ESCAPE_S for each Escape.
+
+    Directions count by the area of floor in them: with goals spread evenly over the floor, the
+    chance of a direction is proportional to its squared length.
+    """
+    body, escape = now.user.body, now.settings.escape
+    angles = np.arange(DIRECTIONS) * math.tau / DIRECTIONS
+    lengths = _lengths(body.x, body.y, angles, now.environment.walls)
+    there = np.array(places, dtype=np.float64).reshape(-1, 2)
+    ways = _ways(there, (body.x, body.y, body.yaw), angles, lengths, escape.contact)
+    asides = _asides(there, angles, ways, escape.contact)
+    free = now.planners["escape"].are_free(asides.reshape(-1, 2)).reshape(-1, 2)
+    acceleration = now.environment.limits.base_acceleration
+    return _risks(len(there), ways, lengths, free, escape.contact, acceleration)
+
+
+def way_risks(now: Situation, places: Array, apart: float, times: Array) -> Array:
+    """Expected cost of the drives to the places (n, 2), s, (n,), should the user set off meanwhile.
+
+    It is the mean of the risk of standing at points of the way, which is straight, but no nearer to
+    the user than `apart`, m, times the chance that they set off within the drive's time (n,), s.
+    """
+    body, here = now.user.body, np.array((now.pose.x, now.pose.y))
+    user = np.array((body.x, body.y))
+    off = here + ON_THE_WAY[:, None] * (places - here)[:, None, :] - user
+    distances = np.maximum(np.hypot(off[..., 0], off[..., 1]), 1e-9)[..., None]
+    points = user + off * np.maximum(1.0, apart / distances)
+    found = risks(now, points.reshape(-1, 2)).reshape(-1, len(ON_THE_WAY)).mean(axis=1)
+    chances: Array = found * -np.expm1(-SETS_OFF * times)
+    return chances
+
+
+@compiled
+def _lengths(x: float, y: float, angles: Array, walls: Array) -> Array:
+    """Length of the free ray from x, y in each direction, m, at most LONGEST."""
+    found = np.empty(len(angles))
+    for i in range(len(angles)):
+        c, s, length = math.cos(angles[i]), math.sin(angles[i]), LONGEST
+        for j in range(len(walls)):
+            ax, ay = walls[j, 0] - x, walls[j, 1] - y
+            dx, dy = walls[j, 2] - walls[j, 0], walls[j, 3] - walls[j, 1]
+            cross = c * dy - s * dx
+            if cross == 0.0:
+                continue
+            along, share = (ax * dy - ay * dx) / cross, (ax * s - ay * c) / cross
+            if 0.0 <= share <= 1.0 and 0.0 <= along < length:
+                length = along
+        found[i] = length
+    return found
+
+
+@compiled
+def _ways(
+    places: Array, user: tuple[float, float, float], angles: Array, lengths: Array, contact: float
+) -> Array:
+    """The lines of walk that lead into a robot at one of the places, (n, 4).
+
+    Number of the place and of the direction; time until the user, turning first, would touch the
+    robot, s; and how far the place is to the left of the line, m.
+    """
+    found, count = np.empty((len(places) * len(angles), 4)), 0
+    for i in range(len(places)):
+        dx, dy = places[i, 0] - user[0], places[i, 1] - user[1]
+        for j in range(len(angles)):
+            c, s = math.cos(angles[j]), math.sin(angles[j])
+            along, lateral = c * dx + s * dy, c * dy - s * dx
+            if along <= 0.0 or abs(lateral) >= contact:
+                continue
+            reach = along - math.sqrt(contact * contact - lateral * lateral)
+            if reach > lengths[j]:
+                continue
+            turn = abs((angles[j] - user[2] + math.pi) % math.tau - math.pi)
+            available = max(0.0, reach) / PACE + turn / TURN_RATE
+            found[count, 0], found[count, 1] = i, j
+            found[count, 2], found[count, 3] = available, lateral
+            count += 1
+    return found[:count]
+
+
+@compiled
+def _asides(places: Array, angles: Array, ways: Array, contact: float) -> Array:
+    """Where the robot would move aside to, (ways, 2 sides, 2), in the map.
+
+    On either side of a line of walk it is the point at `contact` from the line, beside the place.
+    """
+    found = np.empty((len(ways), 2, 2))
+    for k in range(len(ways)):
+        i, j, lateral = int(ways[k, 0]), int(ways[k, 1]), ways[k, 3]
+        c, s = math.cos(angles[j]), math.sin(angles[j])
+        for side in range(2):
+            wanted = contact if side == 0 else -contact
+            found[k, side, 0] = places[i, 0] - s * (wanted - lateral)
+            found[k, side, 1] = places[i, 1] + c * (wanted - lateral)
+    return found
+
+
+@compiled
+def _risks(
+    count: int,
+    ways: Array,
+    lengths: Array,
+    free: NDArray[np.bool_],
+    contact: float,
+    acceleration: float,
+) -> Array:
+    """See `risks`, for `count` places; `free` tells which places aside are, (ways, 2 sides)."""
+    found = np.zeros(count)
+    for k in range(len(ways)):
+        i, length = int(ways[k, 0]), lengths[int(ways[k, 1])]
+        available, lateral = ways[k, 2], ways[k, 3]
+        needed = TRAPPED_S
+        for side in range(2):
+            if free[k, side]:
+                aside = contact - lateral if side == 0 else contact + lateral
+                needed = min(needed, NOTICED_S + math.sqrt(2.0 * aside / acceleration))
+        late = needed + SPARE_S - available
+        if late > 0.0:
+            found[i] += length * length * (late + ESCAPE_S * (late > SPARE_S))
+    return found / np.sum(lengths * lengths)
+
+
+def warm_up() -> None:
+    """Compile the kernels, or load them from the cache."""
+    angles, place = np.zeros(1), np.ones((1, 2))
+    lengths = _lengths(0.0, 0.0, angles, np.ones((1, 4)))
+    ways = _ways(place, (0.0, 0.0, 0.0), angles, lengths, 1.0)
+    _asides(place, angles, ways, 1.0)
+    _risks(1, ways, lengths, np.ones((len(ways), 2), dtype=np.bool_), 1.0, 1.0)

@@ -1,0 +1,1 @@
+"""Settings of the behaviours, and the profiles that set them."""

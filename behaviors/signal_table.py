@@ -1,0 +1,225 @@
+"""All signals that the charts of CoboDeck read, and the types that charts may name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from functools import cache, partial
+from typing import TYPE_CHECKING
+
+from behaviors import escape, haptic
+from behaviors.profile.settings import Settings
+from behaviors.situation import chase_space
+from engine.signals.signal_kinds import Derived, Estimated, Measured, Signal
+from engine.types import Type
+from hw.geometry import Pose2, Pose3, Twist2
+from hw.samples import (
+    ArmState,
+    BumperHit,
+    ImuReading,
+    Odometry,
+    PoseSigma,
+    Scan,
+    TrackerPose,
+    UserPose,
+)
+from states.environment.environment import Environment
+from states.localization.estimates import (
+    SENSED,
+    LocalizationEstimator,
+    Localizes,
+    PoseEstimate,
+    PoseOf,
+    SigmaOf,
+)
+from states.localization.frames.frames import FramesEstimator
+from states.signals.user_motion import StillnessEstimator, VelocityEstimator
+from states.subsystems import SUBSYSTEMS, SubsystemName
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from states.navigation.grid.layers import Costmaps
+    from states.navigation.planner_interfaces import GlobalPlanner
+
+OBSTACLES = "floor.obstacles"
+TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
+
+DANGER = ("escape.planner", "user.pose", "base.pose", "user.velocity", "base.twist")
+"""What tells whether the user is about to walk into the robot."""
+
+ESTIMATE = "base.localization"
+"""Signal with the estimate that `base.pose` and `base.pose_sigma` come from if not measured."""
+
+MEASURED = (
+    Measured("environment", Environment, constant=True, about="room, robot and limits"),
+    Measured("settings", Settings, constant=True, about="values of the behaviours"),
+    Measured("base.pose", Pose2, about="map_from_base"),
+    Measured("base.twist", Twist2, about="velocity in the base frame"),
+    Measured("base.mode", str, about="how the wheels are driven: omni or differential"),
+    Measured("base.refusal", str, about="why a base that is to drive does not, none while it may"),
+    Measured("base.admitted", Twist2, about="what the safety chain leaves of a velocity it cuts"),
+    Measured("base.scan", Scan, about="one turn of a scanner, in its own frame"),
+    Measured("base.odometry", Odometry, about="what the wheels say: odom_from_base"),
+    Measured("base.imu", ImuReading, about="rates of turn and accelerations, in the base frame"),
+    Measured("rover.tracker", TrackerPose, about="a tracker on the rover: vive_from_tracker"),
+    Measured("arm.joints", ArmState),
+    Measured("user.pose", UserPose, about="tracked pose of the user, none while it is lost"),
+    Measured("vr.haptic_request", Pose3, about="where the user reaches, while they do"),
+    Measured("vr.release", bool, event=True),
+    Measured("vr.restart", bool, event=True),
+    Measured("bumper.hit", BumperHit, event=True),
+    Measured("stop.engaged", str, about="why the stop line is pulled, none while it is not"),
+    Measured("operator.acknowledge", bool, event=True),
+)
+
+
+def signals(
+    environment: Environment,
+    settings: Settings,
+    localizer: Callable[[], Localizes] | None = None,
+    *,
+    scanning: bool = True,
+) -> tuple[Signal, ...]:
+    """All signals; only those that are read are computed.
+
+    `localizer` makes a new localizer; if given, `base.pose` is estimated from the base's sensors.
+    `scanning`: whether there is a source of `base.scan`.
+    """
+    user = settings.user
+    return (
+        *(measured() if localizer is None else localized(localizer)),
+        *planning(environment, scanning, "base.pose" if localizer is None else ESTIMATE),
+        Estimated(
+            "transforms", ("base.pose", "user.pose"),
+            partial(FramesEstimator, environment.robot, environment.tracking), needs=(),
+            about="all frames of robot, sensors, person and tracking, with ten seconds of history",
+        ),
+        Estimated(
+            "user.velocity", ("user.pose",), partial(VelocityEstimator, user.window), Twist2,
+            about="in the map, by least squares; turn of the body as wz",
+        ),
+        Estimated(
+            "user.still_since", ("user.velocity",),
+            partial(StillnessEstimator, user.still_speed, user.still_turn), int,
+            about="since when the user has stood still, ns; none while they move",
+        ),
+        Estimated(
+            "user.stands_since", ("user.velocity",),
+            partial(StillnessEstimator, user.still_speed, math.inf), int,
+            about="since when the user has stood, turning or not, ns; none while they walk",
+        ),
+        *_decisions(environment, settings),
+    )  # fmt: skip
+
+
+def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ...]:
+    """The signals that CoboDeck's own decisions are based on: zones, poses and spaces."""
+    cells = cache(partial(_cells, environment, settings))
+    return (
+        Derived("user.distance", ("user.pose", "base.pose"), _distance, float,
+                about="from the user's body to the robot's centre, m"),
+        Derived(
+            "escape.required", DANGER,
+            partial(escape.is_required, environment, settings), bool,
+            about="the user moves and is about to walk into the robot, or, by the zones, is in one",
+        ),
+        Derived(
+            "escape.safe", DANGER,
+            partial(escape.is_safe, environment, settings), bool,
+            about="the danger is over, with hysteresis",
+        ),
+        Derived(
+            "escape.poses", ("escape.planner", "user.pose", "base.pose"),
+            partial(escape.poses, settings), tuple,
+            about="the free Escape poses, in order",
+        ),
+        Derived(
+            "chase.space", ("chase.planner", "user.pose"),
+            partial(chase_space.space, settings, cells), chase_space.ChaseSpace,
+            about="the cells about the user, best first",
+        ),
+        Derived(
+            "haptic.poses", ("haptic.planner", "vr.haptic_request"),
+            partial(haptic.poses, settings), tuple,
+            about="the free Haptic rover poses, in order",
+        ),
+    )  # fmt: skip
+
+
+def measured() -> tuple[Signal, ...]:
+    """All signals that parts measure; the base measures its own pose."""
+    about = "how sure base.pose is"
+    return (*MEASURED, Derived("base.pose_sigma", ("environment",), _sigma, PoseSigma, about=about))
+
+
+def localized(localizer: Callable[[], Localizes]) -> tuple[Signal, ...]:
+    """All signals that parts measure, and the base's pose estimated from them."""
+    others = (signal for signal in MEASURED if signal.name != "base.pose")
+    return (
+        *others,
+        Estimated(
+            ESTIMATE, SENSED, lambda: LocalizationEstimator(localizer()), PoseEstimate,
+            needs=("base.odometry",), about="where the base is by all that it senses, how sure",
+        ),
+        Estimated("base.pose", (ESTIMATE,), PoseOf, Pose2, about="map_from_base, an estimate"),
+        Estimated(
+            "base.pose_sigma", (ESTIMATE,), SigmaOf, PoseSigma, about="how sure base.pose is"
+        ),
+    )  # fmt: skip
+
+
+def planning(
+    environment: Environment, scanning: bool = True, located: str = "base.pose"
+) -> tuple[Signal, ...]:
+    """Scanned obstacles, and each subsystem's costmaps and planner, which take them into account.
+
+    Without `scanning`, planners use the map or room alone. `located` names the signal with the
+    base's pose.
+    """
+    sensed = (located, "user.pose", "base.scan")
+    obstacles = Estimated(
+        OBSTACLES, sensed, environment.obstacle_estimator, needs=(),
+        about="what scanners have shown about the robot and no map does",
+    )  # fmt: skip
+    planners = (signal for name in SUBSYSTEMS for signal in _planning(environment, name, scanning))
+    return (obstacles, *planners) if scanning else tuple(planners)
+
+
+def _planning(environment: Environment, name: SubsystemName, scanning: bool) -> Iterator[Signal]:
+    kind, about = environment.navigation.named(name).planner, "finds paths for the robot's centre"
+    if not scanning:
+        yield Derived(f"{name}.planner", ("environment",), partial(_static, name), about=about)
+    elif kind == "exact":
+        among = partial(environment.planner_among, name)
+        yield Derived(f"{name}.planner", (OBSTACLES,), among, about=about)
+    else:
+        yield Derived(
+            f"{name}.costmap", (OBSTACLES,), partial(environment.costmaps_among, name),
+            about="what it costs to be where, by the map and by what scanners have shown",
+        )  # fmt: skip
+        on_cells = partial(_on_cells, kind)
+        yield Derived(f"{name}.planner", (f"{name}.costmap",), on_cells, about=about)
+
+
+def _static(name: SubsystemName, environment: Environment) -> GlobalPlanner:
+    return environment.static_planners[name]
+
+
+def _on_cells(kind: str, costmaps: Costmaps) -> GlobalPlanner:
+    return costmaps.planner(kind)
+
+
+def _sigma(environment: Environment) -> PoseSigma:
+    return environment.pose_sigma
+
+
+def _distance(user: UserPose, base: Pose2) -> float:
+    return user.body.distance_to(base)
+
+
+def _cells(environment: Environment, settings: Settings) -> NDArray[np.float64]:
+    from behaviors.situation.chase_cells import grid
+
+    return grid(environment, settings)

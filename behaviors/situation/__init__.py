@@ -1,0 +1,1 @@
+"""What a behaviour decides on: the present situation, and the Chase space."""

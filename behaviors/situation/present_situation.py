@@ -1,0 +1,113 @@
+"""Robot and user at one instant: the input of nearly every decision."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from behaviors.profile.settings import Settings
+from behaviors.situation.keys import SETTINGS, settings_of
+from engine.state import Context
+from hw.geometry import Pose2, Twist2
+from hw.safety.limits import OLD_S
+from hw.samples import UserPose
+from hw.scene.room import Disc, Point
+from states.environment import extrapolated_state
+from states.environment.environment import Environment
+from states.environment.signal_names import ENVIRONMENT, environment_of
+from states.navigation.states import PLANNERS, planner_of
+from states.subsystems import SubsystemName
+
+if TYPE_CHECKING:
+    from states.navigation.planner_interfaces import GlobalPlanner
+
+AGE_S = OLD_S
+"""Maximum age of poses and velocities, s; see `states.environment.extrapolated_state`."""
+
+SPARE = 0.02
+"""Extra clearance from the user when a path is chosen, m, so that driving it stays possible."""
+
+TURN_ROOM = 2.9
+"""Distance to keep from a user who may turn and set off at any time, m."""
+
+READS: Mapping[str, float | None] = {ENVIRONMENT: None, SETTINGS: None, **extrapolated_state.READS}
+"""`reads` of a state that asks for a situation."""
+WAYS: Mapping[str, float | None] = {**READS, **PLANNERS}
+"""`reads` of a state that asks for a situation with planners."""
+
+CHANGES = tuple(extrapolated_state.READS)
+"""The signals that a situation depends on: a state that watches it waits for news of these."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Situation:
+    """Robot and user now, with environment, settings and planners.
+
+    `pose` is map_from_base, `twist` the robot's velocity in the base frame, `user` the user's pose
+    in the map, `velocity` the user's in the map frame, with the body's turn rate as wz. `share` is
+    the fraction of the speed that the age of the poses admits. `planners` are those requested, by
+    subsystem.
+    """
+
+    environment: Environment
+    settings: Settings
+    pose: Pose2
+    twist: Twist2
+    user: UserPose
+    velocity: Twist2
+    planners: Mapping[SubsystemName, GlobalPlanner]
+    share: float = 1.0
+
+    @property
+    def distance(self) -> float:
+        """From the user's body to the robot's centre, m."""
+        return self.pose.distance_to(self.user.body)
+
+    @property
+    def rest(self) -> Pose2:
+        """Where the robot comes to rest if it brakes now, map_from_base."""
+        return self.environment.standstill(self.pose, self.twist)
+
+    @property
+    def around(self) -> extrapolated_state.RobotAndUser:
+        """Robot and user as local planners take them."""
+        walking = (self.velocity.vx, self.velocity.vy)
+        return extrapolated_state.RobotAndUser(
+            self.pose, self.twist, self.user, walking, self.share
+        )
+
+    def user_disc(self, name: SubsystemName, goal: Point) -> Disc:
+        """The disc around the user that a subsystem's path to this goal avoids, in the map.
+
+        It is grown by SPARE, but never so far that it would cover the robot or the goal.
+        """
+        body, radius = self.user.body, self.environment.navigation.named(name).user_radius
+        return Disc(body.x, body.y, radius).grown(SPARE, (self.pose.x, self.pose.y), goal)
+
+    def slowed(self, command: Twist2, name: SubsystemName) -> Twist2:
+        """A subsystem's command, scaled to the admissible share of its speed."""
+        return self.environment.slowed(command, self.share, name)
+
+
+def situation(ctx: Context, *subsystems: SubsystemName) -> Situation | None:
+    """The current situation with these planners; None while any of it is unknown or too old."""
+    robot, user = extrapolated_state.robot(ctx), extrapolated_state.user(ctx)
+    if robot is None or user is None or user.velocity is None:
+        return None
+    planners = {}
+    for name in subsystems:
+        planner = planner_of(ctx, name)
+        if planner is None:
+            return None
+        planners[name] = planner
+    return Situation(
+        environment=environment_of(ctx),
+        settings=settings_of(ctx),
+        pose=robot.pose,
+        twist=robot.twist,
+        user=user.pose,
+        velocity=user.velocity,
+        planners=planners,
+        share=min(robot.share, user.share),
+    )

@@ -1,0 +1,1 @@
+"""Benchmarks of the arm, beside peers."""

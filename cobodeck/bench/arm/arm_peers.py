@@ -1,0 +1,83 @@
+"""Inverse kinematics of other packages, where they are installed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from states.arm.kinematics.kernels import Array
+from states.arm.kinematics.kinematics import KinematicChain
+
+MODULES = {
+    "ompl": "ompl",
+    "ur-analytic-ik": "ur_analytic_ik",
+    "roboticstoolbox-python": "roboticstoolbox",
+    "ikpy": "ikpy",
+}
+
+
+def found(names: Iterable[str]) -> list[str]:
+    """The packages among these that can be imported."""
+    return [name for name in names if _imports(MODULES[name])]
+
+
+def _imports(module: str) -> bool:
+    if find_spec(module) is None:
+        return False
+    try:
+        import_module(module)
+    except ImportError:  # installed, but not its dependencies
+        return False
+    return True
+
+
+def _analytic(_: KinematicChain) -> Callable[[Array], Any]:
+    solve: Callable[[Array], Any] = import_module("ur_analytic_ik").ur10.inverse_kinematics
+    return solve
+
+
+def _toolbox(chain: KinematicChain) -> Callable[[Array], Any]:
+    toolbox = import_module("roboticstoolbox")
+    links = [toolbox.RevoluteDH(d=d, a=a, alpha=alpha) for d, a, alpha in _dh(chain)]
+    ets = toolbox.DHRobot(links).ets()
+
+    def solve(pose: Array) -> Any:
+        return ets.ik_LM(pose, tol=1e-12)
+
+    return solve
+
+
+def _ikpy(chain: KinematicChain) -> Callable[[Array], Any]:
+    links = [import_module("ikpy.link").DHLink(d=d, a=a, alpha=alpha) for d, a, alpha in _dh(chain)]
+    arm = import_module("ikpy.chain").Chain(links, active_links_mask=[True] * len(links))
+
+    def solve(pose: Array) -> Any:
+        return arm.inverse_kinematics_frame(pose, orientation_mode="all")
+
+    return solve
+
+
+def _dh(chain: KinematicChain) -> list[tuple[float, float, float]]:
+    """The Denavit-Hartenberg parameters d, a (m) and alpha (rad) of the nominal chain."""
+    d1, a2, a3, d4, d5, d6 = (float(value) for value in chain.dh)
+    half = 0.5 * np.pi
+    return [
+        (d1, 0.0, half),
+        (0.0, a2, 0.0),
+        (0.0, a3, 0.0),
+        (d4, 0.0, half),
+        (d5, 0.0, -half),
+        (d6, 0.0, 0.0),
+    ]
+
+
+IK_PEERS: dict[str, Callable[[KinematicChain], Callable[[Array], Any]]] = {
+    "ur-analytic-ik": _analytic,
+    "roboticstoolbox-python": _toolbox,
+    "ikpy": _ikpy,
+}
+"""By package: makes from a chain a solver for base_from_flange (4, 4)."""

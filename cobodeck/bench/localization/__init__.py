@@ -1,0 +1,1 @@
+"""Benchmarks of localization: simulated drives, real logs, peers."""

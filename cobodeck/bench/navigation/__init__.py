@@ -1,0 +1,1 @@
+"""Benchmarks of navigation: planners, drives under disturbance, decisions."""

@@ -1,0 +1,163 @@
+"""Benchmark of decisions: from a user sample to a chosen pose, for Escape to the first command.
+
+The states themselves are timed in random situations of a room: computing the poses or cells of
+their space, choosing among them, and in Escape the first command (R40, R105, R109).
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from behaviors import chase, dodge, escape, haptic
+from behaviors.profile.profile import load_profile, profile_names
+from behaviors.situation import chase_space
+from behaviors.situation.chase_cells import grid
+from behaviors.situation.present_situation import Situation
+from cobodeck.bench.engine.engine_bench import times
+from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
+from engine.state import Action
+from hw.geometry import Pose2, Pose3, Twist2
+from hw.model.robot import load_robot
+from hw.samples import USER_RADIUS, UserPose
+from hw.scene.scene import load_scene
+from states.environment.environment import Environment
+
+NAME, SCENE = "navigation", "lab_a"
+SITUATIONS, SEED = 200, 5
+WALK = 1.0
+"""Speed at which the users of the situations walk up to the robot, m/s."""
+NEAR, FAR = 1.3, 2.5
+"""Range of these users' distances from the robot, m."""
+GOAL_MS = 5.0
+
+
+class _Parts:
+    """A base and a virtual world that ignore every command."""
+
+    def drive(self, command: Twist2, source: str = "") -> None:
+        """Ignore it."""
+
+    def release(self, source: str = "") -> None:
+        """Ignore it."""
+
+    def inform(self, show: bool, sign: bool = True) -> None:
+        """Ignore it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    """A stand-in for the context of a state at one instant."""
+
+    values: Mapping[str, Any]
+
+    def value(self, name: str) -> Any:
+        return self.values[name]
+
+    def age(self, name: str) -> float:  # noqa: ARG002  every value is fresh
+        return 0.0
+
+    def part(self, name: str) -> Any:  # noqa: ARG002  stands for all parts
+        return _Parts()
+
+
+def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
+    """Median and 95th percentile of one decision of each behaviour, by profile."""
+    dodge.warm_up()
+    scene = load_scene(SCENE)
+    robot = load_robot(scene.robot)
+    for profile in map(load_profile, profile_names()):
+        environment = profile.environment(scene.room, robot)
+        found = situations(environment, profile.settings, count)
+        for behaviour, decide in decisions(environment, profile.settings).items():
+            for now in found[:3]:
+                decide(now)  # fills caches outside the measurement
+            taken = [_least(partial(decide, now), rounds) for now in found]
+            yield _row(behaviour, profile.name, taken)
+
+
+def _row(behaviour: str, profile: str, taken: Sequence[float]) -> BenchRow:
+    late = float(np.percentile(taken, 95.0))
+    return BenchRow(
+        NAME,
+        f"{behaviour} decision",
+        profile,
+        time_us=statistics.median(taken) * 1e6,
+        ratio=late * 1e3 / GOAL_MS,
+        ratio_to=f"{GOAL_MS:g} ms",
+        error=round(late * 1e3, 3),
+        error_unit="ms, 95th percentile",
+        goal=GOAL_MS if behaviour == "escape" else None,
+    )
+
+
+def _least(work: Callable[[], object], rounds: int) -> float:
+    one = Work(times(work))
+    return min(seconds_of(one, 1) for _ in range(min(rounds, 3)))
+
+
+def decisions(environment: Environment, settings: Any) -> dict[str, Callable[[Situation], Any]]:
+    """For each behaviour, the work between a sample and its decision."""
+    cells, planners = grid(environment, settings), environment.static_planners
+
+    def for_chase(now: Situation) -> Any:
+        space = chase_space.space(settings, lambda: cells, planners["chase"], now.user)
+        return _step(chase.ChooseChasePose(), now, {"chase.space": space})
+
+    def for_haptic(now: Situation) -> Any:
+        x, y = now.user.body.transform(settings.haptic.deep_ahead, 0.0)
+        deep = Pose3.from_yaw(x, y, settings.haptic.deep_height, now.user.body.yaw)
+        free = haptic.poses(settings, planners["haptic"], deep)
+        return _step(haptic.ChooseHapticPose(), now, {"haptic.poses": free}, deep=deep)
+
+    def for_escape(now: Situation) -> Any:
+        free = escape.poses(settings, planners["escape"], now.user, now.pose)
+        return _step(escape.Flee(), now, {"escape.poses": free, "escape.safe": False})
+
+    return {"chase": for_chase, "haptic": for_haptic, "escape": for_escape}
+
+
+def _step(state: Action, now: Situation, more: Mapping[str, Any], **inputs: Any) -> Any:
+    """The first step of a state; its outcome if that step ends it."""
+    values = {
+        "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
+        "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
+        "arm.joints": None, **more,
+        **{f"{name}.planner": planner for name, planner in now.planners.items()},
+    }  # fmt: skip
+    run = state.run(_Moment(values), **inputs)  # type: ignore[arg-type]
+    try:
+        next(run)
+    except StopIteration as end:
+        return end.value
+    run.close()
+    return None
+
+
+def situations(environment: Environment, settings: Any, count: int) -> list[Situation]:
+    """Seeded situations: robots at free places, and users who walk up to them."""
+    rng = np.random.default_rng(SEED)
+    low, high = np.min(environment.room.outer, axis=0), np.max(environment.room.outer, axis=0)
+    planners = environment.static_planners
+    found: list[Situation] = []
+    while len(found) < count:
+        x, y = (float(value) for value in rng.uniform(low, high))
+        yaw, bearing = (float(value) for value in rng.uniform(-math.pi, math.pi, 2))
+        away = float(rng.uniform(NEAR, FAR))
+        body = Pose2(x + away * math.cos(bearing), y + away * math.sin(bearing), 0.0)
+        if not (planners["chase"].is_free((x, y)) and environment.room.is_free(body.x, body.y)):
+            continue
+        if environment.room.clearance(body.x, body.y) < USER_RADIUS:
+            continue
+        towards = math.atan2(y - body.y, x - body.x)
+        user = UserPose(Pose2(body.x, body.y, towards), towards)
+        velocity = Twist2(WALK * math.cos(towards), WALK * math.sin(towards))
+        pose = Pose2(x, y, yaw)
+        found.append(Situation(environment, settings, pose, Twist2(0.0), user, velocity, planners))
+    return found

@@ -1,0 +1,1 @@
+"""What a run was worth: evaluators on the true state, metrics, figures."""

@@ -1,0 +1,102 @@
+"""Selects the evaluators of a run: by the plant's ground truth, or by its samples alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from behaviors.signal_table import ESTIMATE
+from cobodeck.evaluate.arm_contact import ArmOutline, ArmWatch
+from cobodeck.evaluate.localization import LocalizationWatch
+from cobodeck.evaluate.measured_truth import Senses
+from cobodeck.evaluate.metrics import Evaluator
+from cobodeck.evaluate.requests import RequestWatch
+from cobodeck.evaluate.separation_figures import SeparationWatch
+from cobodeck.evaluate.stuck import StuckWatch
+from cobodeck.loop.loop import Observer
+from cobodeck.loop.plant import Plant
+from cobodeck.loop.sample_router import Inlet
+from cobodeck.loop.wiring import Wired
+from hw.geometry import Pose2, Pose3
+from hw.model.robot import RobotModel
+from hw.samples import Joints
+from hw.scene.scene import Scene
+from hw.truth import BASE
+
+
+def watchers(plant: Plant, wired: Wired, robot: RobotModel, scene: Scene | None) -> list[Observer]:
+    """The observers that evaluate a run: by ground truth if the plant has it, else by samples."""
+    truth, seen = plant.truth, "user.pose" in wired.inlet.flowing
+    if truth is None or (truth.body is None and seen):  # a world does not contain the dummy
+        found: list[Observer] = [_by_samples(wired.inlet, robot)]
+    else:
+        found = [_by_truth(plant, robot, truth.body is not None)]
+    if truth is not None and ESTIMATE in wired.board.slots:
+        found.append(LocalizationWatch(plant, wired.board))
+    if truth is not None and scene is not None:
+        found.append(StuckWatch(plant, wired.run, scene, robot.footprint))
+    if plant.cycles is not None:
+        found.append(SeparationWatch(plant.cycles))
+    return found
+
+
+def _by_truth(plant: Plant, robot: RobotModel, person: bool) -> Evaluator:
+    if not person or robot.arm is None:
+        return Evaluator(plant, person)
+    return Evaluator(plant, person, RequestWatch(prop_of(robot)), ArmWatch(arm_outline(robot)))
+
+
+def _by_samples(inlet: Inlet, robot: RobotModel) -> Evaluator:
+    heard = "vr.haptic_request" in inlet.flowing
+    person = heard or "user.pose" in inlet.flowing
+    prop = prop_of(robot) if heard and robot.arm is not None else None
+    senses = Senses(inlet, robot.footprint)
+    return Evaluator(senses, person, RequestWatch(prop, heard), measured=True)
+
+
+def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
+    """A function that gives map_from_prop for map_from_base and the joint angles, rad."""
+    from states.arm.description.robot_arm import manipulator_of
+    from states.arm.kinematics.kinematics import KinematicChain, forward
+
+    chain = KinematicChain.of(manipulator_of(robot))
+
+    def prop(base: Pose2, joints: Joints) -> Pose3:
+        matrix = forward(chain, joints)
+        map_from_rover = Pose3.from_yaw(base.x, base.y, 0.0, base.yaw)
+        return map_from_rover @ pose_of(matrix.tolist())
+
+    return prop
+
+
+def arm_outline(robot: RobotModel) -> ArmOutline:
+    """The robot's arm as capsules, with the names of its parts."""
+    from states.arm.description.robot_arm import manipulator_of
+    from states.arm.kinematics.collision import CollisionModel, outline
+
+    arm = manipulator_of(robot)
+    model = CollisionModel.of(arm)
+    parts = tuple("arm_base" if link == BASE else link for link in model.links)
+    return ArmOutline(partial(outline, model), parts, arm.tool.name, robot.footprint)
+
+
+def pose_of(m: list[list[float]]) -> Pose3:
+    """The pose of a homogeneous 4 x 4 matrix, its rotation as a unit quaternion (Shepperd)."""
+    trace = m[0][0] + m[1][1] + m[2][2]
+    # 4 qw^2 - 1 = trace, 4 qx^2 - 1 = 2 m00 - trace, …: the largest of trace, m00, m11, m22 tells
+    # the largest component; q is the quaternion times 4 of it, so its length is at least 2
+    squares = [trace, m[0][0], m[1][1], m[2][2]]
+    largest = squares.index(max(squares))
+    if largest == 0:
+        q = (m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1], 1.0 + trace)
+    else:
+        i = largest - 1
+        j, k = (i + 1) % 3, (i + 2) % 3
+        axis = [0.0, 0.0, 0.0]
+        axis[i] = 1.0 + m[i][i] - m[j][j] - m[k][k]
+        axis[j] = m[j][i] + m[i][j]
+        axis[k] = m[k][i] + m[i][k]
+        q = (axis[0], axis[1], axis[2], m[k][j] - m[j][k])
+    length = sum(part * part for part in q) ** 0.5
+    x, y, z, w = (part / length for part in q)
+    return Pose3(m[0][3], m[1][3], m[2][3], x, y, z, w)

@@ -1,0 +1,196 @@
+"""Evaluates a run independently of the charts, on true poses or on measured ones.
+
+Figures of events that did not occur, or that cannot be known, are `None`, never 0.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import struct
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from cobodeck.evaluate.arm_contact import ArmWatch
+from cobodeck.evaluate.figures import contact_figures, hit_figures, spread
+from cobodeck.evaluate.requests import RequestWatch
+from hw.geometry import Pose2, wrap
+from hw.truth import Contact, Truth
+
+AHEAD_M, HALF_VIEW_RAD, AROUND_M = 2.5, math.pi / 5, 1.5
+"""The Escape zones: radius and half angle within the view, radius elsewhere, m, rad (R104)."""
+MOVING = 0.2
+"""A slower user starts no Escape situation and does not count as walking, m/s."""
+NEAR_M, BEYOND_M, FAR_M = 1.5, 3.0, 4.0
+"""Distance band of the base from a walking user, m (R90, R91, R97); best beyond BEYOND_M."""
+STALE_NS = 150_000_000
+"""A longer time without a tracked pose is a drop-out, ns (R149)."""
+NOBODY = Truth()
+
+
+class PoseSource(Protocol):
+    """A source of the state of robot and person: a plant, or its measured samples."""
+
+    @property
+    def truth(self) -> Truth | None:
+        """The state now; None where it is not known."""
+        ...
+
+
+class MotionHash:
+    """SHA-256 over the exact bits of base pose, person's pose and joints at each tick."""
+
+    def __init__(self) -> None:
+        self._hash = hashlib.sha256()
+        self._empty = True
+
+    def watch(self, now_ns: int, truth: Truth) -> None:
+        """Add this instant."""
+        base, body, joints = truth.base, truth.body, truth.joints
+        if base is None and body is None and joints is None:
+            return
+        self._empty = False
+        moved = () if base is None else (base.x, base.y, base.yaw)
+        walked = () if body is None else (body.x, body.y, body.yaw)
+        numbers = (*moved, *walked, *(joints or ()))
+        sizes = len(moved), len(walked), len(numbers)
+        self._hash.update(struct.pack(f"<q3b{sizes[-1]}d", now_ns, *sizes, *numbers))
+
+    @property
+    def sha256(self) -> str | None:
+        """The hash of all instants so far; None if no pose was ever known."""
+        return None if self._empty else self._hash.hexdigest()
+
+
+@dataclass(slots=True)
+class Evaluator:
+    """Evaluates a plant from outside; call `watch` once per tick.
+
+    `person`: whether there is one. `arm` detects touches by the arm; None where they cannot be
+    known. `measured`: the plant's state is measured, not the ground truth.
+    """
+
+    plant: PoseSource
+    person: bool
+    requests: RequestWatch = field(default_factory=RequestWatch)
+    arm: ArmWatch | None = None
+    measured: bool = False
+    motion: MotionHash = field(default_factory=MotionHash)
+    signs: int = 0
+    signs_to_standing: int = 0
+    situations: int = 0
+    time_to_safety_s: list[float] = field(default_factory=list)
+    dropouts: list[tuple[int, int]] = field(default_factory=list)
+    walking_ns: int = 0
+    beside_ns: int = 0
+    beyond_ns: int = 0
+    _truth: Truth = NOBODY
+    _now: int = 0
+    _danger_since: int | None = None
+    _seen: int = 0
+    _located: bool = False
+    _informed: bool = False
+
+    def watch(self, now_ns: int) -> None:
+        """Evaluate this instant."""
+        truth = self.plant.truth
+        elapsed, self._now = now_ns - self._now, now_ns
+        if truth is None:
+            return
+        self._truth = truth
+        self.motion.watch(now_ns, truth)
+        if truth.seen_ns is not None:
+            self._watch_tracking(truth.seen_ns)
+        self._watch_sign(truth)
+        if truth.base is not None and truth.body is not None:
+            self._watch_distance(truth, truth.base, truth.body, elapsed)
+        if self.arm is not None:
+            self.arm.watch(now_ns, truth)
+        self.requests.watch(now_ns, truth)
+
+    def _watch_tracking(self, seen_ns: int) -> None:
+        if seen_ns - self._seen > STALE_NS:
+            self.dropouts.append((self._seen, seen_ns))
+        self._seen = seen_ns
+
+    def _watch_sign(self, truth: Truth) -> None:
+        shown = truth.informed is True
+        if shown and not self._informed:
+            self.signs += 1
+            self.signs_to_standing += truth.speed <= MOVING
+        self._informed = shown
+
+    def _watch_distance(self, truth: Truth, base: Pose2, body: Pose2, elapsed: int) -> None:
+        self._located = True
+        distance = math.hypot(body.x - base.x, body.y - base.y)
+        moving = truth.speed > MOVING
+        if moving:
+            self.walking_ns += elapsed
+            if NEAR_M <= distance <= FAR_M:
+                self.beside_ns += elapsed
+            if BEYOND_M <= distance <= FAR_M:
+                self.beyond_ns += elapsed
+        if distance < AHEAD_M or self._danger_since is not None:
+            ahead = abs(wrap(body.bearing_to(base) - truth.head_turn)) <= HALF_VIEW_RAD
+            self._watch_zones(distance < (AHEAD_M if ahead else AROUND_M), moving)
+
+    def _watch_zones(self, inside: bool, moving: bool) -> None:
+        if self._danger_since is None:
+            if inside and moving:
+                self._danger_since = self._now
+                self.situations += 1
+        elif not inside:
+            self.time_to_safety_s.append((self._now - self._danger_since) / 1e9)
+            self._danger_since = None
+
+    def finish(self) -> None:
+        """Count a drop-out and a request that are still open at the end of the run."""
+        self.requests.end(self._now)
+        if self._now - self._seen > STALE_NS:
+            self.dropouts.append((self._seen, self._now))
+
+    @property
+    def contacts(self) -> list[Contact] | None:
+        """All contacts so far, in order; None where they are not known."""
+        if self._truth.contacts is None:
+            return None
+        of_arm = [] if self.arm is None else self.arm.contacts
+        return sorted((*self._truth.contacts, *of_arm), key=lambda contact: contact.at_ns)
+
+    def report(self) -> dict[str, Any]:
+        """The figures by their names in JSON; without a person only those of the robot."""
+        truth = self._truth
+        of_robot = {
+            "measured": self.measured,
+            "distance_m": truth.distance_m,
+            "energy_j": truth.energy_j,
+            "wall_hits": truth.wall_hits,
+            "object_hits": truth.object_hits,
+            "hits": hit_figures(truth.hits),
+            "motion_sha256": self.motion.sha256,
+        }
+        if not self.person:
+            return of_robot
+        return {
+            **of_robot,
+            **self.requests.report(),
+            **contact_figures(self.contacts),
+            "signs": None if truth.informed is None else self.signs,
+            "signs_to_standing": None if truth.informed is None else self.signs_to_standing,
+            "situations": self.situations if self._located else None,
+            "situations_open": int(self._danger_since is not None) if self._located else None,
+            "time_to_safety_s": spread(self.time_to_safety_s, ("mean", "min", "max")),
+            "min_gap_m": truth.min_gap,
+            "walking_s": self.walking_ns / 1e9 if self._located else None,
+            "beside_share": self._share(self.beside_ns),
+            "beside_share_3_4": self._share(self.beyond_ns),
+            "dropouts": self._dropouts(),
+        }
+
+    def _share(self, span_ns: int) -> float | None:
+        return span_ns / self.walking_ns if self.walking_ns else None
+
+    def _dropouts(self) -> list[dict[str, float]] | None:
+        if self.measured and self._truth.seen_ns is None:
+            return None
+        return [{"from_s": start / 1e9, "to_s": end / 1e9} for start, end in self.dropouts]

@@ -1,0 +1,160 @@
+"""Checks YAML files of all kinds but charts: scenes, users, robots, profiles, connections etc."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cobodeck.project.library import chart_names
+from cobodeck.project.project import is_there, names_in
+from cobodeck.project.state_catalogue import Catalogue
+from engine.chart.load import Library, load_files
+from engine.files.declared.item import Item, gather, load_yaml
+from engine.files.finding import FileError, Finding, did_you_mean
+
+if TYPE_CHECKING:
+    from behaviors.profile.profile import Profile
+    from hw.model.robot import RobotModel
+
+
+class FileChecker:
+    """Loads files of every kind but charts, and returns their mistakes as findings.
+
+    Args:
+        known: gives the charts that profiles may name.
+        robots: the robot files that are checked too; profiles must fit one of them, or a shipped
+            robot if there are none.
+    """
+
+    def __init__(self, known: Catalogue, robots: Sequence[Path]) -> None:
+        self._known, self._robots = known, robots
+        self._loaders: Mapping[str, Callable[[Path], object]] = {
+            "scene": self._scene,
+            "robot": self._robot,
+            "profile": self._profile,
+            "user": self._user,
+            "prop": self._prop,
+            "calibration": self._calibration,
+            "arm": self._arm,
+            "connection": self._connection,
+            "tracking": self._tracking,
+        }
+
+    def findings(self, file: Path, kind: str) -> tuple[Finding, ...]:
+        """All mistakes in a file and in the files that it names."""
+        try:
+            self._loaders[kind](file)
+        except FileError as error:
+            return error.findings
+        return ()
+
+    def _scene(self, file: Path) -> None:
+        from hw.sim.staging import check_scene
+
+        check_scene(file)
+
+    def _robot(self, file: Path) -> None:
+        load_yaml(file, self._folded)
+
+    def _folded(self, item: Item) -> None:
+        """Check a robot, and that its folded arm touches nothing; shipped ones are tested."""
+        from hw.model.robot import FOLDER, robot_from
+
+        robot = robot_from(item)
+        if robot.arm is not None and item.folder.resolve() != FOLDER.resolve():
+            from states.arm.description.robot_arm import folded_contact
+
+            contact = folded_contact(robot)
+            if contact is not None:
+                raise item.inner("arm.mount").error(contact)
+
+    def _profile(self, file: Path) -> None:
+        from behaviors.profile.profile import load_profile
+
+        profile = load_profile(file)
+        gather((lambda: profile.require(self._charts), lambda: self._fits(profile)))
+
+    def _fits(self, profile: Profile) -> None:
+        """Check that a profile fits any robot; otherwise raise why it does not fit the first."""
+        errors = []
+        for robot in self._known_robots:
+            try:
+                profile.require_robot(robot)
+            except FileError as error:
+                errors.append(error)
+        if errors and len(errors) == len(self._known_robots):
+            raise errors[0]
+
+    @cached_property
+    def _charts(self) -> Library:
+        return load_files(chart_names(self._known).values())
+
+    @cached_property
+    def _known_robots(self) -> list[RobotModel]:
+        from hw.model.robot import load_robot, robot_names
+
+        found = []
+        for robot in self._robots or robot_names():
+            with suppress(FileError):  # reported where the robot itself is checked
+                found.append(load_robot(robot))
+        return found
+
+    def _user(self, file: Path) -> None:
+        from hw.people.walking.script import load_script
+
+        load_script(file)
+
+    def _prop(self, file: Path) -> None:
+        from hw.model.prop import load_prop
+
+        load_prop(file)
+
+    def _calibration(self, file: Path) -> None:
+        from hw.model.calibration import load_calibration
+
+        load_calibration(file)
+
+    def _tracking(self, file: Path) -> None:
+        from hw.model.tracking_file import load_tracking
+
+        load_tracking(file)
+
+    def _arm(self, file: Path) -> None:
+        from hw.model.arm import load_arm
+
+        load_arm(file)
+
+    def _connection(self, file: Path) -> None:
+        load_yaml(file, self._connected)
+
+    def _connected(self, item: Item) -> None:
+        from cobodeck.setup.open_scene import open_place
+        from hw.connection.connection import connection_from
+
+        found = connection_from(item)
+        checks: list[Callable[[], Any]] = [
+            partial(self._driver, item.inner(f"{entry}.driver"), driver)
+            for entry, _, driver in found.drivers
+        ]
+        scene = found.scene
+        if scene is not None:
+            checks.append(lambda: item.inner("scene").refer(lambda: open_place(scene)))
+        gather(checks)
+
+    def _driver(self, at: Item, driver: str) -> None:
+        """Check that a driver exists; importing it might need the vendor's library."""
+        module, _, name = driver.partition(":")
+        package = module.partition(".")[0]
+        if package not in self._known.packages:
+            raise at.error(f"{package!r} is the package of no project", "check it in its project")
+        if not is_there(module):
+            raise at.error(f"there is no module {module!r}")
+        try:
+            names = names_in(module)
+        except SyntaxError as error:
+            raise at.error(f"{error.filename}:{error.lineno}: {error.msg}") from None
+        if names is not None and name not in names:
+            raise at.error(f"{module} has no {name!r}", did_you_mean(name, names))

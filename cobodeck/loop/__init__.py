@@ -1,0 +1,1 @@
+"""The one loop: wiring, samples to signals, the plant, ticks, clocks."""

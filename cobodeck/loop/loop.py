@@ -1,0 +1,288 @@
+"""The one loop: the plant advances, its samples reach the board, the chart decides.
+
+Tick n is at instant n of the grid. Before it the plant advances to that instant, its samples go to
+the board, and observers run. In virtual time, ticks in which nothing is due are left out: the plant
+still advances, but the chart does not run. In real time the loop sleeps until the next tick, sample
+or deadline; a sample that a state waits for adds a tick at once. A late tick takes the clock's
+reading as its instant; missed ticks are counted and never made up for.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, NamedTuple, Protocol
+
+from cobodeck.loop.clocks import Clock, Virtual
+from cobodeck.loop.plant import Plant
+from cobodeck.loop.wiring import Wired
+from engine.clock import TickGrid
+from engine.operator.operator import Operator
+from engine.run.errors import Raised, raised
+from hw.safety.guarded import GuardedBase
+
+LATE_NS = 1_000_000
+"""A tick later than this, ns, takes the clock's reading as its instant."""
+PROGRESS = 1024
+"""Ticks between two progress messages."""
+
+
+Kind = Literal["grid", "left_out", "added", "taken", "end"]
+"""What a tick was; see `Ticked`."""
+
+
+class Observer(Protocol):
+    """Runs at each instant, after the samples and before the chart."""
+
+    def watch(self, now_ns: int) -> None:
+        """Observe the plant at this instant, ns."""
+        ...
+
+
+class Ticked(NamedTuple):
+    """A finished tick.
+
+    `kind`: a tick of the `grid`; an instant of the grid `left_out`, at which samples were taken
+    but the chart did not run; a tick `added` off the grid; samples `taken` off the grid without a
+    tick; or the `end` of the run, when the nodes still running were closed. `number` is that of
+    the grid, `missed` the ticks of the grid skipped just before, `late_ns` how late the clock was.
+    """
+
+    at_ns: int
+    number: int
+    kind: Kind
+    missed: int = 0
+    late_ns: int = 0
+
+
+class Tap(Protocol):
+    """Is notified of everything that the loop has done."""
+
+    def failed(self, part: str, error: BaseException) -> None:
+        """A part has raised outside of any state."""
+        ...
+
+    def tick(self, ticked: Ticked) -> None:
+        """A tick is over."""
+        ...
+
+
+@dataclass(slots=True)
+class Loop:
+    """One run on one plant; see the module.
+
+    Attributes:
+        leave_out: leave out ticks in which nothing is due; only in virtual time.
+        tell: called with each error of states and parts, as it occurs.
+        taps: notified of each tick.
+        ticks: instants of the grid so far; at `left_out` of them the chart did not run, `missed`
+            were skipped altogether. `added` counts ticks off the grid.
+        overruns: ticks that took longer than a period.
+        spent_ns: wall time, ns, spent in the plant; on samples; in observers; and in chart, states
+            and signals.
+        busy_since: start of the current tick by the wall clock, ns; None between ticks.
+    """
+
+    plant: Plant
+    wired: Wired
+    grid: TickGrid
+    observers: Sequence[Observer] = ()
+    clock: Clock = field(default_factory=Virtual)
+    leave_out: bool = True
+    tell: Callable[[Raised], None] | None = None
+    taps: Sequence[Tap] = ()
+    ticks: int = 0
+    left_out: int = 0
+    missed: int = 0
+    added: int = 0
+    overruns: int = 0
+    now_ns: int = -1
+    spent_ns: list[int] = field(default_factory=lambda: [0, 0, 0, 0])
+    busy_since: int | None = None
+    _told: int = 0
+    _plant_ns: int = 0
+    _stopping: bool = False
+
+    @property
+    def next_ns(self) -> int:
+        """The instant of the next tick."""
+        return self.grid.instant(self.ticks)
+
+    @property
+    def finished(self) -> bool:
+        """Whether the chart has ended, or the plant has nothing left to do."""
+        return self.wired.run.outcome is not None or self.plant.finished
+
+    def stop(self) -> None:
+        """End the run cleanly at the next tick; may be called from a signal handler."""
+        self._stopping = True
+        self.clock.wake()
+
+    def tick(self) -> str | None:
+        """One tick of the grid, at its instant; the chart's outcome once there is one."""
+        return self._tick(self.next_ns)
+
+    def go(self, end_ns: int, progress: Callable[[str], None] | None = None) -> int:
+        """Tick until the run ends, at `end_ns` at the latest; returns the last tick's instant, ns.
+
+        Whatever ends it, exceptions included, the parts are stopped and the plant is closed.
+        """
+        wake = self.clock.wake
+        for part in self.plant.parts.values():
+            if hasattr(part, "wake"):
+                part.wake = wake
+        try:
+            while not self._over(end_ns):
+                try:
+                    self._next(end_ns)
+                except KeyboardInterrupt:  # it has interrupted a state that did not return
+                    self.stop()
+                if progress is not None and not self.ticks % PROGRESS:
+                    progress(f"{self.now_ns / 1e9:.0f} s")
+        finally:
+            self.busy_since = time.perf_counter_ns()  # a clean-up may block as well
+            if self.wired.run.outcome is None:
+                self.wired.run.close()
+            self.busy_since = None  # switching devices off takes a while
+            self.plant.close()
+            self._tell()
+            self._end(Ticked(self.now_ns, self.ticks, "end"))
+        return self.now_ns
+
+    def _over(self, end_ns: int) -> bool:
+        return self.finished or self.now_ns >= end_ns
+
+    def _next(self, end_ns: int) -> None:
+        if self.leave_out and not self.clock.waits:
+            self._jump(end_ns)
+        due = self.next_ns
+        until = min(due, self.wired.run.schedule.next_deadline()) if self.clock.waits else due
+        now = self.clock.wait(until)
+        if now >= due:
+            self._tick(now)
+        else:
+            self._add(now)
+
+    def _jump(self, end_ns: int) -> None:
+        """Skip ticks up to the next instant at which plant or chart has something to do."""
+        if self._stopping or self.plant.quiet_until() <= self.next_ns:
+            return
+        until = min(self.plant.quiet_until(), self.wired.run.schedule.next_due(), end_ns)
+        skipped = self.grid.first(until) - self.ticks
+        if skipped > 0:
+            self.ticks += skipped
+            self.left_out += skipped
+
+    def _tick(self, now: int) -> str | None:
+        clock, spent = time.perf_counter_ns, self.spent_ns
+        begin = self.busy_since = clock()
+        before, read = self.missed, now
+        now = self._begin(now)
+        moved = clock()
+        self.wired.inlet.take(now)
+        delivered = clock()
+        for observer in self.observers:
+            observer.watch(now)
+        seen = clock()
+        kind: Kind = "grid"
+        try:
+            kind = "grid" if self._decide(now) else "left_out"
+        finally:  # a tick that Ctrl-C interrupts counts as well
+            self._end(Ticked(now, self.ticks - 1, kind, self.missed - before, read - now))
+        spent[0] += moved - begin
+        spent[1] += delivered - moved
+        spent[2] += seen - delivered
+        self._spend(begin, seen)
+        return self.wired.run.outcome
+
+    def _end(self, ticked: Ticked) -> None:
+        for tap in self.taps:
+            tap.tick(ticked)
+
+    def _spend(self, begin: int, decided: int) -> None:
+        """Account for a finished tick; `begin` and `decided` (chart start) are wall clock, ns."""
+        end = time.perf_counter_ns()
+        self.spent_ns[3] += end - decided
+        self.busy_since = None
+        if end - begin > self.grid.period_ns:
+            self.overruns += 1
+
+    def _begin(self, now: int) -> int:
+        """Advance the plant to the latest instant of the grid; returns the tick's instant, ns."""
+        number = self.ticks
+        instant = self.grid.instant(number)
+        if now - instant > LATE_NS:
+            number = self.grid.last(now)
+            self.missed += number - self.ticks
+            instant, on_grid = now, self.grid.instant(number)
+        else:
+            on_grid = instant
+        self.now_ns = instant
+        self.ticks = number + 1
+        self.wired.board.interval = number
+        self._advance(on_grid)
+        return instant
+
+    def _advance(self, to_ns: int) -> None:
+        """Advance the plant to an instant, ns; with a latency it may be beyond it already."""
+        self._plant_ns = max(self._plant_ns, to_ns)
+        self.plant.advance(self._plant_ns)
+
+    def _stamp(self, now: int) -> int:
+        """The instant from which commands decided at `now` apply, ns: never ahead of the plant."""
+        return now if self.plant.paced else min(now, self._plant_ns)
+
+    def _decide(self, now: int) -> bool:
+        """Run the chart unless it has nothing to do; returns whether it ran."""
+        if self.plant.latency_ns:
+            self._advance(now + self.plant.latency_ns)
+        if self._stopping:
+            self._stopping = False
+            Operator(self.wired.run).stop()
+        nothing = self.leave_out and not self.clock.waits and self.wired.run.schedule.leave_out(now)
+        if nothing:
+            self.left_out += 1
+            self.wired.pass_on(self._stamp(now))
+        else:
+            self.wired.tick(now, self._stamp(now))
+        self._tell()
+        return not nothing
+
+    def _add(self, now: int) -> None:
+        """Take samples off the grid; tick if a state waits for one of them or a timeout is due."""
+        self.wired.inlet.take(now)
+        schedule = self.wired.run.schedule
+        if now <= self.now_ns or not (schedule.next_deadline() <= now or schedule.wants_news()):
+            self._end(Ticked(now, self.ticks, "taken"))
+            return
+        begin = self.busy_since = time.perf_counter_ns()
+        self.now_ns = now
+        self.added += 1
+        self.wired.tick(now, self._stamp(now), between=True)
+        self._tell()
+        self._end(Ticked(now, self.ticks, "added"))
+        self._spend(begin, begin)
+
+    def _tell(self) -> None:
+        """Report new errors; a part that has raised stops the robot."""
+        errors = self.wired.run.errors
+        failures, self.wired.inlet.failures = self.wired.inlet.failures, []
+        for name, failure in (*failures, *self.plant.failures):
+            errors.append(raised(self.now_ns, f"part {name}", failure, self._class_of(name)))
+            for tap in self.taps:
+                tap.failed(name, failure)
+            if "stop_line" in self.plant.parts:
+                self.plant.parts["stop_line"].pull(f"part {name}: {errors[-1].kind}")
+        if errors.total > self._told:
+            new, self._told = errors.since(self._told), errors.total
+            if self.tell is not None:
+                for error in new:
+                    self.tell(error)
+
+    def _class_of(self, name: str) -> type | None:
+        """The class of a part or, for the guarded base, of its driver."""
+        part = self.plant.parts.get(name)
+        if isinstance(part, GuardedBase):
+            part = part.base
+        return None if part is None else type(part)

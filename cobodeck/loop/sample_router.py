@@ -1,0 +1,189 @@
+"""The only path of samples into a run: from the parts to its board."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from cobodeck.loop.sample_types import misfit
+from engine.files.finding import did_you_mean
+from engine.machine.outputs import shown
+from engine.signals.board import Board
+from engine.signals.signal_kinds import Measured
+from hw.finite import is_finite
+from hw.interfaces import RobotPart
+from hw.samples import Sample
+
+Hears = tuple[str, Callable[[Sample, int], None]]
+"""A signal's name, and a function that takes each sample and its instant of arrival, ns."""
+SampleTap = Callable[[Sample, int, str | None], None]
+"""Takes a sample, its instant of arrival, ns, and why it was refused (None: accepted)."""
+AHEAD_NS = 20_000_000
+"""Tolerated clock difference, ns; a sample stamped further ahead is refused."""
+NOT_FINITE = "a number in it is not finite"
+
+
+class WrongSample(TypeError):
+    """A sample that only a mistake in the part can give: of another type than it declares."""
+
+
+class Inlet:
+    """Polls the parts for samples and passes them on.
+
+    A sample is refused if a number in it is NaN or infinite, or if its stamp is more than
+    `ahead_ns` ahead; `refused` counts these by signal. One that is not of its signal's type is
+    refused, and it is a `WrongSample`: its class is looked at each time, its fields in the first
+    sample of each signal and wherever numbers cannot be compared. None always stands for "nothing".
+
+    A part that raises or gives such a sample is not polled again; `failures` has the exception.
+    `taps` receive every sample, and every estimate that is passed to listeners (`tell`).
+
+    Set `begins` if parts measured before the run began: of those samples only the newest count.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        sources: Mapping[str, RobotPart] | None = None,
+        hears: Iterable[Hears] = (),
+        ahead_ns: int = AHEAD_NS,
+    ) -> None:
+        self.board = board
+        self.sources = dict(sources or {})
+        self.refused: dict[str, int] = {}
+        self.failures: list[tuple[str, Exception]] = []
+        self.taps: list[SampleTap] = []
+        self._ahead_ns = ahead_ns
+        self.begins = False
+        self._hears: dict[str, list[Callable[[Sample, int], None]]] = {}
+        self._fit: dict[str, object] = {}  # the newest values that were checked
+        measured = [s for s in board.declared.values() if isinstance(s, Measured)]
+        self._types = {s.name: s.type for s in measured if not s.constant}
+        self._kinds = {name: kind for name, kind in self._types.items() if isinstance(kind, type)}
+        self._measured = {s.name for s in measured if board.needs(s.name) and not s.constant}
+        for name, listener in hears:
+            self.listen(name, listener)
+
+    def listen(self, name: str, listener: Callable[[Sample, int], None]) -> None:
+        """Call `listener` with the samples of a signal; this causes no part to be polled."""
+        self._hears.setdefault(name, []).append(listener)
+
+    @property
+    def flowing(self) -> set[str]:
+        """The signals of the parts that are polled."""
+        return {name for part in self.sources.values() for name in part.signals}
+
+    def take(self, now_ns: int) -> None:
+        """Poll the parts and take all samples that have arrived by now."""
+        begins, self.begins = self.begins, False
+        for name, part in list(self.sources.items()):
+            found: Any = ()
+            sample: Any = None
+            try:
+                found = part.samples(now_ns)
+                for sample in _newest(found) if begins else found:
+                    self.give(sample, now_ns)
+            except Exception as error:  # noqa: BLE001  a driver may raise anything
+                error = _malformed(found, sample) or error
+                if isinstance(error, WrongSample):
+                    error.__traceback__ = None  # its place is the part, not the check
+                self.failures.append((name, error))
+                del self.sources[name]
+
+    def give(self, sample: Sample, now_ns: int) -> None:
+        """Check one sample that has arrived now, and pass it on.
+
+        Raises:
+            WrongSample: it is not of its type.
+        """
+        name, stamp, value = sample
+        problem: str | WrongSample | None = None
+        if not isinstance(stamp, int):
+            problem = _wrong(name, f"its stamp is {stamp!r}; wanted: whole ns, as from now()")
+        elif stamp > now_ns + self._ahead_ns:
+            problem = "its stamp is ahead"
+        elif value is not self._fit.get(name):
+            problem = self._check(name, value)
+        for tap in self.taps:
+            tap(sample, now_ns, None if problem is None else str(problem))
+        if problem is not None:
+            self.refused[name] = self.refused.get(name, 0) + 1
+            if isinstance(problem, WrongSample):
+                raise problem
+            return
+        if name in self._measured:
+            board = self.board
+            board.inbox.append((board.inlets[name], value, stamp, board.interval))
+        for listener in self._hears.get(name, ()):
+            listener(sample, now_ns)
+
+    def tell(self, sample: Sample, now_ns: int) -> None:
+        """Pass an estimate from the board to listeners; it is not put back on the board.
+
+        The same object is passed on once.
+        """
+        if self._fit.get(sample.name) is sample.value:
+            return
+        self._fit[sample.name] = sample.value
+        for tap in self.taps:
+            tap(sample, now_ns, None)
+        for listener in self._hears.get(sample.name, ()):
+            listener(sample, now_ns)
+
+    def put(self, name: str, value: Any, stamp_ns: int) -> None:
+        """Put a value on the board that no part measures: a constant, or a value from a test.
+
+        Raises:
+            WrongSample: it is not of its signal's type, or a number in it is not finite.
+        """
+        wrong = None if value is None else misfit(value, self._types.get(name, object))
+        if wrong is None and name in self._types and not is_finite(value):
+            wrong = NOT_FINITE
+        if wrong is not None:
+            raise _wrong(name, wrong)
+        self.board.put(name, value, stamp_ns)
+
+    def _check(self, name: str, value: object) -> str | WrongSample | None:
+        """Why a new value is refused; None if it is not."""
+        if name not in self._fit or not isinstance(value, self._kinds.get(name, object)):
+            wrong = self._misfit(name, value)
+            if wrong is not None:
+                return _wrong(name, wrong)
+        if value is None:
+            return None
+        if is_finite(value):
+            self._fit[name] = value
+            return None
+        wrong = misfit(value, self._types.get(name, object))
+        return NOT_FINITE if wrong is None else _wrong(name, wrong)
+
+    def _misfit(self, name: str, value: object) -> str | None:
+        """Why the first value of a signal, or one of another class, is wrong; None if it is not."""
+        declared = self.board.declared
+        if self.sources and name not in declared and name not in self.flowing:
+            return f"no signal of this name is declared; {did_you_mean(name, declared)}"
+        return None if value is None else misfit(value, self._types.get(name, object))
+
+
+def _wrong(name: str, why: str) -> WrongSample:
+    return WrongSample(f"sample {name!r}: {why}")
+
+
+def _malformed(found: Any, sample: Any) -> WrongSample | None:
+    """What a part has returned in place of samples; `sample` is the last one taken from it."""
+    right = "return a list of Sample(name, stamp_ns, value), empty if there is nothing new"
+    if isinstance(found, Sample) or not isinstance(found, Iterable):
+        return WrongSample(f"samples() returned {shown(found)}; {right}")
+    if sample is not None and not (isinstance(sample, tuple) and len(sample) == 3):
+        return WrongSample(f"samples() returned {shown(sample)} among the samples; {right}")
+    return None
+
+
+def _newest(samples: Iterable[Sample]) -> Iterable[Sample]:
+    """The newest sample of each signal and device."""
+    found: dict[tuple[str, object], Sample] = {}
+    for sample in samples:
+        value = sample.value
+        device = getattr(value, "tracker", None) or getattr(value, "sensor", None)
+        found[sample.name, device] = sample
+    return found.values()

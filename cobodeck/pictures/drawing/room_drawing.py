@@ -1,0 +1,92 @@
+"""The room: floor, walls, inflations, tracked area, objects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch, PathPatch
+from matplotlib.path import Path
+
+from cobodeck.pictures.drawing.canvas import Sheet
+from engine.draw.style import INK
+from hw.scene.objects import Thing
+from hw.scene.room import Point, Room
+
+FLOOR = "#ffffff"
+INFLATIONS = ("#e6e9ed", "#cdd3da", "#b4bcc6")
+"""Colours of inflations, from the widest to the narrowest."""
+TRACKED = "#8a94a0"
+OBJECT = "#b39b7d"
+
+
+def draw_room(on: Sheet, room: Room) -> None:
+    """The floor, and black walls, columns and outer ring."""
+    add_area(on, room.free_space, facecolor=FLOOR, linewidth=0, zorder=1.0)
+    ground = shapely.Polygon(room.outer)
+    for ring in room.obstacles:
+        obstacle = shapely.Polygon(ring).intersection(ground)
+        add_area(on, obstacle, facecolor=INK, edgecolor=INK, linewidth=0.8, zorder=5.0)
+    add_area(on, ground, fill=False, edgecolor=INK, linewidth=3.0, zorder=5.0)
+    on.explain("wall, column", Patch(facecolor=INK))
+
+
+def draw_inflations(on: Sheet, room: Room, levels: Sequence[tuple[float, str]]) -> None:
+    """Strips along walls closed to the robot's centre; `levels`: (width, m, name), widest first."""
+    floor = room.free_space
+    for number, (inflation, name) in enumerate(levels):
+        left = floor.buffer(-inflation, quad_segs=32)
+        colour = INFLATIONS[min(number, len(INFLATIONS) - 1)]
+        # narrower ones lie over the wider ones
+        add_area(on, floor.difference(left), facecolor=colour, linewidth=0, zorder=1.1 + number / 9)
+        on.explain(f"within {inflation:g} m of walls: {name}", Patch(facecolor=colour))
+
+
+def draw_tracked_area(on: Sheet, room: Room) -> None:
+    """The outline of the area in which the person is tracked, if it is limited."""
+    if room.tracked_area is None:
+        return
+    xs, ys = zip(*room.tracked_area, room.tracked_area[0], strict=True)
+    style: dict[str, Any] = {"color": TRACKED, "linewidth": 0.8, "linestyle": (0, (1, 2))}
+    on.axes.plot(xs, ys, zorder=1.9, **style)
+    on.explain("tracked area", Line2D([], [], **style))
+
+
+def draw_objects(on: Sheet, objects: Sequence[Thing], at_s: float | None = None) -> None:
+    """Objects that no map contains, and paths of moving ones.
+
+    As they stand `at_s`, absent ones left out; None: all at their first places.
+    """
+    style: dict[str, Any] = {"facecolor": OBJECT, "edgecolor": INK, "linewidth": 0.6}
+    for thing in objects:
+        place = thing.at if at_s is None else thing.place(round(at_s * 1e9))
+        if place is not None:
+            on.axes.add_patch(Circle(place, thing.body.radius, zorder=4.0, **style))
+        if thing.walks:
+            xs, ys = zip(thing.at, *thing.walks, strict=True)
+            on.axes.plot(xs, ys, color=OBJECT, linewidth=1.2, zorder=3.9)
+    if objects:
+        on.explain("not on the map", Patch(**style))
+
+
+def add_area(on: Sheet, area: Any, **style: Any) -> None:
+    """A shapely Polygon or MultiPolygon with its holes."""
+    parts = [p for p in shapely.get_parts(area) if p.geom_type == "Polygon" and not p.is_empty]
+    if parts:
+        on.axes.add_patch(PathPatch(_outline(parts), **style))
+
+
+def _outline(polygons: Sequence[Any]) -> Path:
+    rings = [ring for part in polygons for ring in (part.exterior, *part.interiors)]
+    corners = [np.asarray(ring.coords) for ring in rings]
+    codes = [[Path.MOVETO, *[Path.LINETO] * (len(ring) - 2), Path.CLOSEPOLY] for ring in corners]
+    return Path(np.concatenate(corners), np.concatenate(codes))
+
+
+def ring_of(points: Sequence[Point]) -> Path:
+    """A closed outline through these points."""
+    codes = [Path.MOVETO, *[Path.LINETO] * (len(points) - 1), Path.CLOSEPOLY]
+    return Path(np.asarray([*points, points[0]]), codes)

@@ -1,0 +1,148 @@
+"""`cobodeck render X.mcap`: the course of a recorded run, and its picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from cobodeck.evaluate.measured_truth import Senses
+from cobodeck.loop.sample_router import Inlet
+from cobodeck.pictures.run.run_course import Course
+from cobodeck.pictures.run.watch import CourseWatch, used_charts
+from cobodeck.project.state_catalogue import catalogue
+from cobodeck.record.format.messages import trace_line, truth_again
+from cobodeck.record.format.sample_messages import TOPIC, SampleReader
+from cobodeck.record.read.reader import Group, Record
+from cobodeck.record.read.record_replay import written_setup
+from cobodeck.setup.setup import Setup
+from cobodeck.terminal.console import OK, Problem, ProgressLine, show
+from cobodeck.terminal.record_names import ENDING
+from engine.files.visible_text import visible
+from engine.run.trace import TraceRecord as Traced
+from engine.signals.board import Board
+from hw.model.robot import Footprint
+from hw.truth import Truth
+
+MEASURED = "poses as measured"
+SENSED = ("base.pose", "user.pose", "arm.joints", "vr.haptic_request")
+
+
+def draw_run(
+    path: Path, output: Path | None, start_s: float | None = None, end_s: float | None = None
+) -> int:
+    """Draw a recorded run, or a part of it, to a file.
+
+    Raises:
+        Problem: there is nothing to draw; FileError: the record cannot be read.
+    """
+    from cobodeck.pictures.drawing.canvas import form_of, save
+    from cobodeck.pictures.run.run_picture import run_picture
+
+    to = output or Path(f"{path.name.partition(ENDING)[0]}.svg")
+    form_of(to)
+    progress = ProgressLine("render")
+    try:
+        course = course_of(Record(path), progress.at)
+    finally:
+        progress.done()
+    try:
+        course = course.between(start_s, end_s)
+    except ValueError as error:
+        raise Problem(f"{path}: {error}") from None
+    save(run_picture(course), to)
+    show(str(to))
+    return OK
+
+
+def course_of(
+    record: Record, progress: Callable[[str, float | None], None] | None = None
+) -> Course:
+    """The course of a recorded run, from the truth if the record has it, else from samples.
+
+    Raises:
+        Problem, FileError: the record does not hold what was run.
+    """
+    record.require_ticks()
+    setup, header = written_setup(record, catalogue(own=False)), record.header
+    watch, known = CourseWatch(setup.robot), _Known(setup.robot.footprint)
+    trace: list[Traced] = []
+    length_s = (record.figures() or {}).get("sim_s")
+    for group in record.groups():
+        with record.understood(group):
+            known.take(group)
+            trace += _traced(group)
+        if group.ticked.kind in ("grid", "left_out"):
+            watch.watch(group.ticked.at_ns, known.truth)
+            if progress is not None:
+                now_s = group.ticked.at_ns / 1e9
+                progress(f"{now_s:.0f} s", now_s / length_s if length_s else None)
+    return watch.course(
+        visible(_title(setup, header)),
+        tuple(map(visible, _lines(record, known.measured))),
+        setup.scene,
+        used_charts(setup.chart, setup.library),
+        trace,
+    )
+
+
+def _traced(group: Group) -> Iterator[Traced]:
+    for told in group.of("trace"):
+        time_ns, kind, subject, *detail = trace_line(told)
+        yield Traced(time_ns, kind, subject, tuple(detail))
+
+
+def _title(setup: Setup, header: Mapping[str, Any]) -> str:
+    """What was run, where and with which user."""
+    if header["options"]["tier"] == 0:
+        return f"{setup.chart.name}, its logic alone"
+    scene, person = setup.scene, header["user"]
+    where = f"on {setup.robot.name}" if scene is None else f"in {scene.name}"
+    return f"{setup.chart.name} {where}" + (f" with {Path(person).name}" if person else "")
+
+
+def _lines(record: Record, measured: bool) -> tuple[str, ...]:
+    """The lines under the title; complete once the whole record has been read."""
+    header: Any = record.header
+    about = [
+        f"{header['plant']}, {header['profile']['name']}, seed {header['options']['seed']}",
+        header["began"].partition(".")[0].replace("T", " "),
+    ]
+    if measured:
+        about.append(MEASURED)
+    outcome = None if record.result is None else record.result.get("outcome")
+    ends = f"outcome: {outcome}" if outcome else ""
+    if record.broken is not None:
+        ends = "the record breaks off"
+    return tuple(filter(None, (", ".join(about), ends)))
+
+
+class _Known:
+    """Follows the poses in a record tick by tick."""
+
+    def __init__(self, footprint: Footprint) -> None:
+        self._truth: Truth | None = None
+        self._inlet = Inlet(Board())
+        self._senses = Senses(self._inlet, footprint)
+        self._readers = {TOPIC + name: SampleReader(name) for name in SENSED}
+
+    def take(self, group: Group) -> None:
+        """Take the data of one tick."""
+        for found in group.of("truth"):
+            self._truth = truth_again(found, self._truth)
+        if self._truth is not None:
+            return
+        for told in group.told:
+            if told.topic in self._readers:
+                sample = self._readers[told.topic].read(told.schema, told.data)
+                self._inlet.give(sample, group.ticked.at_ns)
+
+    @property
+    def measured(self) -> bool:
+        """True if poses are measured ones because the record holds no truth."""
+        return self._truth is None and self._senses.truth.base is not None
+
+    @property
+    def truth(self) -> Truth:
+        """The true state, or else the measured one."""
+        return self._senses.truth if self._truth is None else self._truth

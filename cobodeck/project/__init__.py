@@ -1,0 +1,1 @@
+"""A project: its folder, its files, its own code, and the catalogue of all states."""

@@ -1,0 +1,219 @@
+"""What charts can name: state classes, types and signals, both shipped and from projects.
+
+Modules are listed by name and imported when the catalogue is built, so importing this module is
+cheap. A module provides all subclasses of `Action` and `Monitor` defined in it; a project's
+module may also have `SIGNALS` (a tuple of signals), `TYPES` (types by the name for charts) and
+`PARTS` (parts of a robot by name: classes that, called without arguments, give the simulated part).
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from cobodeck.project.own_code import doubts_in, line_of, mistakes_in, state_classes, strangers
+from cobodeck.project.part_check import place_of
+from cobodeck.project.project import Project, projects
+from cobodeck.project.shadowed import explained, shadows
+from cobodeck.terminal.console import FAILED, Problem
+from engine.signals.signal_kinds import Signal, declare
+from engine.state import Interface, State, interface
+from engine.types import Type, from_annotation
+from hw.interfaces import PARTS
+
+MODULES = (
+    "states.navigation.states",
+    "states.arm.states",
+    "states.signals.states",
+    "behaviors.chase",
+    "behaviors.make_room",
+    "behaviors.haptic",
+    "behaviors.escape",
+    "behaviors.inform",
+    "behaviors.cornered",
+)
+CHARTS = Path(__file__).parent.parent.parent / "charts"
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """State classes and their interfaces by name, and the types, signals and parts of projects.
+
+    `modules` are those of projects; `strangers` says what else these have, by name, and why it is
+    no state. `doubts` are messages about code of theirs that can run and is hardly meant.
+    """
+
+    classes: Mapping[str, type[State]]
+    interfaces: Mapping[str, Interface]
+    types: Mapping[str, Type]
+    own_signals: tuple[Signal, ...]
+    own_parts: Mapping[str, Callable[[], Any]]
+    projects: tuple[Project, ...] = ()
+    strangers: Mapping[str, str] = field(default_factory=dict)
+    modules: tuple[ModuleType, ...] = ()
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def packages(self) -> frozenset[str]:
+        """The packages from which drivers may be imported: `hw` and those of the projects."""
+        return frozenset(("hw",)).union(*(project.packages for project in self.projects))
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The names of the parts that states may command."""
+        return (*PARTS, *self.own_parts)
+
+    @property
+    def signal_names(self) -> Collection[str]:
+        """The names of all signals."""
+        return self.signals.keys()
+
+    @cached_property
+    def signals(self) -> Mapping[str, Signal]:
+        """All signals by name; names and types are the same for any place and profile.
+
+        Raises:
+            Problem: a signal of a project clashes with another, or depends on an unknown one.
+        """
+        from behaviors.profile.profile import load_profile
+        from behaviors.signal_table import signals
+        from hw.model.robot import load_robot
+        from hw.scene.scene import load_scene
+
+        # any scene and profile will do to build them
+        profile, scene = load_profile("tuned"), load_scene("lab_a")
+        environment = profile.environment(scene.room, load_robot(scene.robot))
+        return self.declared(signals(environment, profile.settings))
+
+    def declared(self, shipped: Iterable[Signal]) -> dict[str, Signal]:
+        """The shipped signals and those of projects, by name.
+
+        Raises:
+            Problem: a signal of a project clashes with another, or depends on an unknown one.
+        """
+        try:
+            return declare((*shipped, *self.own_signals))
+        except ValueError as error:
+            raise Problem(f"{self._place_in(str(error))}{error}", FAILED) from None
+
+    def _place_in(self, message: str) -> str:
+        """The place of the first signal of a project that a message names."""
+        for module in self.modules:
+            for signal in getattr(module, "SIGNALS", ()):
+                if repr(signal.name) in message:
+                    return line_of(module, "SIGNALS", signal.name)
+        return ""
+
+    def module_of(self, name: str) -> str:
+        """The module in which a state class is defined."""
+        return self.classes[name].__module__
+
+
+def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
+    """Everything shipped and, if `own`, what the project around `start` and installed ones add.
+
+    Raises:
+        Problem: a module cannot be imported, a class is not a valid state, or a name is taken.
+    """
+    added = projects(start) if own else []
+    shipped = [_imported(name) for name in MODULES]
+    for project in added:
+        project.make_importable()
+    modules = [_imported(name) for project in added for name in project.modules]
+    mistakes = [mistake for module in modules for mistake in mistakes_in(module)]
+    classes: dict[str, type[State]] = {}
+    for module in (*shipped, *modules):
+        mistakes += _add(classes, module)
+    types = _types((_imported("behaviors.signal_table"), *shipped))
+    if not mistakes:
+        mistakes = _clashes("TYPES", types, modules) + _clashes("PARTS", {}, modules)
+    if mistakes:
+        raise Problem("\n".join(mistakes), FAILED)
+    return Catalogue(
+        classes=classes,
+        interfaces={name: interface(cls) for name, cls in classes.items()},  # type: ignore[arg-type]
+        types=types | _types(modules),
+        own_signals=tuple(
+            signal for module in modules for signal in getattr(module, "SIGNALS", ())
+        ),
+        own_parts={
+            name: part for module in modules for name, part in getattr(module, "PARTS", {}).items()
+        },
+        projects=tuple(added),
+        strangers={name: why for module in modules for name, why in strangers(module).items()},
+        modules=tuple(modules),
+        doubts=tuple(doubt for module in modules for doubt in doubts_in(module)),
+    )
+
+
+def shipped_charts() -> list[Path]:
+    """The shipped chart files."""
+    return sorted(CHARTS.glob("*.yaml"))
+
+
+def _add(classes: dict[str, type[State]], module: ModuleType) -> list[str]:
+    """Add the state classes of a module; returns a message for each name that is taken."""
+    taken = []
+    for cls in state_classes(module):
+        other = classes.setdefault(cls.__name__, cls)
+        if other is not cls:
+            message = f"{module.__name__}.{cls.__name__}: a state of this name is also in"
+            taken.append(f"{place_of(cls)}{message} {other.__module__}; name it otherwise")
+    return taken
+
+
+def _clashes(table: str, known: Mapping[str, Any], modules: Iterable[ModuleType]) -> list[str]:
+    """A message for each name in such a table of a project that stands for something else, too."""
+    taken, found = dict(known), []
+    for module in modules:
+        for name, value in getattr(module, table, {}).items():
+            if taken.setdefault(name, value) is not value:
+                where = line_of(module, table, name)
+                found.append(f"{where}{table}: {name!r} is taken already; name it otherwise")
+    return found
+
+
+def _types(modules: Iterable[ModuleType]) -> dict[str, Type]:
+    found: dict[str, Type] = {}
+    for module in modules:
+        for name, annotation in getattr(module, "TYPES", {}).items():
+            is_type = isinstance(annotation, Type)
+            found[name] = annotation if is_type else from_annotation(annotation)
+    return found
+
+
+def _imported(name: str) -> ModuleType:
+    """Import a module; any exception becomes a Problem with file and line."""
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if hidden := shadows():
+            raise Problem(explained(hidden)) from None
+        if error.name is not None and name.startswith(error.name):
+            raise Problem(f"no module {name!r}, named under {_POINTS}") from None
+        raise Problem(_where(error, f"importing {name}")) from None
+    except (Exception, SystemExit) as error:  # noqa: BLE001  a user's module may raise anything
+        raise Problem(_where(error, f"importing {name}")) from None
+
+
+_POINTS = '[project.entry-points."cobodeck.states"] of a pyproject.toml'
+
+
+def _where(error: BaseException, doing: str) -> str:
+    """`file:line: what`, of the innermost frame outside Python's import machinery."""
+    import traceback
+
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"{error.filename}:{error.lineno}: {error.msg} (while {doing})"
+    frames = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if not frame.filename.startswith("<frozen") and frame.filename != importlib.__file__
+    ]
+    last = frames[-1]
+    return f"{last.filename}:{last.lineno}: {type(error).__name__}: {error} (while {doing})"

@@ -1,0 +1,1 @@
+"""A real robot: opening connections, preflight, release stages, health."""

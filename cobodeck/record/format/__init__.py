@@ -1,0 +1,1 @@
+"""How a record is written in bytes: header, schemas, messages, chunks, seal."""

@@ -1,0 +1,1 @@
+"""Reading a record: replay, comparison, its person and its plant."""

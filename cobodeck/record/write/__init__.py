@@ -1,0 +1,1 @@
+"""Writing a record while a run goes on, and recovering one that was cut off."""

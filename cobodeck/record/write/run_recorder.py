@@ -1,0 +1,230 @@
+"""Records a run while it goes on; it requests no data, only takes what flows.
+
+The messages of a tick are written together and closed by a `tick` message, so that a file that is
+cut off is intact up to a tick. A chunk of the file ends about every second: a kill loses no more.
+Each tick has a checksum over all messages so far, which shows where a record was altered later.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from cobodeck.loop.loop import Loop, Ticked
+from cobodeck.record.format import schemas
+from cobodeck.record.format.messages import (
+    TruthWriter,
+    call_text,
+    command_text,
+    cycle_text,
+    failure_text,
+    log_text,
+)
+from cobodeck.record.format.sample_messages import TOPIC, SampleWriter, schema_of
+from cobodeck.record.format.schemas import MessageSchema
+from cobodeck.record.format.sink import Sink
+from cobodeck.record.format.value_codec import quoted, text
+from cobodeck.record.write.mcap_file import McapFile, WriteBytes
+from cobodeck.record.write.taps import Tapped
+from hw.log import LogReader
+from hw.safety.cycle_record import SafetyRecord
+from hw.samples import Sample
+from hw.truth import Truth
+
+
+class RunDescription(NamedTuple):
+    """The header as JSON values; attached texts by name; the scene for viewers."""
+
+    header: Mapping[str, Any]
+    attachments: Mapping[str, bytes]
+    scene: str | None = None
+
+
+Describe = Callable[[Loop], RunDescription]
+
+
+class Recorder:
+    """Writes one record; see the module.
+
+    Any failure to write, such as a full disk, is reported once, and the run goes on.
+
+    Args:
+        sink: the file.
+        describe: what is run.
+        tell: called with a message on failure.
+    """
+
+    def __init__(self, sink: Sink, describe: Describe, tell: Callable[[str], None]) -> None:
+        self._sink, self._describe, self._tell = sink, describe, tell
+        self._broken = False
+        self._truth: Truth | None = None
+        self._truths = TruthWriter()
+        self._file = McapFile(sink)
+        self._channels: dict[tuple[str, str], tuple[WriteBytes, int]] = {}
+        self._samples: dict[str, SampleWriter] = {}
+        self._crc = self._now = 0
+        self._pending = False
+        self._trace_read = self._commands_read = self._errors_read = 0
+        self._cycles: LogReader[SafetyRecord] | None = None
+        self._loop: Loop | None = None
+
+    # what flows
+
+    def attend(self, loop: Loop) -> None:
+        """Record what flows in a loop from now on; call it before the first tick."""
+        self._loop = loop
+        loop.taps = (*loop.taps, self)
+        loop.observers = (*loop.observers, self)
+        loop.wired.inlet.taps.append(self.sample)
+        if loop.plant.cycles is not None:
+            self._cycles = loop.plant.cycles.reader()
+        self._guarded(self._begin)
+
+    def _begin(self) -> None:
+        assert self._loop is not None, "nothing is attended"
+        header, attachments, scene = self._describe(self._loop)
+        self._file.begin(header, attachments)
+        if scene is not None:
+            self._log("scene", schemas.SCENE, scene)
+
+    def tap(self, name: str, part: Any) -> Any:
+        """A wrapper of a part that records each call by a state."""
+        return Tapped(name, part, self.call)
+
+    def sample(self, sample: Sample, now_ns: int, refused: str | None) -> None:
+        """A sample has arrived; `refused`: why it was refused, None if accepted."""
+        self._now = now_ns
+        self._guarded(lambda: self._sample(sample, refused))
+
+    def _sample(self, sample: Sample, refused: str | None) -> None:
+        name, stamp, value = sample
+        if refused is not None:
+            told = f'"signal":{text(name)},"stamp":{text(stamp)},"value":{text(value)}'
+            self._log("refused", schemas.REFUSED, f'{{{told},"reason":{quoted(refused)}}}')
+            return
+        writer = self._samples.get(name)
+        if writer is None:
+            writer = self._samples[name] = SampleWriter(name)
+        kind, data = writer.write(stamp, value)
+        self._write(TOPIC + name, kind, data)
+
+    def call(self, part: str, what: str, args: str, answer: object, error: object) -> None:
+        """A state has called a part; `args` is JSON already, `error` the exception or None."""
+        self._guarded(
+            lambda: self._log("parts", schemas.CALL, call_text(part, what, args, answer, error))
+        )
+
+    def failed(self, part: str, error: BaseException) -> None:
+        """A part has raised outside of any call."""
+        self._guarded(lambda: self._log("failures", schemas.FAILURE, failure_text(part, error)))
+
+    def watch(self, now_ns: int) -> None:
+        """Write the truth before the chart decides, and the safety chain's cycles up to now."""
+        self._now = now_ns
+        self._guarded(self._look)
+
+    def _look(self) -> None:
+        assert self._loop is not None, "nothing is attended"
+        truth = self._loop.plant.truth
+        if truth is not None and truth != self._truth:
+            self._truth = truth
+            self._log("truth", schemas.TRUTH, self._truths.write(truth))
+        for cycle in self._cycles.take() if self._cycles is not None else ():
+            self._log("safety", schemas.CYCLE, cycle_text(cycle))
+
+    def tick(self, ticked: Ticked) -> None:
+        """A tick is over."""
+        self._now = max(0, ticked.at_ns)
+        self._guarded(lambda: self._tick(ticked))
+
+    def _tick(self, ticked: Ticked) -> None:
+        assert self._loop is not None, "nothing is attended"
+        if ticked.kind == "taken" and not self._pending:
+            return
+        self._write_run(self._loop)
+        if ticked.kind == "end":
+            self._look()
+        t = ticked
+        told = f'"at_ns":{t.at_ns},"n":{t.number},"kind":"{t.kind}"'
+        told += f',"missed":{t.missed},"late_ns":{t.late_ns}'
+        checksum = zlib.crc32(told.encode(), self._crc)
+        self._log("tick", schemas.TICK, f'{{{told},"crc":{checksum}}}')
+        self._crc = checksum
+        self._pending = False
+        self._file.end_tick(self._now)
+
+    def _write_run(self, loop: Loop) -> None:
+        run = loop.wired.run
+        for _, command in run.carried_out.since(self._commands_read):
+            self._log("operator", schemas.COMMAND, command_text(command))
+        self._commands_read = run.carried_out.total
+        if self._trace_read != run.trace.end:
+            for line in run.trace.lines(self._trace_read):
+                self._log("trace", schemas.TRACE, f'{{"line":{line}}}')
+            self._trace_read = run.trace.end
+        for error in run.errors.since(self._errors_read):
+            self._log("log", schemas.LOG, log_text(error))
+        self._errors_read = run.errors.total
+
+    def finish(self, figures: Mapping[str, Any] | None = None) -> Path | None:
+        """Write the figures, if any, and rename the file; returns its path, None on failure."""
+        if figures is not None:
+            self._guarded(lambda: self._file.write_metadata("result", figures))
+        self._guarded(self._file.close)
+        if self._broken:
+            return None
+        path = self._sink.finish()
+        self._guarded(lambda: None)
+        return path
+
+    def give_up(self) -> None:
+        """Remove the file, because the run did not take place."""
+        self._guarded(self._file.close)
+        self._sink.remove()
+
+    # writing
+
+    def _log(self, topic: str, schema: MessageSchema, told: str) -> None:
+        self._write(topic, schema.name, told.encode(), schema)
+
+    def _write(
+        self, topic: str, kind: str, data: bytes, schema: MessageSchema | None = None
+    ) -> None:
+        found = self._channels.get((topic, kind))
+        if found is None:
+            write = self._file.channel(topic, schema or schema_of(kind))
+            found = self._channels[topic, kind] = write, zlib.crc32(topic.encode())
+        write, key = found
+        self._crc = zlib.crc32(data, self._crc ^ key)
+        self._pending = True
+        write(data, self._now)
+
+    def _guarded(self, act: Callable[[], object]) -> None:
+        """Call `act`; a failure is reported and ends recording, not the run."""
+        if self._broken:
+            return
+        try:
+            act()
+            error: Exception | None = self._sink.error
+        except Exception as raised:  # noqa: BLE001
+            error = self._sink.error or raised
+        if error is not None:
+            self._break(error)
+
+    def _break(self, error: Exception) -> None:
+        self._broken = True
+        with suppress(Exception):
+            self._file.close()
+        reason = (
+            error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
+        )
+        told = f"no record: {self._sink.path}: {reason}"
+        if self._file.saved_ns is None:
+            self._sink.remove()
+        else:
+            self._sink.close()
+            told += f"; `cobodeck recover {self._sink.part}` saves what was written"
+        self._tell(told)

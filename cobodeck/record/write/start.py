@@ -1,0 +1,86 @@
+"""Starts records, under names that tell runs apart."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+
+from cobodeck.loop.loop import Loop
+from cobodeck.record.format.record_header import attachments, header, header_of_replay, kind_of
+from cobodeck.record.format.sink import Sink, Taken, open_free
+from cobodeck.record.read.reader import Record
+from cobodeck.record.write.run_recorder import Describe, Recorder, RunDescription
+from cobodeck.record.write.scenery import scene_update
+from cobodeck.setup.options import Options
+from cobodeck.setup.setup import Setup
+from cobodeck.terminal.console import USAGE, Problem
+from cobodeck.terminal.record_names import ENDING
+
+TellLine = Callable[[str], None]
+FOLDER = Path("out")
+_LONGEST = 30
+"""Longest part of a default name, in letters; file systems allow 255 bytes in all."""
+
+
+def default_name(setup: Setup, options: Options, at: datetime) -> str:
+    """`KIND-CHART-SCENE-PERSON-PROFILE-SEED-TIME`, in characters that are safe in file names."""
+    where = setup.robot.name if setup.scene is None else setup.scene.name
+    scenes = None if setup.scene is None else setup.scene.user
+    person = Path(str(options.user or scenes or "nobody").partition("@")[0]).name
+    profile, seed = setup.profile.name, options.seed
+    parts = (kind_of(options), setup.chart.name, where, person, profile, seed)
+    short = [str(part)[:_LONGEST] for part in parts]
+    return re.sub(r"[^\w.-]", "_", "-".join([*short, f"{at:%Y%m%dT%H%M%S}"]), flags=re.ASCII)
+
+
+def recorder(
+    setup: Setup, options: Options, path: Path | None, at: datetime, tell: TellLine
+) -> Recorder | None:
+    """A recorder of a run, by default in `out/`; None if no file can be created (`tell` says why).
+
+    Raises:
+        Problem: the requested file exists.
+    """
+
+    def describe(loop: Loop) -> RunDescription:
+        found = header(setup, options, loop, sys.argv, _utc(at))
+        return RunDescription(found, attachments(setup), _walls(setup))
+
+    named = path or FOLDER / (default_name(setup, options, at) + ENDING)
+    return _opened(named, path is None, describe, tell)
+
+
+def replay_recorder(
+    record: Record, setup: Setup, path: Path, at: datetime, tell: TellLine
+) -> Recorder | None:
+    """A recorder of a replay, with the header and the texts of what it replays.
+
+    Raises:
+        Problem: the file exists.
+    """
+    found = header_of_replay(record.header, setup, sys.argv, _utc(at))
+    about = RunDescription(found, record.attachments, _walls(setup))
+    return _opened(path, False, lambda _: about, tell)
+
+
+def _opened(path: Path, any_number: bool, describe: Describe, tell: TellLine) -> Recorder | None:
+    try:
+        sink = open_free(path) if any_number else Sink(path)
+    except Taken as taken:
+        raise Problem(str(taken), USAGE) from None
+    except OSError as error:
+        tell(f"no record: {error.filename or path}: {error.strerror}")
+        return None
+    return Recorder(sink, describe, tell)
+
+
+def _utc(at: datetime) -> str:
+    return at.astimezone(UTC).isoformat(timespec="milliseconds")
+
+
+def _walls(setup: Setup) -> str | None:
+    scene = setup.scene
+    return None if scene is None else scene_update(scene, setup.robot.footprint)

@@ -1,0 +1,1 @@
+"""Runs, simulated and real, from options to summary."""

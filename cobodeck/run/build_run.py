@@ -1,0 +1,271 @@
+"""Sets up a run: the plant that the chart needs, the evaluators that fit it, and the loop."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from cobodeck.evaluate.evaluators import watchers
+from cobodeck.loop.clocks import Clock, RealTime, Virtual
+from cobodeck.loop.loop import Loop
+from cobodeck.loop.operators import ConsoleOperator
+from cobodeck.loop.plant import Nothing
+from cobodeck.loop.tier0 import wander
+from cobodeck.loop.wiring import ValueTap, refuse_slow_ticks, wire
+from cobodeck.project.part_check import made
+from cobodeck.real.connected import Connected, connect
+from cobodeck.real.open_connection import finds_itself, is_needed, refuse_strange_drivers
+from cobodeck.setup.options import FULL, Options
+from cobodeck.setup.run_checks import latency_ns, refuse_blind_robot
+from cobodeck.setup.setup import Setup, Uses
+from cobodeck.terminal.console import REFUSED, Problem, complain
+from cobodeck.terminal.record_names import behind_record
+from engine.clock import TickGrid
+from hw.connection.connection import Connection, HostedScene, RunInfo
+from hw.geometry import Pose2
+from hw.motion.reckoner import Reckoner
+from hw.people.user import open_user
+from hw.people.walking.person import Person
+from hw.sim.mock import mock_world
+from hw.sim.sensors.devices import ScriptedOperator
+from hw.sim.sim_base import SimBase
+from hw.sim.world import World
+
+
+class FrozenBase(SimBase):
+    """A base that ignores all commands, for checking that a test notices."""
+
+    def drive(self, command: object) -> None:
+        """Ignored."""
+
+
+def stage(
+    setup: Setup,
+    options: Options,
+    parameters: Mapping[str, Any] | None = None,
+    clock: Clock | None = None,
+    tap: ValueTap | None = None,
+) -> Loop:
+    """The loop of a run, ready for its first tick; `tap` as in `wire`.
+
+    Raises:
+        Problem: the chart needs something that is missing.
+        FileError: the user's file is wrong, or the chart drives the base and profile and robot do
+            not fit together.
+    """
+    grid, timing = TickGrid(setup.tick_hz), clock or Virtual()
+    if options.tier == 0:
+        wired = wander(setup, options.seed)
+        return Loop(Nothing(), wired, grid, clock=timing, leave_out=not options.eager)
+    setup = localizing(setup, options)
+    uses = setup.uses(parameters)
+    if "base" in uses.commands:
+        setup.profile.require_robot(setup.robot, beside_person=uses.person)
+    real = options.mock or options.connection is not None
+    refuse_slow_ticks(setup, uses, 0.0 if real else setup.profile.plant.latency)
+    if options.connection is not None:
+        assert isinstance(timing, RealTime), "real parts have a clock of their own"
+        return _on_real_parts(setup, uses, options, options.connection, parameters, timing, tap)
+    world = _world(setup, _person(setup, uses, options), options)
+    world.add(_own_parts(setup, uses))
+    if setup.localizing is not None:
+        world.guard.locate_by(Reckoner(setup.environment.tracking))
+    operator = None
+    if options.console is not None:
+        operator = ConsoleOperator(world.parts["stop_line"], complain)
+        world.add({"operator": operator})
+    elif options.mock and "operator" in world.parts:
+        world.parts["operator"].show = complain
+    reading = time.perf_counter_ns
+    wired = wire(
+        setup, world.parts, eager=options.eager, clock=reading, parameters=parameters, tap=tap
+    )
+    watching = watchers(world, wired, setup.robot, setup.scene)
+    loop = Loop(world, wired, grid, watching, timing, leave_out=not options.eager)
+    if operator is not None and options.console is not None:
+        operator.attend(options.console, loop.stop)
+    return loop
+
+
+def localizing(setup: Setup, options: Options) -> Setup:
+    """The setup, with localization if the base does not measure its pose.
+
+    Raises:
+        Problem: it cannot be localized, or a driver is of no known package.
+    """
+    connection = options.connection
+    if connection is not None:
+        refuse_strange_drivers(connection, setup.catalogue.packages)
+    if options.tier == FULL:
+        refuse_blind_robot(setup)
+    elif connection is None or setup.scene is None or not finds_itself(connection):
+        return setup
+    return replace(setup, localizing=options.seed)
+
+
+def _on_real_parts(
+    setup: Setup,
+    uses: Uses,
+    options: Options,
+    connection: Connection,
+    parameters: Mapping[str, Any] | None,
+    clock: RealTime,
+    tap: ValueTap | None,
+) -> Loop:
+    """A loop on the parts of a connection; they are closed again if the chart cannot run on them.
+
+    Raises:
+        Problem: something is missing, or nothing tracks people and `unwatched` does not accept it.
+    """
+    opening = opening_of(setup, uses, options, connection, clock.now)
+    connection = _with_dummy(setup, uses, options, connection)
+    plant = connect(connection, opening, uses)
+    try:
+        if "base" in uses.commands and not plant.person_watched and not options.unwatched:
+            raise Problem(
+                f"connection {connection.name}: no part tracks people, so that nothing keeps the "
+                "base away from them; if nobody can be near it, say so with --person-unwatched",
+                REFUSED,
+            )
+        if setup.localizing is not None and plant.guard is not None:
+            plant.guard.locate_by(Reckoner(setup.environment.tracking))
+        operator = _operator(plant, options)
+        plant.parts.setdefault("operator", operator)
+        wired = wire(setup, plant.parts, eager=options.eager, parameters=parameters, tap=tap)
+        wired.inlet.begins = True
+    except BaseException:
+        plant.close()
+        raise
+    watching = watchers(plant, wired, setup.robot, setup.scene)
+    loop = Loop(plant, wired, TickGrid(setup.tick_hz), watching, clock)
+    if isinstance(operator, ConsoleOperator) and options.console is not None:
+        operator.attend(options.console, loop.stop)
+    return loop
+
+
+def opening_of(
+    setup: Setup, uses: Uses, options: Options, connection: Connection, now: Callable[[], int]
+) -> RunInfo:
+    """What a connection's drivers are told about a run; `now` returns the run's time, ns.
+
+    Raises:
+        Problem: a person is requested, and the connection has neither fakes nor a dummy.
+    """
+    motion = setup.profile.robot.limits
+    return RunInfo(
+        now=now,
+        body=setup.body,
+        motion=motion,
+        safety=setup.profile.safety.limits(setup.robot, motion),
+        tracking=setup.tracking,
+        play=_play(setup, uses, options, connection),
+        tell=complain,
+    )
+
+
+def _with_dummy(setup: Setup, uses: Uses, options: Options, connection: Connection) -> Connection:
+    """The connection, with a recorded person as the dummy if one is requested."""
+    person = _person(setup, uses, options) if options.plays_dummy else None
+    if person is None:
+        return connection
+    from cobodeck.real.dummy_connection import with_dummy
+
+    return with_dummy(connection, person)
+
+
+def _operator(plant: Connected, options: Options) -> ConsoleOperator | ScriptedOperator:
+    """The operator: a person at the terminal, or a script beside fakes without a terminal."""
+    if plant.world is None or options.console is not None:
+        return ConsoleOperator(plant.parts["stop_line"], complain)
+    plant.attendant = ScriptedOperator(plant.parts["stop_line"], by_hand=plant.world.push_off)
+    plant.attendant.show = complain
+    return plant.attendant
+
+
+def _play(setup: Setup, uses: Uses, options: Options, connection: Connection) -> HostedScene | None:
+    """The scene around the fakes of a connection; None without a scene.
+
+    Raises:
+        Problem: a person is requested, and the connection has neither fakes nor a dummy.
+    """
+    if not connection.peers and not options.plays_dummy:
+        asked = {"--user": options.user, "--requests": options.requests}
+        for name, value in asked.items():
+            if value is not None:
+                raise Problem(
+                    f"{name} {value}: connection {connection.name} has no fakes, so that nobody "
+                    "but a real person is there, or a dummy: --user X.mcap, a record"
+                )
+    if setup.scene is None:
+        return None
+    person = (uses.person or options.user is not None) and not options.plays_dummy
+    plant = setup.profile.plant
+    return HostedScene(
+        scene=setup.scene,
+        user=(options.user or setup.scene.user) if person else None,
+        sensing=plant.sensing,
+        sensors=plant.sensors(options.seed),
+        requests=options.requests,
+        stretch_m=options.stretch_m,
+        seed=options.seed,
+    )
+
+
+def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
+    """The person: the one requested, else the scene's if the chart deals with people.
+
+    Raises:
+        Problem: the chart needs a person, and nothing names one.
+    """
+    scene = setup.scene
+    source = options.user or (scene.user if scene is not None and uses.person else None)
+    if scene is None:
+        if source is not None:
+            raise Problem(f"--user {source} needs a room; give one with --scene")
+        return None
+    given = options.requests, options.stretch_m, options.seed, options.heading, options.up
+    if source is not None and behind_record(source) is not None:
+        from cobodeck.record.read.replayed_person import (
+            recalled,  # the reader of records is loaded only here
+        )
+
+        return recalled(source, scene.room, *given)
+    if source is not None:
+        return open_user(source, scene, *given)
+    if uses.person:
+        raise Problem(f"scene {scene.name} names no user; give one with --user")
+    return None
+
+
+def _own_parts(setup: Setup, uses: Uses) -> dict[str, Any]:
+    """A project's own simulated parts, as far as the chart commands or reads them."""
+    parts, declared = setup.catalogue.own_parts, setup.signals
+    return {
+        name: made(name, make, declared)
+        for name, make in parts.items()
+        if is_needed(name, make, uses)
+    }
+
+
+def _world(setup: Setup, person: Person | None, options: Options) -> World:
+    limits = setup.profile.robot.limits
+    safety = setup.profile.safety.limits(setup.robot, limits)
+    if options.mock:
+        return mock_world(setup.scene, setup.body, person, safety, options.console is None)
+    base = None
+    if options.frozen_base:
+        start = Pose2(0.0, 0.0) if setup.scene is None else setup.scene.robot_start
+        base = FrozenBase(setup.robot, limits, start)
+    return World(
+        setup.scene,
+        setup.body,
+        person,
+        limits,
+        base,
+        safety=safety,
+        latency_ns=latency_ns(setup),
+        sensors=setup.profile.plant.sensors(options.seed),
+        sensing=None if setup.localizing is None else setup.profile.plant.sensing,
+    )

@@ -1,0 +1,40 @@
+"""Progress while numba compiles, which takes minutes at the first start only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from cobodeck.terminal.console import ProgressLine
+
+WHAT = "compiling, at the first start only"
+
+
+@contextmanager
+def compiling(functions: int, line: ProgressLine | None = None) -> Iterator[None]:
+    """Show which function is being compiled within the block; loading from the cache shows nothing.
+
+    Args:
+        functions: approximate number compiled inside the block if nothing is cached.
+        line: where to show it; by default a line on standard error.
+    """
+    from numba.core import event
+
+    shown = line or ProgressLine(WHAT, every_s=0.0)
+
+    class Counter(event.Listener):
+        done = 0
+
+        def on_start(self, _event: Any) -> None:
+            share = min(self.done / functions, 0.99)  # callees count too, a few more or less
+            shown.at(f"function {self.done + 1} of about {functions}", share)
+
+        def on_end(self, _event: Any) -> None:
+            self.done += 1
+
+    with event.install_listener("numba:compile", Counter()):
+        try:
+            yield
+        finally:
+            shown.done()

@@ -1,0 +1,295 @@
+"""The setup of a run: chart, scene, robot and profile, read and checked."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+from behaviors.profile.profile import Profile, load_profile
+from behaviors.signal_table import MEASURED, signals
+from cobodeck.project.library import open_chart, reached
+from cobodeck.project.state_catalogue import Catalogue, catalogue
+from cobodeck.setup.open_scene import RunPlace, environment_at, open_place
+from cobodeck.terminal.console import Problem
+from engine.chart.chart import Chart
+from engine.files.finding import FileError
+from engine.machine.machine import Box, Leaf, Machine, Vertex
+from engine.signals.signal_kinds import Measured, Signal, closure, roots
+from hw.connection.connection import Connection, Narrowed
+from hw.geometry import Pose2
+from hw.model.robot import RobotModel, load_robot
+from hw.model.tracking import Tracking
+from hw.samples import PoseSigma
+from hw.scene.scene import Scene
+from states.environment.environment import Environment
+from states.localization.estimates import Localizes
+
+CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
+TICK_HZ = 30
+
+
+@dataclass(frozen=True, slots=True)
+class Uses:
+    """What a chart needs of a robot: parts that it commands, signals that parts must measure.
+
+    `welcome` are all measured signals that it can use, including those that it can do without.
+    """
+
+    commands: frozenset[str]
+    signals: frozenset[str]
+    welcome: frozenset[str] = frozenset()
+
+    @property
+    def person(self) -> bool:
+        """Whether a person is involved."""
+        asked = (*self.commands, *self.signals)
+        return any(name == "vr" or name.startswith(("user.", "vr.")) for name in asked)
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The checked setup of a run.
+
+    `given` holds the names and files by which it was requested. `localizing` is the seed of the
+    localization if the base does not measure its own pose, else None. If a `connection` was named,
+    its limits are already applied to robot and profile.
+    """
+
+    chart: Chart
+    library: Mapping[str, Chart]
+    catalogue: Catalogue
+    place: RunPlace | None
+    robot: RobotModel
+    profile: Profile
+    tick_hz: int = TICK_HZ
+    given: Mapping[str, Any] = field(default_factory=dict)
+    localizing: int | None = None
+    connection: Connection | None = None
+
+    @property
+    def limits(self) -> Narrowed:
+        """The limits of the connection."""
+        return Narrowed() if self.connection is None else self.connection.limits
+
+    @property
+    def scans(self) -> bool:
+        """True if there are scanners: simulated ones at tier 2, or real ones."""
+        return self.localizing is not None or self.connection is not None
+
+    @property
+    def scene(self) -> Scene | None:
+        """The room with its people and objects; None without a room."""
+        return None if self.place is None else self.place.scene
+
+    @cached_property
+    def body(self) -> RobotModel:
+        """The robot, with its arm folded as the profile says."""
+        return self.profile.body(self.robot)
+
+    @cached_property
+    def environment(self) -> Environment:
+        """The room, robot and values that states work with.
+
+        Raises:
+            Problem: there is no scene.
+        """
+        if self.place is None:
+            raise Problem(f"chart {self.chart.name} needs a room; give one with --scene")
+        environment = environment_at(self.place, self.profile, self.robot)
+        plant, calibrated = self.profile.plant, self.place.scene.calibration
+        noise = plant.pose_noise
+        return replace(
+            environment,
+            period=1.0 / self.tick_hz,
+            latency=plant.latency,
+            pose_sigma=PoseSigma(noise, 0.5 * noise),
+            user_sigma=plant.tracking_noise,
+            user_delay=plant.tracking_delay,
+            calibration=None if calibrated is None else calibrated.poses(),
+        )
+
+    @property
+    def tracking(self) -> Tracking:
+        """The tracking system's pose in the map, and the trackers' poses on the robot."""
+        return Tracking.of(self.robot.sensing) if self.place is None else self.environment.tracking
+
+    @cached_property
+    def signals(self) -> dict[str, Signal]:
+        """All signals by name; without a scene, the shipped ones are limited to measured ones.
+
+        Raises:
+            Problem: a signal of a project clashes with another, or depends on an unknown one.
+        """
+        return self._declared(scanning=True)
+
+    @cached_property
+    def signals_without_scans(self) -> dict[str, Signal]:
+        """As `signals`, for parts without `base.scan`: planners then do not wait for a pose."""
+        return self._declared(scanning=False)
+
+    def _declared(self, scanning: bool) -> dict[str, Signal]:
+        shipped: tuple[Signal, ...] = MEASURED
+        if self.scene is not None:
+            localizer = None if self.localizing is None else self.localizer
+            settings = self.profile.settings
+            shipped = signals(self.environment, settings, localizer, scanning=scanning)
+        return self.catalogue.declared(shipped)
+
+    def localizer(self) -> Localizes:
+        """A new localizer for one run; it starts at the scene's robot pose."""
+        assert self.scene is not None
+        assert self.localizing is not None
+        return self.environment.localizer(self.scene.robot_start, self.localizing)
+
+    @cached_property
+    def chart_sha256(self) -> str:
+        """Hash of the text of the chart and of all charts it uses."""
+        digest = hashlib.sha256()
+        for name in sorted(reached({self.chart.name}, self.library)):
+            digest.update(self.library[name].source.text.encode() + b"\0")
+        return digest.hexdigest()
+
+    @property
+    def constants(self) -> dict[str, Callable[[], Any]]:
+        """Values that are put on the board once, at the start, if they are read."""
+        found: dict[str, Callable[[], Any]] = {"settings": lambda: self.profile.settings}
+        return found if self.scene is None else {**found, "environment": lambda: self.environment}
+
+    def uses(self, parameters: Mapping[str, Any] | None = None) -> Uses:
+        """What the reachable states of the chart command and read."""
+        leaves = reachable(self.machine(parameters))
+        reads = {name for leaf in leaves for name in leaf.interface.reads}
+        commands = {part for leaf in leaves for part in leaf.interface.commands}
+        known = self.signals
+        used = (known[name] for name in closure(known, reads & known.keys()))
+        welcome = frozenset(s.name for s in used if isinstance(s, Measured))
+        return Uses(frozenset(commands), frozenset(roots(known, reads)), welcome)
+
+    def machine(self, parameters: Mapping[str, Any] | None = None) -> Machine:
+        """The chart with its parameters, ready to run."""
+        known = self.catalogue
+        return Machine(self.chart, self.library, known.interfaces, parameters, known.types)
+
+
+def open_setup(  # noqa: PLR0913  one call says all there is to say
+    chart: str = CHART,
+    scene: str | None = None,
+    profile: str | None = None,
+    tick_hz: int = TICK_HZ,
+    robot: str | Connection | None = None,
+    charts: Mapping[str, Chart] | None = None,
+    known: Catalogue | None = None,
+    sets: Sequence[str] = (),
+) -> Setup:
+    """Read and check everything that a run needs.
+
+    `robot` replaces the scene's; given without `scene`, there is no scene. A connection's limits
+    apply to its robot, which must be the scene's; the connection may name a scene. `charts` are
+    those of an earlier run by name, in place of files; `chart` is one of them. `known` is what
+    charts may name, by default everything found from the current folder. `sets` are single values
+    of the profile, as KEY=VALUE.
+
+    Raises:
+        Problem: the chart cannot run; FileError: a file or a value of `sets` is wrong.
+    """
+    known = known or catalogue()
+    used_profile = profile_with(profile or PROFILE, sets)
+    if charts is None:
+        opened, charts = open_chart(chart, known)
+        chart = opened.name
+        with _blaming_sets():
+            used_profile.require_sets(charts)
+    connection = robot if isinstance(robot, Connection) else None
+    named = robot.model if isinstance(robot, Connection) else robot
+    if connection is not None:
+        scene = scene or connection.scene
+    place = open_place(scene or SCENE) if scene is not None or robot is None else None
+    body = load_robot(named or (place.scene.robot if place is not None else ""))
+    if connection is not None:
+        refuse_other_body(connection, body, place)
+        body = connection.limits.body(body)
+        used_profile = used_profile.narrowed(connection.limits)
+    with _blaming_sets():
+        applied = used_profile.apply(charts)
+    return Setup(
+        chart=applied[chart],
+        library=applied,
+        catalogue=known,
+        place=place,
+        robot=_in_place(body, place),
+        profile=used_profile,
+        tick_hz=tick_hz,
+        given={
+            "scene": scene,
+            "profile": profile,
+            "robot": named,
+            "set": list(sets),
+            "connection": None if connection is None else connection.known_as,
+        },
+        connection=connection,
+    )
+
+
+def profile_with(name: str, sets: Sequence[str]) -> Profile:
+    """A profile by name or file, with the values of `--set`.
+
+    Raises:
+        Problem: a value of `sets` is wrong; FileError: the profile is.
+    """
+    with _blaming_sets():
+        return load_profile(name, sets)
+
+
+@contextmanager
+def _blaming_sets() -> Iterator[None]:
+    """Turn a FileError into a Problem if all its findings are in values of `--set`."""
+    try:
+        yield
+    except FileError as error:
+        if all(finding.place.file.startswith("--set ") for finding in error.findings):
+            raise Problem(str(error)) from None
+        raise
+
+
+def refuse_other_body(connection: Connection, body: RobotModel, place: RunPlace | None) -> None:
+    """Check that scene and connection have the same robot; a map has no robot to compare.
+
+    Raises:
+        Problem: their robots differ.
+    """
+    if connection.model is None or place is None or place.map is not None:
+        return
+    scenes = load_robot(place.scene.robot).name
+    if scenes != body.name:
+        raise Problem(
+            f"scene {place.scene.name} is made for robot {scenes}, connection {connection.name} "
+            f"is of {body.name}; take a scene whose robot is {body.name}"
+        )
+
+
+def _in_place(robot: RobotModel, place: RunPlace | None) -> RobotModel:
+    """The robot with the scanner yaws that were calibrated for this place, if any."""
+    calibrated = None if place is None else place.scene.calibration
+    if calibrated is None or not calibrated.scanner_yaws:
+        return robot
+    turned = {name: Pose2(0.0, 0.0, yaw) for name, yaw in calibrated.scanner_yaws.items()}
+    return replace(robot, sensing=robot.sensing.moved(turned))
+
+
+def reachable(machine: Machine) -> list[Leaf]:
+    """The leaves that can be entered, assuming that every outcome is possible."""
+    seen: dict[Vertex, None] = {}
+    waiting: list[Vertex] = [machine.root]
+    while waiting:
+        vertex = waiting.pop()
+        if vertex in seen:
+            continue
+        seen[vertex] = None
+        waiting += vertex.go.values()
+        if isinstance(vertex, Box):
+            waiting += vertex.children[:1] if vertex.form == "states" else vertex.children
+    return [vertex for vertex in seen if isinstance(vertex, Leaf)]

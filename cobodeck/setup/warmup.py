@@ -1,0 +1,86 @@
+"""Preparations before the first tick that would take too long in it: imports, compiling, planners.
+
+Only what the chart can reach is prepared: a chart that never drives loads no planner.
+"""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import pkgutil
+
+from cobodeck.setup.compiling import compiling
+from cobodeck.setup.setup import Setup, reachable
+from cobodeck.terminal.console import FAILED, Problem
+from engine.machine.machine import Machine
+from hw.geometry import Pose2, Pose3, Twist2
+from hw.samples import ImuReading, Odometry, Scan, TrackerPose
+
+SCANS, SCAN_NS = 12, 80_000_000
+"""Number of unmatched scans after which a localizer starts to search, and their interval, ns."""
+OF_DRIVING, OF_REACHING = 235, 24
+"""Approximate numbers of functions compiled for driving and for reaching, without a cache."""
+
+
+def warm_up(setup: Setup, machine: Machine) -> None:
+    """Load and compile everything that the reachable states may call."""
+    leaves = reachable(machine)
+    commanded = {part for leaf in leaves for part in leaf.interface.commands}
+    in_a_room = any("environment" in leaf.interface.reads for leaf in leaves)
+    drives, reaches = ("base" in commanded and in_a_room), ("arm" in commanded and in_a_room)
+    if drives or reaches:
+        with compiling(drives * OF_DRIVING + reaches * OF_REACHING):
+            if drives:
+                _driving(setup)
+            if reaches:
+                _reaching(setup)
+    if setup.localizing is not None:
+        _localizing(setup)
+    # everything loaded by now stays alive: freeze it, so that a collection in a tick skips it
+    gc.unfreeze()
+    gc.collect()
+    gc.freeze()
+
+
+def _driving(setup: Setup) -> None:
+    import behaviors
+
+    setup.environment.warm_up(scanning=setup.scans)
+    for module in pkgutil.iter_modules(behaviors.__path__, "behaviors."):
+        loaded = importlib.import_module(module.name)
+        getattr(loaded, "warm_up", _nothing)()
+    assert setup.scene is not None  # there is no environment without one
+    planner = setup.environment.static_planners["chase"]
+    start, driver = setup.scene.robot_start, setup.environment.driver("chase", planner)
+    driver.go_to(start @ Pose2(0.5, 0.0))  # straight ahead: the case of a path without bends
+    driver.command(start, Twist2(0.1, 0.1), None, setup.environment.period)
+
+
+def _localizing(setup: Setup) -> None:
+    """Feed a separate localizer with a drive whose scans match nothing, until it searches."""
+    localizer, sensing = setup.localizer(), setup.robot.sensing
+    tracker = Pose3(0.0, 0.0, 0.0)
+    for n in range(SCANS):
+        stamp = n * SCAN_NS
+        wheels = Odometry(Pose2(0.01 * n, 0.0, 0.001 * n), Twist2(0.1, 0.0, 0.01))
+        localizer.update("base.odometry", stamp, wheels)
+        localizer.update("base.imu", stamp, ImuReading((0.0, 0.0, 0.01), (0.0, 0.0, 9.81)))
+        for name in sensing.trackers:
+            localizer.update("rover.tracker", stamp, TrackerPose(name, tracker))
+        for name, lidar in sensing.lidars.items():
+            ranges = (0.5 * lidar.max_range,) * lidar.beams
+            scan = Scan(name, lidar.start, lidar.step, ranges, lidar.beam_time)
+            localizer.update("base.scan", stamp, scan)
+
+
+def _reaching(setup: Setup) -> None:
+    from states.arm.description.robot_arm import folded_contact, manipulator_of
+
+    contact = folded_contact(setup.environment.robot)
+    if contact is not None:
+        raise Problem(f"robot {setup.robot.name}: {contact}", FAILED)
+    setup.environment.workspace.warm_up(manipulator_of(setup.robot))
+
+
+def _nothing() -> None:
+    """Do nothing; for modules without `warm_up`."""

@@ -1,0 +1,1 @@
+"""The terminal: everything printed, and the types of command-line arguments."""

@@ -1,0 +1,124 @@
+"""Parsers of arguments that several commands take, with error messages in the field's terms."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cobodeck.terminal.record_names import ENDING, PART
+
+if TYPE_CHECKING:
+    from hw.geometry import Pose2
+
+LONGEST_S = 1e7
+"""Longest accepted duration, s: about four months."""
+FARTHEST_M = 1000.0
+
+
+def positive(text: str) -> int:
+    """A whole number above 0."""
+    try:
+        value = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number") from None
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not above 0")
+    return value
+
+
+def seconds(text: str) -> float:
+    """A duration above 0 s."""
+    return _number(text, LONGEST_S, "s")
+
+
+def instant(text: str) -> float:
+    """A time since the start, s."""
+    with suppress(ValueError):
+        if 0.0 <= float(text) < math.inf:
+            return float(text)
+    raise argparse.ArgumentTypeError(f"{text} is no time, s")
+
+
+def length(text: str) -> float:
+    """A length above 0 m."""
+    return _number(text, FARTHEST_M, "m")
+
+
+def pose(text: str) -> Pose2:
+    """A pose in the map, `x,y,yaw`; m, m, rad."""
+    from hw.geometry import Pose2
+
+    try:
+        x, y, yaw = (float(part) for part in text.split(","))
+        return Pose2.checked(x, y, yaw)
+    except ValueError:
+        hint = "x,y in m and yaw in rad, as 1.5,-2,0.3"
+        raise argparse.ArgumentTypeError(f"{text!r} is no pose: {hint}") from None
+
+
+def scan_mounts(parser: argparse.ArgumentParser) -> None:
+    """Declare `--scan-mount`: the mounts of scanners, by name."""
+    parser.add_argument(
+        "--scan-mount", dest="scan_mounts", action="append", default=[], type=_mount,
+        metavar="[NAME=]X,Y,YAW",
+        help="a scanner's pose on the base, m and rad; of several scanners, that of NAME; may be "
+        "given several times; default: that in the log",
+    )  # fmt: skip
+
+
+def _mount(text: str) -> tuple[str, Pose2]:
+    name, equals, at = text.rpartition("=")
+    if equals and not name:
+        raise argparse.ArgumentTypeError(f"{text!r} names no scanner, as in front=0.2,0,0")
+    return name, pose(at)
+
+
+def word(text: str) -> str:
+    """A name or file; an empty text, as from an unset shell variable, is refused."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("is empty; give a name or a file")
+    return text
+
+
+def profile(parser: argparse.ArgumentParser, default: str) -> None:
+    """Declare `--profile` and `--set`."""
+    parser.add_argument(
+        "--profile", type=word, default=default, help=f"name or file; default {default}"
+    )
+    parser.add_argument(
+        "--set",
+        dest="sets",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="one value of the profile, as in chase.inner='2.6 m'; may be given several times",
+    )
+
+
+def kept_file(text: str) -> Path:
+    """A path for a record or a trace; the suffix of unfinished files is refused."""
+    if text.endswith(PART):
+        raise argparse.ArgumentTypeError(
+            f"{text}: names that end in {PART} are of unfinished files"
+        )
+    return Path(text)
+
+
+def new_record(text: str) -> Path:
+    """A path for a new record."""
+    if not text.endswith(ENDING):
+        raise argparse.ArgumentTypeError(f"{text!r} does not end in {ENDING}, as records do")
+    return Path(text)
+
+
+def _number(text: str, most: float, unit: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of {unit}") from None
+    if not 0.0 < value <= most or not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text} is not above 0 {unit}, up to {most:g} {unit}")
+    return value

@@ -1,0 +1,1 @@
+"""What tests of charts and states use."""

@@ -1,0 +1,104 @@
+"""A chart without robot and room: parts are stubs, signals come from the caller."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from cobodeck.loop.loop import Loop
+from cobodeck.loop.plant import Nothing
+from cobodeck.loop.sample_router import Inlet
+from cobodeck.loop.wiring import Wired
+from cobodeck.project.library import findings_of, load_beside
+from cobodeck.project.state_catalogue import Catalogue
+from cobodeck.testing.stub_parts import Parts
+from engine.chart.chart import Chart
+from engine.chart.load import load_text
+from engine.clock import TickGrid
+from engine.machine.machine import Machine
+from engine.reports import text as report_text
+from engine.run.chart_run import ChartRun
+from engine.signals.board import Board
+from engine.signals.signal_kinds import Measured, Signal
+
+HZ = 30
+"""Ticks per second of virtual time."""
+_FILE = "<test>"
+
+
+def chart_of_text(text: str, known: Catalogue) -> tuple[Chart, Mapping[str, Chart]]:
+    """The first chart of a YAML text, and all the charts that it may use.
+
+    Raises:
+        AssertionError: the chart has errors; the message shows them.
+    """
+    library = load_text(text, _FILE)
+    for name, other in load_beside([], known).items():
+        library.setdefault(name, other)
+    findings = findings_of(library, known, [Path(_FILE)])
+    errors = [finding for finding in findings if finding.severity == "error"]
+    assert not errors, f"the chart cannot run\n{report_text(errors, library.sources)}"
+    return next(iter(library.values())), library
+
+
+def loop_alone(
+    chart: Chart,
+    library: Mapping[str, Chart],
+    known: Catalogue,
+    parts: Parts,
+    signals: Mapping[str, Any],
+    parameters: Mapping[str, Any] | None = None,
+) -> Loop:
+    """A loop over a chart with stub parts.
+
+    Args:
+        chart: what to run.
+        library: the charts that it uses.
+        known: the states and signals that it may name.
+        parts: the stubs, made on first access.
+        signals: values at the start; these signals become measured ones, even if derived elsewhere.
+        parameters: of the chart.
+    """
+    machine = Machine(chart, library, known.interfaces, parameters, known.types)
+    board = Board(_declared(machine, known, signals))
+    inlet = Inlet(board)
+    for name, value in signals.items():
+        inlet.put(name, value, 0)
+    commands = {name for leaf in machine.leaves for name in leaf.interface.commands}
+    run = ChartRun(machine, board, {name: parts[name] for name in sorted(commands)})
+    return Loop(Nothing(parts), Wired(run, board, inlet), TickGrid(HZ))
+
+
+def _declared(
+    machine: Machine, known: Catalogue, taken_over: Mapping[str, Any]
+) -> dict[str, Signal]:
+    """The signals that the chart reads: a project's own as declared, all others as measured ones.
+
+    If the given values include an `environment`, its planners are declared too.
+    """
+    kinds = {name: signal.type for name, signal in known.signals.items()}
+    from behaviors.signal_table import MEASURED, planning
+
+    shipped = (
+        *MEASURED,
+        *(planning(taken_over["environment"]) if "environment" in taken_over else ()),
+    )
+    others = (s for s in (*shipped, *known.own_signals) if s.name not in taken_over)
+    own = {s.name: s for s in MEASURED} | {s.name: s for s in others}
+    found: dict[str, Signal] = {}
+
+    def add(name: str) -> None:
+        if name in found:
+            return
+        signal = own.get(name) or Measured(name, kinds.get(name, object))
+        for source in getattr(signal, "of", ()):
+            add(source)
+        found[name] = signal
+
+    for name in taken_over:
+        add(name)
+    for leaf in machine.leaves:
+        for name in leaf.interface.reads:
+            add(name)
+    return found

@@ -1,0 +1,157 @@
+"""A chart as data: what the YAML says, checked for shape only.
+
+Names are not resolved here: `engine.check` looks them up, `engine.machine.machine` binds them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple
+
+from engine.files.finding import Place
+from engine.files.source import Map, Mark, SourceFile
+
+Form = Literal["do", "watch", "use", "states", "any", "all"]
+LEAVES = ("do", "watch")
+CONTAINERS = ("states", "any", "all")
+AUTONOMY = {"off": 0, "low": 1, "high": 2, "full": 3, "inherit": -1}
+
+
+class Reference(NamedTuple):
+    """`$name`: a parameter of the chart."""
+
+    name: str
+
+
+class Rule(NamedTuple):
+    """One item of `when`: the container ends with `outcome` once all of `conditions` hold.
+
+    `conditions` maps children to their outcomes; empty means that all children have ended.
+    """
+
+    outcome: str
+    conditions: Mapping[str, str]
+    at: Mark
+
+
+class Retry(NamedTuple):
+    """Up to `times` further tries after one of the outcomes `on`, `wait` apart."""
+
+    times: int
+    on: tuple[str, ...]
+    wait: Any = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Node:
+    """One node of a chart. `raw` is its YAML mapping, with source positions."""
+
+    name: str
+    form: Form
+    at: Mark
+    raw: Map
+    target: str = ""
+    children: tuple[Node, ...] = ()
+    next: Mapping[str, str] = field(default_factory=dict)
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    outputs: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    when: tuple[Rule, ...] = ()
+    timeout: Any = None
+    retry: Retry | None = None
+    autonomy: Mapping[str, str] = field(default_factory=dict)
+    priority: int = 0
+    about: str = ""
+
+    @property
+    def keeps(self) -> bool:
+        """Whether the outcomes of the children are kept until a rule decides."""
+        return bool(self.when) or self.form == "all"
+
+    @property
+    def rules(self) -> tuple[Rule, ...]:
+        """The rules of `when`; `all` without `when` has one, `done` once every child has ended."""
+        if self.form == "all" and not self.when:
+            return (Rule("done", {}, self.at),)
+        return self.when
+
+    def walk(self) -> Iterator[Node]:
+        """This node and all below it, in document order."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter of a chart: `type` by name; without `default` it must be given."""
+
+    name: str
+    type: str
+    default: Any
+    required: bool
+    about: str
+    at: Mark
+
+
+@dataclass(frozen=True, slots=True)
+class DataKey:
+    """A key of a chart's data, one of its inputs, or one of its outputs.
+
+    `optional`: declared with `initial: none`, it may be empty until a node writes it.
+    """
+
+    name: str
+    type: str
+    initial: Any
+    has_initial: bool
+    at: Mark
+    is_input: bool = False
+    optional: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chart:
+    """One chart file."""
+
+    name: str
+    source: SourceFile
+    root: Node
+    about: str = ""
+    parameters: Mapping[str, Parameter] = field(default_factory=dict)
+    outcomes: tuple[str, ...] = ()
+    outputs: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    keys: Mapping[str, DataKey] = field(default_factory=dict)
+
+    @property
+    def file(self) -> str:
+        """The file that the chart is in."""
+        return self.source.file
+
+    @property
+    def inputs(self) -> dict[str, DataKey]:
+        """The keys that are filled by the chart or program that uses this one."""
+        return {name: key for name, key in self.keys.items() if key.is_input}
+
+    def place(self, mark: Mark) -> Place:
+        """The place of a mark in the chart's file."""
+        return self.source.place(mark)
+
+
+def mark_of(raw: Map, key: str, entry: str | None = None) -> Mark:
+    """Position of the value of `key` in `raw`, or of the value of `entry` inside it."""
+    at = raw.values_at.get(key, raw.at)
+    if entry is None:
+        return at
+    inside = raw.get(key)
+    return inside.values_at.get(entry, at) if isinstance(inside, Map) else at
+
+
+def key_mark_of(raw: Map, key: str, entry: str | None = None) -> Mark:
+    """Position of `key` itself in `raw`, or of the key `entry` of the mapping inside it."""
+    at = raw.keys_at.get(key, raw.at)
+    if entry is None:
+        return at
+    inside = raw.get(key)
+    return inside.keys_at.get(entry, at) if isinstance(inside, Map) else at

@@ -1,0 +1,393 @@
+"""Loads charts from YAML files. Errors of shape become findings; all that is readable is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from engine.chart.chart import (
+    AUTONOMY,
+    CONTAINERS,
+    Chart,
+    DataKey,
+    Form,
+    Node,
+    Parameter,
+    Reference,
+    Retry,
+    Rule,
+    key_mark_of,
+    mark_of,
+)
+from engine.files.declared.values import is_name, shown
+from engine.files.finding import Finding, did_you_mean
+from engine.files.source import Map, Mark, Seq, SourceFile, read, read_file
+from engine.files.suggestions import help_with_name
+from engine.state_class import RESERVED_OUTCOMES
+
+FORMS: tuple[Form, ...] = ("do", "watch", "use", "states", "any", "all")
+EVERY_NODE = ("next", "in", "out", "timeout", "about")
+KEYS: dict[str, frozenset[str]] = {
+    "do": frozenset(("do", "with", "retry", "autonomy", *EVERY_NODE)),
+    "watch": frozenset(("watch", "with", "retry", "autonomy", "priority", *EVERY_NODE)),
+    "use": frozenset(("use", "with", "retry", "autonomy", *EVERY_NODE)),
+    "states": frozenset(("states", *EVERY_NODE)),
+    "any": frozenset(("any", "when", *EVERY_NODE)),
+    "all": frozenset(("all", "when", *EVERY_NODE)),
+}
+NODE_KEYS = frozenset().union(*KEYS.values())
+CHART_KEYS = frozenset(
+    ("chart", "about", "parameters", "inputs", "outcomes", "outputs", "data", "when", *CONTAINERS)
+)
+GUESSES = 100  # with more findings than this in a file, unknown keys get no suggestion
+
+
+class Library(dict[str, Chart]):
+    """Charts by name, with the findings and sources of their files."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.findings: list[Finding] = []
+        self.sources: dict[str, SourceFile] = {}
+
+    def add(self, source: SourceFile) -> Chart | None:
+        """Read the chart in `source`; `None` if it is unusable."""
+        self.sources[source.file] = source
+        chart = _Reader(source).chart()
+        self.findings += source.findings
+        if chart is None:
+            return None
+        if chart.name in self:
+            message = f"a chart {chart.name!r} is also in {self[chart.name].file}"
+            at = mark_of(source.value, "chart")
+            self.findings.append(Finding("N02", message, source.place(at), "give it another name"))
+            return None
+        self[chart.name] = chart
+        return chart
+
+
+def load_files(files: Iterable[Path]) -> Library:
+    """Read chart files; unreadable ones become findings."""
+    library = Library()
+    for file in files:
+        library.add(read_file(file))
+    return library
+
+
+def load_text(text: str, file: str = "<text>") -> Library:
+    """Read one chart from text."""
+    library = Library()
+    library.add(read(text.encode(), file))
+    return library
+
+
+class _Reader:
+    """Reads one file."""
+
+    def __init__(self, source: SourceFile) -> None:
+        self.source = source
+        self.report = source.report
+
+    def chart(self) -> Chart | None:
+        raw = self.source.value
+        if not isinstance(raw, Map):
+            if not self.source.findings:
+                self.report("C03", "a chart is a mapping", (1, 1, 2), "begin with `chart: NAME`")
+            return None
+        self.unknown_keys(raw, CHART_KEYS, "a chart")
+        name = self.text(raw, "chart")
+        if raw.get("chart") in (None, ""):
+            at = raw.keys_at.get("chart", raw.at)
+            self.report("C02", "'chart' is missing", at, "`chart: NAME`")
+        if name and not is_name(name):
+            self.report(
+                "C06", f"{name!r} is not a name", mark_of(raw, "chart"), help_with_name(name)
+            )
+        root = self.root(raw)
+        if root is None or not name:
+            return None
+        outputs = self.outputs(raw)
+        declared = self.keys(raw, "inputs") | self.keys(raw, "data")
+        return Chart(
+            name=name,
+            source=self.source,
+            root=root,
+            about=self.text(raw, "about") or "",
+            parameters=self.parameters(raw),
+            outcomes=self.outcomes(raw),
+            outputs=outputs,
+            keys=self.output_keys(raw, outputs) | declared,
+        )
+
+    def root(self, raw: Map) -> Node | None:
+        forms = [form for form in CONTAINERS if form in raw]
+        if len(forms) != 1:
+            what = f"{forms[0]!r} and {forms[1]!r}" if forms else "none of them"
+            hint = "a chart has exactly one of states, any, all"
+            at = raw.keys_at[forms[1]] if forms else raw.at
+            self.report("C04", f"{what} at the top of the chart", at, hint)
+            return None
+        form: Any = forms[0]
+        children = self.children(raw, form)
+        when = self.rules(raw, form)
+        return Node("", form, raw.keys_at[form], raw, children=children, when=when)
+
+    def children(self, raw: Map, form: str) -> tuple[Node, ...]:
+        inside = raw[form]
+        if not isinstance(inside, Map) or not inside:
+            hint = "`name: {do: X}`" + (", without the `- `" if isinstance(inside, Seq) else "")
+            self.report("C03", f"{form!r} holds named nodes", mark_of(raw, form), hint)
+            return ()
+        nodes = []
+        for name, value in inside.items():
+            at = inside.keys_at[name]
+            if not is_name(name):
+                self.report("C06", f"{name!r} is not a name", at, help_with_name(name))
+            if not isinstance(value, Map):
+                self.report("C03", f"node {name!r} is a mapping", at, "`name: {do: X}`")
+                continue
+            node = self.node(name, value, at)
+            if node is not None:
+                nodes.append(node)
+        return tuple(nodes)
+
+    def node(self, name: str, raw: Map, at: Mark) -> Node | None:
+        forms = [form for form in FORMS if form in raw]
+        if len(forms) != 1:
+            self.unknown_keys(raw, NODE_KEYS, f"node {name!r}")
+            what = f"{forms[0]!r} and {forms[1]!r}" if forms else "none of them"
+            hint = "a node has exactly one of do, watch, use, states, any, all"
+            if name in NODE_KEYS and not forms:
+                hint = f"{name!r} belongs to a node: indent it as far as that node's other keys"
+            self.report(
+                "C04", f"{what} in node {name!r}", raw.keys_at[forms[1]] if forms else at, hint
+            )
+            return None
+        form = forms[0]
+        if not raw.keys() <= KEYS[form]:
+            self.foreign_keys(name, raw, form)
+        children: tuple[Node, ...] = ()
+        target = ""
+        if form in CONTAINERS:
+            children = self.children(raw, form)
+        else:
+            target = self.text(raw, form) or ""
+            if not target and raw[form] is None:
+                self.report("C02", f"{form!r} names nothing", raw.keys_at[form], "`do: CLASS`")
+        return Node(
+            name,
+            form,
+            at,
+            raw,
+            target,
+            children,
+            self.words(raw, "next") if "next" in raw else _NOTHING,
+            self.words(raw, "in") if "in" in raw else _NOTHING,
+            self.words(raw, "out") if "out" in raw else _NOTHING,
+            self.values(raw, "with") if "with" in raw else _NOTHING,
+            self.rules(raw, form) if "when" in raw else (),
+            self.value(raw["timeout"]) if "timeout" in raw else None,
+            self.retry(raw) if "retry" in raw else None,
+            self.autonomy(raw) if "autonomy" in raw else _NOTHING,
+            self.priority(raw) if "priority" in raw else 0,
+            (self.text(raw, "about") or "") if "about" in raw else "",
+        )
+
+    def foreign_keys(self, name: str, raw: Map, form: str) -> None:
+        self.unknown_keys(raw, NODE_KEYS, f"node {name!r}")
+        for key in raw.keys() & NODE_KEYS - KEYS[form]:
+            owners = ", ".join(sorted(owner for owner, keys in KEYS.items() if key in keys))
+            message = f"{key!r} has no meaning on a {form!r} node"
+            self.report("C05", message, raw.keys_at[key], f"it belongs to: {owners}")
+
+    def unknown_keys(self, raw: Map, known: frozenset[str], where: str) -> None:
+        for key in raw:
+            if key not in known:
+                hint = did_you_mean(key, known) if len(self.source.findings) < GUESSES else ""
+                self.report("C01", f"unknown key {key!r} in {where}", raw.keys_at[key], hint)
+
+    def text(self, raw: Map, key: str) -> str | None:
+        value = raw.get(key)
+        if value is None or isinstance(value, str):
+            return value
+        self.report("C03", f"{key!r} is a word or a sentence", mark_of(raw, key))
+        return None
+
+    def mapping(self, raw: Map, key: str, example: str) -> Map:
+        value = raw.get(key)
+        if isinstance(value, Map):
+            return value
+        if key in raw:
+            self.report("C03", f"{key!r} is a mapping", mark_of(raw, key), example)
+        return Map(raw.at)
+
+    def words(self, raw: Map, key: str) -> Mapping[str, str]:
+        inside = self.mapping(raw, key, f"`{key}: {{a: b}}`")
+        for entry, value in inside.items():
+            if type(value) is not str:
+                self.not_a_word(key, entry, value, inside)
+                return {k: v for k, v in inside.items() if type(v) is str}
+        return inside
+
+    def not_a_word(self, section: str, entry: str, value: Any, inside: Map) -> None:
+        first, colon, last = entry.partition(":" if ":" in entry else " ")
+        if value is None and colon and last:  # {a b} or {a:b}, which YAML takes for one long key
+            what = "no space after the `:`" if colon == ":" else "no `:`"
+            hint = f"put a space after the `:`, `{first}: {last}`"
+            hint = hint if colon == ":" else f"write `{first}: {last.strip()}`, with a `:`"
+            self.report("C03", f"{what} in {entry!r}", inside.keys_at[entry], hint)
+            return
+        at = inside.values_at.get(entry, inside.at)
+        self.report("C03", f"{section}.{entry} is a name, not {shown(value)}", at)
+
+    def value(self, value: Any) -> Any:
+        if type(value) is str and value.startswith("$"):
+            return Reference(value[1:])
+        if isinstance(value, Seq):
+            return [self.value(item) for item in value]
+        return value
+
+    def values(self, raw: Map, key: str) -> Mapping[str, Any]:
+        inside = self.mapping(raw, key, f"`{key}: {{parameter: value}}`")
+        return {entry: self.value(value) for entry, value in inside.items()}
+
+    def rules(self, raw: Map, form: str) -> tuple[Rule, ...]:
+        items = raw.get("when")
+        if items is None:
+            if "when" in raw:
+                self.report("C03", "'when' is a list", mark_of(raw, "when"), _A_RULE)
+            return ()
+        if not isinstance(items, Seq) or form not in ("any", "all"):
+            self.report("C03", "'when' is a list, on any or all", mark_of(raw, "when"), _A_RULE)
+            return ()
+        rules = []
+        for item, at in zip(items, items.values_at, strict=True):
+            if not isinstance(item, Map):
+                self.report("C03", "an item of 'when' is a mapping", at, _A_RULE)
+                continue
+            self.unknown_keys(item, frozenset(("outcome", "if")), "an item of 'when'")
+            outcome, conditions = self.text(item, "outcome"), self.words(item, "if")
+            if not outcome or not conditions:
+                self.report("C02", "an item of 'when' has an outcome and conditions", at, _A_RULE)
+                continue
+            rules.append(Rule(outcome, conditions, at))
+        return tuple(rules)
+
+    def retry(self, raw: Map) -> Retry | None:
+        inside = self.mapping(raw, "retry", _A_RETRY)
+        self.unknown_keys(inside, frozenset(("times", "on", "wait")), "'retry'")
+        times, on = inside.get("times"), inside.get("on")
+        if type(times) is not int or times < 1:
+            self.report(
+                "C03", "'times' is a whole number from 1", mark_of(raw, "retry", "times"), _A_RETRY
+            )
+            return None
+        names = [on] if isinstance(on, str) else on
+        if not isinstance(names, list) or not names or not all(isinstance(n, str) for n in names):
+            self.report("C03", "'on' names outcomes", mark_of(raw, "retry", "on"), _A_RETRY)
+            return None
+        return Retry(times, tuple(names), self.value(inside.get("wait", 0)))
+
+    def autonomy(self, raw: Map) -> Mapping[str, str]:
+        levels = self.words(raw, "autonomy")
+        for outcome, level in levels.items():
+            if level not in AUTONOMY:
+                at = mark_of(raw, "autonomy", outcome)
+                self.report("C03", f"unknown level {level!r}", at, did_you_mean(level, AUTONOMY))
+        return {outcome: level for outcome, level in levels.items() if level in AUTONOMY}
+
+    def priority(self, raw: Map) -> int:
+        value = raw["priority"]
+        if type(value) is int:
+            return value
+        self.report("C03", "'priority' is a whole number", mark_of(raw, "priority"), "higher wins")
+        return 0
+
+    def outcomes(self, raw: Map) -> tuple[str, ...]:
+        value = raw.get("outcomes", Seq(raw.at))
+        if isinstance(value, Seq) and all(isinstance(item, str) for item in value):
+            seen: set[str] = set()
+            for item, at in zip(value, value.values_at, strict=True):
+                if item in seen:
+                    self.report("C06", f"outcome {item!r} is there already", at, "keep one of them")
+                elif not is_name(item):
+                    self.report("C06", f"{item!r} is not a name", at, help_with_name(item))
+                elif item in RESERVED_OUTCOMES:
+                    message = f"{item!r} is a reserved outcome"
+                    self.report("C06", message, at, "use a name of your own, such as `failed`")
+                seen.add(item)
+            return tuple(dict.fromkeys(value))
+        self.report(
+            "C03", "'outcomes' is a list of names", mark_of(raw, "outcomes"), "`[done, failed]`"
+        )
+        return ()
+
+    def outputs(self, raw: Map) -> dict[str, Mapping[str, str]]:
+        inside = self.mapping(raw, "outputs", "`outputs: {outcome: {key: Type}}`")
+        found: dict[str, Mapping[str, str]] = {}
+        for outcome in inside:
+            found[outcome] = self.words(inside, outcome)
+        return found
+
+    def output_keys(self, raw: Map, outputs: Mapping[str, Mapping[str, str]]) -> dict[str, DataKey]:
+        """The keys that `outputs` declares; each is a key of the chart even if not under `data`."""
+        found: dict[str, DataKey] = {}
+        for outcome, named in outputs.items():
+            for name, kind in named.items():
+                at = key_mark_of(raw["outputs"], outcome, name)
+                if not is_name(name):
+                    self.report("C06", f"{name!r} is not a name", at, help_with_name(name))
+                found.setdefault(name, DataKey(name, kind, None, False, at))
+        return found
+
+    def parameters(self, raw: Map) -> dict[str, Parameter]:
+        allowed = frozenset(("type", "default", "about"))
+        return self.declared(raw, "parameters", allowed, self.parameter)
+
+    def parameter(self, name: str, item: Map, at: Mark) -> Parameter:
+        kind, about = self.text(item, "type") or "any", self.text(item, "about") or ""
+        return Parameter(name, kind, item.get("default"), "default" not in item, about, at)
+
+    def keys(self, raw: Map, section: str) -> dict[str, DataKey]:
+        is_input = section == "inputs"
+
+        def key(name: str, item: Map, at: Mark) -> DataKey:
+            given = "initial" in item
+            initial = item.get("initial")
+            if initial == "none":
+                initial = None
+            nothing = given and initial is None
+            kind = self.text(item, "type") or "any"
+            return DataKey(name, kind, initial, given and not nothing, at, is_input, nothing)
+
+        allowed = frozenset(("type", "about") if is_input else ("type", "initial", "about"))
+        return self.declared(raw, section, allowed, key)
+
+    def declared(
+        self, raw: Map, section: str, allowed: frozenset[str], make: Callable[[str, Map, Mark], Any]
+    ) -> dict[str, Any]:
+        inside = self.mapping(raw, section, f"`{section}: {{name: {{type: number}}}}`")
+        found = {}
+        for name, value in inside.items():
+            at = inside.keys_at[name]
+            item = value
+            if isinstance(value, str):  # `name: Type` for short
+                item = Map(at)
+                item["type"] = value
+                item.values_at["type"] = inside.values_at.get(name, at)
+            if not isinstance(item, Map):
+                self.report(
+                    "C03", f"{section}.{name} is a type or a mapping", at, "`{type: number}`"
+                )
+                continue
+            if not is_name(name):
+                self.report("C06", f"{name!r} is not a name", at, help_with_name(name))
+            self.unknown_keys(item, allowed, f"{section}.{name}")
+            found[name] = make(name, item, at)
+        return found
+
+
+_NOTHING: Mapping[str, Any] = {}
+_A_RULE = "`when: [{outcome: x, if: {child: outcome}}]`"
+_A_RETRY = "`retry: {times: 2, on: failed, wait: 1 s}`"

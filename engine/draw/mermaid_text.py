@@ -1,0 +1,154 @@
+"""Charts as Mermaid text, which many web pages render by themselves.
+
+A flowchart, not a state diagram: state diagrams cannot have edges that end at a box inside
+something parallel.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Mapping
+
+from engine.chart.chart import Chart
+from engine.draw.chart_shapes import (
+    BoxShape,
+    Edge,
+    Ending,
+    LeafShape,
+    OutcomeLabel,
+    Picture,
+    Pin,
+    TableShape,
+)
+from engine.draw.picture import picture
+from engine.draw.style import CAUSES, Cause
+
+_CLASSES = """\
+  classDef do fill:#eaf5ea,stroke:#2e7d32,color:#1f2933
+  classDef watch fill:#fff6e0,stroke:#c77700,color:#1f2933,stroke-dasharray:5 3
+  classDef use fill:#e8f1fb,stroke:#1f5fa8,color:#1f2933
+  classDef table fill:#ffffff,stroke:#9aa5b1,color:#1f2933,stroke-dasharray:5 3,text-align:left
+  classDef pin fill:#ffffff,stroke:#6b7785,color:#52606d
+  classDef outcome fill:#ffffff,stroke:#6b7785,color:#6b7785,stroke-width:3px
+  classDef error stroke:#c62828,color:#c62828
+  classDef start fill:#1f2933,stroke:#1f2933
+  classDef sequence fill:#f6f8fa,stroke:#9aa5b1
+  classDef parallel fill:#f6f8fa,stroke:#9aa5b1,stroke-dasharray:5 3"""
+_DOTTED = ",stroke-dasharray:2 3"
+
+
+def mermaid(chart: Chart, library: Mapping[str, Chart], depth: int | None = 0) -> str:
+    """`chart` as a Mermaid flowchart; arguments as for `engine.draw.dot_text.dot`."""
+    return "\n".join(_Writer(picture(chart, library, depth)).lines()) + "\n"
+
+
+class _Writer:
+    def __init__(self, shown: Picture) -> None:
+        self.shown = shown
+        self.names: dict[str, str] = {}  # paths could be keywords of Mermaid, such as `end`
+
+    def lines(self) -> Iterator[str]:
+        yield "flowchart TB"
+        yield _CLASSES
+        for line in self.box(self.shown.root):
+            yield f"  {line}"
+        arrows = list(itertools.chain(self.beginnings(), map(self.edge, self.shown.edges)))
+        yield from arrows
+        yield from self.colours(len(arrows) - len(self.shown.edges))
+
+    def colours(self, first: int) -> Iterator[str]:
+        """The styles of the edges, which Mermaid numbers, from `first` on."""
+        numbers: dict[Cause, list[str]] = {}
+        for number, edge in enumerate(self.shown.edges, first):
+            numbers.setdefault(edge.cause, []).append(str(number))
+        for cause, found in numbers.items():
+            if cause:
+                dots = _DOTTED if cause == "timeout" else ""
+                yield f"  linkStyle {','.join(found)} stroke:{CAUSES[cause]}{dots}"
+
+    def name(self, shape: str) -> str:
+        return self.names.setdefault(shape, f"n{len(self.names)}")
+
+    def box(self, box: BoxShape) -> Iterator[str]:
+        name = self.name(f"{box.path}/")
+        title = "<br/>".join((f"<b>{_text(box.name)}</b> {box.mode}", *map(_text, box.notes)))
+        yield f'subgraph {name}["{title}"]'
+        if box.start:
+            yield f'  {self.name(box.start)}((" ")):::start'
+        for member in (*box.rows, *box.members):
+            inside = self.box(member) if isinstance(member, BoxShape) else [self.leaf(member)]
+            for line in inside:
+                yield f"  {line}"
+        for pin in box.pins:
+            for line in self.pin(pin):
+                yield f"  {line}"
+        yield "end"
+        yield f"class {name} {'sequence' if box.mode == 'states' else 'parallel'}"
+
+    def leaf(self, shape: LeafShape | TableShape) -> str:
+        kind = shape.kind if isinstance(shape, LeafShape) else "table"
+        return f'{self.name(shape.path)}("{"<br/>".join(_lines(shape))}"):::{kind}'
+
+    def pin(self, pin: Pin) -> Iterator[str]:
+        lines = (_outcomes(pin.labels), *(_small(note) for note in pin.notes))
+        name, shown = self.name(pin.id), "<br/>".join(lines)
+        yield f'{name}["{shown}"]:::pin' if pin.path else f'{name}(["{shown}"]):::outcome'
+        if pin.cause == "error":
+            yield f"class {name} error"
+
+    def beginnings(self) -> Iterator[str]:
+        for box in self.shown.root.boxes():
+            if box.start:
+                yield f"  {self.name(box.start)} --> {self.end(box.members[0].path)}"
+
+    def edge(self, edge: Edge) -> str:
+        line = "-->" if edge.arrow else "---"
+        shown = f'|"{_outcomes(edge.labels)}"|' if edge.labels else ""
+        return f"  {self.name(edge.tail)} {line}{shown} {self.end(edge.head)}"
+
+    def end(self, shape: str) -> str:
+        return self.names.get(f"{shape}/") or self.name(shape)
+
+
+def _lines(shape: LeafShape | TableShape) -> Iterator[str]:
+    """A leaf's name and notes, or a table's with its rows; then how it ends its container."""
+    if isinstance(shape, LeafShape):
+        yield f"<b>{_text(shape.name)}</b>"
+        yield from map(_small, shape.notes)
+    else:
+        yield f"<b>{_text(shape.name)}</b> {shape.mode}"
+        yield from map(_small, shape.notes)
+        for row in shape.rows:
+            yield from _row_lines(row)
+        yield from map(_small, shape.rules)
+    yield from map(_ending, shape.endings)
+
+
+def _row_lines(row: LeafShape | TableShape) -> Iterator[str]:
+    if isinstance(row, TableShape):
+        yield from _lines(row)
+        return
+    target, *notes = row.notes
+    yield f"<b>{_text(row.name)}</b> {_small(target)}"
+    if notes:
+        yield _small(", ".join(notes))
+    yield from map(_ending, row.endings)
+
+
+def _ending(ending: Ending) -> str:
+    if all(label.text == ending.outcome for label in ending.labels):
+        return f"→ {_text(ending.outcome)}"
+    return f"{_outcomes(ending.labels)} → {_text(ending.outcome)}"
+
+
+def _outcomes(labels: Iterable[OutcomeLabel]) -> str:
+    return " #124; ".join(_text(label.text) for label in labels)
+
+
+def _small(note: str) -> str:
+    return f"<small>{_text(note)}</small>"
+
+
+def _text(text: str) -> str:
+    """`text` with all characters encoded that have a meaning in Mermaid or HTML."""
+    return "".join(c if c.isalnum() or c in " _.,:/" else f"#{ord(c)};" for c in text) or " "

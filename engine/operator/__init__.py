@@ -1,0 +1,1 @@
+"""What an operator can do to a run: stop, pause, force, lock, replace."""

@@ -1,0 +1,1 @@
+"""One run of a chart: ticks, entering and leaving, waiting, the trace."""

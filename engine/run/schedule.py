@@ -1,0 +1,90 @@
+"""What is due next in a run, and which ticks may be left out (rule 13)."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Protocol
+
+from engine.machine.node import WAITING, BoxNode
+from engine.run.command import Command
+from engine.run.life import Life
+from engine.run.run_queue import RunQueue
+from engine.run.wake_up import still_heard
+from engine.signals.board import Board
+from engine.state import NEVER_NS
+
+
+class Scheduled(Protocol):
+    """What a schedule asks of its run."""
+
+    board: Board
+    life: Life
+    queue: RunQueue
+    commands: deque[Command]
+    over: bool
+    paused: bool
+
+
+class Schedule:
+    """When a run needs its next tick."""
+
+    __slots__ = ("_rests", "_run")
+
+    def __init__(self, run: Scheduled) -> None:
+        self._run = run
+        self._rests = (-1, 0)  # a tick, and until when nothing is due after it, ns
+
+    def wants_news(self) -> bool:
+        """Whether news has arrived that a state waits for, so that a tick should be added."""
+        run = self._run
+        if run.paused or run.over:
+            return False
+        arrived = run.board.arrived()
+        return any(node.wake and node.mask & arrived for node in run.queue.nodes)
+
+    def next_deadline(self) -> int:
+        """The run time of the first timeout, ns; `NEVER_NS` if there is none."""
+        run = self._run
+        if run.paused or run.over:
+            return NEVER_NS
+        return min(run.life.first_deadline() + run.board.paused_ns, NEVER_NS)
+
+    def leave_out(self, now: int) -> bool:
+        """Let an instant of the grid, ns, pass without a tick if nothing is due or news.
+
+        True: it has passed, and the samples that had arrived are taken. False: it needs its tick.
+        """
+        run = self._run
+        if run.commands or run.life.interrupt is not None:
+            return False
+        if self._rests[0] != run.board.ticks or now >= self._rests[1]:
+            self._rests = run.board.ticks, self._due_inside()
+        return now < self._rests[1] and run.board.rest(now)
+
+    def next_due(self) -> int:
+        """The first run time, ns, at which a tick has something to do if nothing arrives before.
+
+        Rule 13: earlier ticks change nothing and may be left out, unless a sample or a command
+        arrives. If it is not after the current instant, the next tick is needed; if `NEVER_NS`,
+        none is.
+        """
+        run = self._run
+        if not run.over and (run.commands or run.board.inbox):
+            return run.board.now
+        return self._due_inside()
+
+    def _due_inside(self) -> int:
+        run = self._run
+        board = run.board
+        if run.over or run.paused:
+            return NEVER_NS
+        if run.queue.put_off:
+            return board.now
+        due = run.life.first_deadline()
+        for node in run.queue.nodes:
+            if node.wake:
+                still_heard(node, board)
+                due = min(due, node.wake)
+            elif node.status != WAITING and (not isinstance(node, BoxNode) or node.news):
+                return board.now
+        return min(due + board.paused_ns, NEVER_NS)

@@ -1,0 +1,1 @@
+"""Which driver serves which part of a robot: connection files."""

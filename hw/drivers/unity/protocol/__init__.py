@@ -1,0 +1,1 @@
+"""The ROS-TCP-Connector protocol as bytes, messages, topics and sessions."""

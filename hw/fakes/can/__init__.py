@@ -1,0 +1,1 @@
+"""Fake CAN nodes: wheel drives and a bumper board on a virtual bus."""

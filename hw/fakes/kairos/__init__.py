@@ -1,0 +1,1 @@
+"""A fake RB-KAIROS behind a rosbridge server."""

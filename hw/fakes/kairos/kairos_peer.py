@@ -1,0 +1,39 @@
+"""The fake RB-KAIROS as a peer of a connection.
+
+peers:
+  kairos: {driver: "hw.fakes.kairos.kairos_peer:Kairos", host: loopback, port: 9090, tells: world}
+"""
+
+from __future__ import annotations
+
+from hw.connection.connection import RunInfo
+from hw.fakes.peer import Peer
+from hw.ipc.datagrams import Hearer
+
+
+class Kairos(Peer):
+    """A fake RB-KAIROS in a process of its own; `kairos_process` describes its faults.
+
+    `tells` is the world that its wheels move; without one it drives in a plane of its own. Its
+    scanners are mounted `upside_down`, like the real ones, or not; `stop` is the topic that tells
+    of its emergency stop.
+    """
+
+    sources = ("drives", "scanners")
+
+    def __init__(
+        self,
+        host: str,
+        opening: RunInfo,
+        port: int = 9090,
+        ros: int = 1,
+        upside_down: bool = False,
+        stop: str = "robotnik_base_hw/emergency_stop",
+        tells: Hearer | None = None,
+    ) -> None:
+        base = opening.body.base
+        settings = {
+            "host": host, "port": port, "ros": ros, "upside_down": upside_down, "stop": stop,
+            "radius": base.wheel_radius, "lever": base.half_wheelbase + base.half_track,
+        }  # fmt: skip
+        super().__init__("hw.fakes.kairos.kairos_process", settings, tells, "the fake RB-KAIROS")

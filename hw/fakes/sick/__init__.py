@@ -1,0 +1,1 @@
+"""Fake safety laser scanners."""

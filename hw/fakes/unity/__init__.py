@@ -1,0 +1,1 @@
+"""A fake VR application that speaks the ROS-TCP-Connector protocol."""

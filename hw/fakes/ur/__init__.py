@@ -1,0 +1,1 @@
+"""A fake UR controller (CB3) with RTDE."""

@@ -1,1 +1,0 @@
-"""Child processes that end with their parent, and datagrams between processes."""

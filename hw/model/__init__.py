@@ -1,0 +1,1 @@
+"""What files say about a robot: base, arm, prop, sensors, trackers, calibration."""

@@ -1,0 +1,245 @@
+"""Jointed arms, one file each: kinematics, limits, masses and shape as their maker states them.
+
+arm: ur5e
+about: UR5e (e-series)
+source: where the numbers come from, with version
+payload: 5 kg
+dh: {d1: 0.1625, a2: -0.425, a3: -0.3922, d4: 0.1333, d5: 0.0997, d6: 0.0996}
+joints:    # six, shoulder first
+  shoulder_pan_joint: {lower: -360 deg, upper: 360 deg, speed: 180 deg/s, torque: 150 Nm}
+masses:    # of the moving links: centre of mass and inertia about it, in the link's frame
+  shoulder: {mass: 3.761, center: [0, -0.00193, -0.02561], inertia: [0.01, 0.01, 0.007, 0, 0, 0]}
+capsules:  # around the maker's meshes, in the frames of the links
+  - {link: base, start: [0, 0, 0.01], end: [0, 0, 0.09], radius: 0.08}
+apart:     # links, or `part`s of them, that cannot touch at any joint angles
+  - [base, upper_arm]
+
+Link frames are those of `states.arm.kinematics.model`. What stands under the arm is in the robot
+file.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal, get_args
+
+from engine.files.declared.item import Fault, Item, find_file, load_yaml
+from engine.files.declared.named import known_files
+from engine.files.declared.records import Name, record
+from engine.files.declared.units import AngularSpeed, Length, Mass, Torque
+from engine.files.declared.values import Range, above_0
+from engine.files.finding import did_you_mean
+from hw.model.prop import JOINTS, Capsule, Placement, Point3, Radius, Six
+from hw.places import AnyAngle
+
+FOLDER = Path(__file__).parent.parent / "arms"
+LinkName = Literal["base", "shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"]
+LINKS: tuple[LinkName, ...] = get_args(LinkName)
+SPAN_SLACK = 0.03
+"""How far capsules may end before or beyond the joints that their link connects, plus radius, m."""
+ALIKE = 0.005
+"""Lengths that differ by less are of one arm, m; calibrations differ by up to 3 mm."""
+ALIKE_TURN = 0.05
+"""Joints of calibrated chains are turned by less from the nominal ones, rad; by up to 8 mrad."""
+
+JointSpeed = Annotated[AngularSpeed, Range(0.01, 20.0)]
+_Inertia = Annotated[float, Range(-1000.0, 1000.0)]
+_DhLength = Annotated[Length, Range(-5.0, 5.0)]
+
+
+@dataclass(frozen=True, slots=True)
+class Dh:
+    """The six lengths of a UR arm, m (Denavit-Hartenberg; a2 and a3 are negative)."""
+
+    d1: _DhLength
+    a2: _DhLength
+    a3: _DhLength
+    d4: _DhLength
+    d5: _DhLength
+    d6: _DhLength
+
+    def placements(self) -> tuple[Placement, ...]:
+        """Frame of each joint in the link before it, at zero angles."""
+        quarter = 0.5 * math.pi
+        return (
+            Placement((0.0, 0.0, self.d1)),
+            Placement(rpy=(quarter, 0.0, 0.0)),
+            Placement((self.a2, 0.0, 0.0)),
+            Placement((self.a3, 0.0, self.d4)),
+            Placement((0.0, -self.d5, 0.0), (quarter, 0.0, 0.0)),
+            Placement((0.0, self.d6, 0.0), (-quarter, 0.0, 0.0)),
+        )
+
+    def difference(self, other: Dh) -> float:
+        """The largest difference of the lengths that a description shows: a2, a3, d4, d5; m."""
+        pairs = ((self.a2, other.a2), (self.a3, other.a3), (self.d4, other.d4), (self.d5, other.d5))
+        return max(abs(a - b) for a, b in pairs)
+
+    def misfit(self, chain: Sequence[Placement]) -> str | None:
+        """Why a calibrated chain is not one of an arm with these lengths; None if it is."""
+        for n, (own, other) in enumerate(zip(self.placements(), chain, strict=True), start=1):
+            nominal, measured = own.pose(), other.pose()
+            off, turned = nominal.distance_to(measured), nominal.angle_to(measured)
+            if off > ALIKE:
+                return f"its joint {n} is {off * 1e3:.0f} mm off"
+            if turned > ALIKE_TURN:
+                return f"its joint {n} is turned by {turned:.2f} rad"
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class LinkMass:
+    """Mass of a link, kg, its centre in the link's frame, m, and its inertia about it, kg m2.
+
+    The inertia is ixx, iyy, izz, ixy, ixz, iyz along the axes of the link's frame.
+    """
+
+    mass: Annotated[Mass, Range(0.0, 500.0)]
+    center: Point3
+    inertia: tuple[_Inertia, _Inertia, _Inertia, _Inertia, _Inertia, _Inertia]
+
+
+@dataclass(frozen=True, slots=True)
+class ArmShape:
+    """A UR-like arm as its file describes it; rad/s and Nm per joint, shoulder first.
+
+    `apart` names pairs of links or parts that cannot touch at any joint angles; neighbours are
+    never checked. `masses` are those of the six moving links; empty if the file has none.
+    """
+
+    name: str
+    about: str
+    source: str
+    payload: float
+    joints: tuple[str, ...]
+    dh: Dh
+    lower: Six
+    upper: Six
+    max_speed: Six
+    max_torque: Six
+    capsules: tuple[Capsule, ...]
+    apart: tuple[tuple[str, str], ...]
+    masses: tuple[LinkMass, ...] = ()
+
+
+def arm_names() -> tuple[str, ...]:
+    """Names of the shipped arms and of the project's own."""
+    return tuple(known_files(FOLDER, "arm"))
+
+
+def load_arm(name_or_path: str | Path = "ur10") -> ArmShape:
+    """An arm by name or by file.
+
+    Raises:
+        FileError: every mistake in it, with file, line, column and what would be right.
+    """
+    return load_yaml(find_file(str(name_or_path), FOLDER, "arm"), arm_from)
+
+
+def nearest_arm(dh: Dh) -> ArmShape:
+    """The known arm whose lengths are nearest to these."""
+    return min(map(load_arm, arm_names()), key=lambda arm: dh.difference(arm.dh))
+
+
+def arms_of(chain: Sequence[Placement]) -> list[str]:
+    """The names of the known arms of which a calibrated chain may be."""
+    return [name for name in arm_names() if load_arm(name).dh.misfit(chain) is None]
+
+
+@dataclass(frozen=True, slots=True)
+class _Joint:
+    lower: AnyAngle
+    upper: AnyAngle
+    speed: JointSpeed
+    torque: Annotated[Torque, above_0(10_000.0)]
+
+    def faults(self) -> Iterator[Fault]:
+        if not self.lower < self.upper:
+            yield "upper", f"{self.upper:g} is not above the lower limit {self.lower:g}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Capsule:
+    link: LinkName
+    start: Point3
+    end: Point3
+    radius: Radius
+    part: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Arm:
+    arm: Name
+    payload: Annotated[Mass, Range(0.0, 500.0)]
+    dh: Dh
+    joints: Mapping[str, _Joint]
+    capsules: tuple[_Capsule, ...]
+    masses: Mapping[str, LinkMass]
+    about: str = ""
+    source: str = ""
+    apart: tuple[tuple[str, str], ...] = ()
+
+    def faults(self) -> Iterator[Fault]:
+        if len(self.joints) != JOINTS:
+            yield "joints", f"needs {JOINTS} joints, has {len(self.joints)}"
+        if tuple(self.masses) not in ((), LINKS[1:]):
+            yield "masses", f"needs the moving links in their order: {', '.join(LINKS[1:])}"
+        known = (*LINKS, *(capsule.part for capsule in self.capsules if capsule.part))
+        for n, pair in enumerate(self.apart):
+            for m, part in enumerate(pair):
+                if part not in known:
+                    yield f"apart.{n}.{m}", f"no link or part {part!r}; {did_you_mean(part, known)}"
+        yield from self._short()
+
+    def _short(self) -> Iterator[Fault]:
+        """Upper arm and forearm whose capsules do not span the distance between their joints."""
+        for link, key, length in (("upper_arm", "a2", self.dh.a2), ("forearm", "a3", self.dh.a3)):
+            own = [c for c in self.capsules if c.link == link]
+            if not own:
+                yield "capsules", f"{link} has none"
+                continue
+            reach = max(max(-c.start[0], -c.end[0]) + c.radius for c in own)
+            thick = max(c.radius for c in own)
+            if not abs(length) <= reach <= abs(length) + thick + SPAN_SLACK:
+                yield (
+                    f"dh.{key}",
+                    f"{length:g}, but the capsules of {link} reach to {-reach:.3f}: these are not "
+                    "lengths and shape of one arm",
+                )
+
+
+def arm_from(item: Item) -> ArmShape:
+    """An arm from a mapping as in its file.
+
+    Raises:
+        FileError: every mistake in it, with file, line, column and what would be right.
+    """
+    read = record(item, _Arm)
+    joints = read.joints.values()
+    return ArmShape(
+        name=read.arm,
+        about=read.about,
+        source=read.source,
+        payload=read.payload,
+        joints=tuple(read.joints),
+        dh=read.dh,
+        lower=six(joint.lower for joint in joints),
+        upper=six(joint.upper for joint in joints),
+        max_speed=six(joint.speed for joint in joints),
+        max_torque=six(joint.torque for joint in joints),
+        capsules=tuple(
+            Capsule(LINKS.index(c.link), c.part or c.link, c.start, c.end, c.radius)
+            for c in read.capsules
+        ),
+        apart=read.apart,
+        masses=tuple(read.masses.values()),
+    )
+
+
+def six(values: Iterable[float]) -> Six:
+    """Six values, one per joint, shoulder first."""
+    a, b, c, d, e, f = values
+    return a, b, c, d, e, f

@@ -1,0 +1,35 @@
+"""The measured kinematic chain of one robot's arm, from its manufacturer's calibration.
+
+A file has `calibration`, its name, `about`, which robot it is, and `chain`: for each of six joints,
+shoulder first, the joint's frame in the link before it, `{xyz: [0, 0, 0.1279], rpy: [0, 0, 0]}`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from engine.files.declared.item import find_file, load_yaml
+from engine.files.declared.records import Name, record
+from engine.files.declared.values import Count
+from hw.model.prop import JOINTS, Placement
+
+FOLDER = Path(__file__).parent.parent / "calibrations"
+
+
+@dataclass(frozen=True, slots=True)
+class _Calibration:
+    calibration: Name
+    chain: Annotated[tuple[Placement, ...], Count(JOINTS, JOINTS)]
+    about: str = ""
+
+
+def load_calibration(name_or_path: str | Path = "robotnik_ur10") -> tuple[Placement, ...]:
+    """The calibrated chain of one robot, by name or by file.
+
+    Raises:
+        FileError: every mistake in it, with file, line, column and a suggestion.
+    """
+    path = find_file(str(name_or_path), FOLDER, "calibration")
+    return load_yaml(path, lambda item: record(item, _Calibration)).chain

@@ -1,0 +1,1 @@
+"""People who walk by themselves: scripts, pedestrians, wanderers, and their manners."""

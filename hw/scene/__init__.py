@@ -1,0 +1,1 @@
+"""The world of a run: room, zones, objects, and the scene file that joins them."""

@@ -1,0 +1,224 @@
+"""Scenes: the room, the starts of robot and person, and the robot's parking spots.
+
+A scene file gives its room by polygons or by the name of another scene:
+
+    scene: study
+    about: what it is good for
+    room: lab_a                          # or outer, walls, columns, tracked_area as lists of [x, y]
+    robot: {file: rbkairos_ur10, start: {x: 3.0, y: 5.0, yaw: 0.0}}
+    user: {source: study, start: {x: 6.0, y: 5.0, yaw: 3.1}}
+    parking: {corner: {x: 1.15, y: 1.15, yaw: 0.785}}
+    touchable: [{from: [3.0, 4.5], to: [6.0, 4.5], low: 0.0, high: 2.0}]
+    tracking: area                       # of the person: only in the room's tracked_area
+    calibration: lab.yaml                # of the tracking system, from `cobodeck calibrate`
+    objects: [{kind: chair, at: [3.0, 4.0], appears: 12 s}]
+    zones:
+      keepout: [[[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]]
+      speed: [{area: [[4.0, 1.0], [6.0, 1.0], [5.0, 3.0]], limit: 0.5 m/s}]
+
+Metres and radians unless a unit is given (`780 cm`, `90 deg`). `user.source` is a script of
+`hw/users` or a recording, the default of `--user`; paths are relative to the scene's folder.
+`touchable` are surfaces that only the user sees (`people/interaction.py`), `objects` are missing in
+maps (`things.py`), `zones` restrict the robot (`zones.py`). These, `user`, `parking` and the lists
+in `room` except `outer` are optional.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Literal
+
+from engine.files.declared.item import Fault, Item, find_file, load_yaml
+from engine.files.declared.named import YAML, known_files
+from engine.files.declared.records import Name, record
+from engine.files.declared.units import Length
+from engine.files.declared.values import Range
+from engine.files.text import is_file
+from hw.geometry import Pose2
+from hw.model.tracking_file import TrackingFile, load_tracking
+from hw.places import PlanePoint, Pose
+from hw.scene.objects import Thing
+from hw.scene.room import MIN_WIDTH, Room
+from hw.scene.surface import Surface
+from hw.scene.zones import NO_ZONES, Zones
+
+FOLDER = Path(__file__).parent.parent / "scenes"
+
+Tracked = Literal["everywhere", "area"]
+"""Where the person is tracked: in the whole room, or only in its tracked area (R6)."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A checked scene; poses are map_from_base of the robot and of the person's body.
+
+    `robot` and `user` are names, or paths relative to the working directory; in the file they are
+    relative to its `folder`.
+    """
+
+    name: str
+    about: str
+    room: Room
+    robot: str
+    robot_start: Pose2
+    user: str | None = None
+    user_start: Pose2 | None = None
+    parking: tuple[tuple[str, Pose2], ...] = ()
+    touchable: tuple[Surface, ...] = ()
+    objects: tuple[Thing, ...] = ()
+    zones: Zones = NO_ZONES
+    tracking: Tracked = "everywhere"
+    calibration: TrackingFile | None = None
+    folder: Path | None = field(default=None, repr=False, compare=False)
+
+    def parking_spot(self, name: str) -> Pose2:
+        """A parking spot by name.
+
+        Raises:
+            KeyError: the scene has no such spot; the text lists those it has.
+        """
+        spots = dict(self.parking)
+        if name not in spots:
+            raise KeyError(f"scene {self.name}: no parking spot '{name}'; has {', '.join(spots)}")
+        return spots[name]
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of the scene's content, independent of the layout of its file."""
+        robot = self.robot.removeprefix(f"{self.folder}/")
+        user = self.user and self.user.removeprefix(f"{self.folder}/")
+        return hashlib.sha256(repr(replace(self, robot=robot, user=user)).encode()).hexdigest()
+
+
+def scene_names() -> tuple[str, ...]:
+    """Names of the shipped scenes and of the project's own."""
+    return tuple(known_files(FOLDER, "scene"))
+
+
+def load_scene(name_or_path: str | Path) -> Scene:
+    """A scene by name or by file.
+
+    Raises:
+        FileError: every mistake in it, with file, line, column and a suggestion.
+    """
+    return load_yaml(find_file(str(name_or_path), FOLDER, "scene"), scene_from)
+
+
+Named = Annotated[str, Item.target]
+
+
+@dataclass(frozen=True, slots=True)
+class _Robot:
+    start: Pose
+    file: Named = "rbkairos_ur10"
+
+
+@dataclass(frozen=True, slots=True)
+class _User:
+    source: Named | None = None
+    start: Pose | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Surface:
+    from_: PlanePoint
+    to: PlanePoint
+    low: Annotated[Length, Range(0.0, 100.0)] = 0.0
+    high: Annotated[Length, Range(0.0, 100.0)] = 2.0
+
+    def faults(self) -> Iterator[Fault]:
+        if math.dist(self.from_, self.to) < MIN_WIDTH:
+            yield "to", "the surface has no length; 'from' and 'to' must be two places"
+        if self.low > self.high:
+            yield (
+                "low",
+                f"reaches from {self.low:g} m up to {self.high:g} m; 'low' must be below 'high'",
+            )
+
+
+def _room(item: Item) -> Room:
+    """The room as polygons, or that of another scene."""
+    if not isinstance(item.value, str):
+        return record(item, Room)
+    beside = (item.folder / f"{item.value}{ending}" for ending in YAML)
+    named = next((str(file) for file in beside if is_file(file)), None) or item.target()
+
+    def own(other: Item) -> Room:
+        if isinstance(other.inner("room").value, str):
+            raise item.error("is taken from a scene that takes its own from another; name that one")
+        return record(other, _Scene).room
+
+    return item.refer(lambda: load_yaml(find_file(named, FOLDER, "scene"), own))
+
+
+def _calibration(item: Item) -> TrackingFile:
+    """The tracking system of the room, by name or file."""
+    return item.refer(lambda: load_tracking(item.target()))
+
+
+@dataclass(frozen=True, slots=True)
+class _Scene:
+    scene: Name
+    room: Annotated[Room, _room]
+    robot: _Robot
+    about: str = ""
+    user: _User = _User()
+    parking: Mapping[str, Pose] = field(default_factory=dict)
+    touchable: tuple[_Surface, ...] = ()
+    objects: tuple[Thing, ...] = ()
+    zones: Zones = NO_ZONES
+    tracking: Tracked = "everywhere"
+    calibration: Annotated[TrackingFile, _calibration] | None = None
+
+    def faults(self) -> Iterator[Fault]:
+        if self.tracking == "area" and self.room.tracked_area is None:
+            yield "tracking", "the room has no tracked_area to be tracked in"
+        poses = {"robot.start": self.robot.start}
+        if self.user.start is not None:
+            poses["user.start"] = self.user.start
+        poses |= {f"parking.{name}": pose for name, pose in self.parking.items()}
+        x_low, y_low, x_high, y_high = self.room.bounds
+        for key, pose in poses.items():
+            if not self.room.is_free(pose.x, pose.y):
+                yield (
+                    key,
+                    f"({pose.x:g}, {pose.y:g}) is not on the free floor; the room reaches from "
+                    f"({x_low:g}, {y_low:g}) to ({x_high:g}, {y_high:g})",
+                )
+        for key, pose in poses.items():
+            if key != "user.start" and self.zones.keeps_out(pose.x, pose.y):
+                yield key, f"({pose.x:g}, {pose.y:g}) is in a zone that the robot keeps out of"
+        for n, thing in enumerate(self.objects):
+            for x, y in (thing.at, *thing.walks):
+                if not self.room.is_free(x, y):
+                    yield f"objects.{n}", f"({x:g}, {y:g}) is not on the free floor"
+
+
+def scene_from(item: Item) -> Scene:
+    """A scene from a mapping as in its file.
+
+    Raises:
+        FileError: every mistake in it.
+    """
+    read = record(item, _Scene)
+    return Scene(
+        name=read.scene,
+        about=read.about,
+        room=read.room,
+        robot=read.robot.file,
+        robot_start=read.robot.start,
+        user=read.user.source,
+        user_start=read.user.start,
+        parking=tuple(read.parking.items()),
+        touchable=tuple(Surface(s.from_, s.to, s.low, s.high) for s in read.touchable),
+        objects=read.objects,
+        zones=read.zones,
+        tracking=read.tracking,
+        calibration=read.calibration,
+        folder=item.folder,
+    )

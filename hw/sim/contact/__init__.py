@@ -1,0 +1,1 @@
+"""Who touches whom in the simulated world, and how fast both were."""

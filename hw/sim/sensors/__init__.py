@@ -1,0 +1,1 @@
+"""Simulated sensors: what is measured, how late, and how wrong."""

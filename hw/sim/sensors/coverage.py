@@ -1,0 +1,159 @@
+"""Visibility of a device from base stations in the corners of the tracked area (R6, R31, R32)."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hw.jit import compiled
+from hw.model.sensor_errors import ViveErrors
+from hw.scene.room import Room, edges
+from hw.sim.sensors.scanned_shapes import Shapes
+
+Floats = NDArray[np.float64]
+_END = 1e-6
+"""Share at both ends of a line of sight where walls do not block: stations hang on walls."""
+
+
+class Column(NamedTuple):
+    """An upright cylinder that blocks lines of sight: x, y, radius, height above the floor, m."""
+
+    x: float
+    y: float
+    radius: float
+    height: float
+
+
+NOTHING = Column(0.0, 0.0, 0.0, 0.0)
+
+
+class Coverage:
+    """Lines of sight past walls, which reach to the ceiling, and past bodies, which do not.
+
+    Without a room a device is visible everywhere. Without a tracked area the stations hang in the
+    corners of the room, and no place is near a border.
+    """
+
+    def __init__(self, room: Room | None, shapes: Shapes, errors: ViveErrors) -> None:
+        self._shapes, self._least = shapes, 0 if room is None else errors.stations
+        area = None if room is None else room.tracked_area
+        self._border = np.array([] if area is None else edges(area)).reshape(-1, 4)
+        self._stations = np.empty((0, 3))
+        if room is not None:
+            xs, ys = zip(*(area or room.outer), strict=True)
+            corners = [(x, y) for x in (min(xs), max(xs)) for y in (min(ys), max(ys))]
+            self._stations = np.array([(*corner, errors.station_height) for corner in corners])
+
+    def of(
+        self, x: float, y: float, z: float, time_ns: int, also: Column = NOTHING
+    ) -> tuple[bool, float]:
+        """Whether enough stations see this place (m), and its distance to the area's border, m.
+
+        `also` blocks lines of sight in addition to the bodies that are there.
+        """
+        cylinders, segments = self._shapes.cylinders(time_ns), self._shapes.segments
+        inside, border = within(x, y, self._border)
+        if not inside:
+            return False, border
+        count = count_seeing(x, y, z, self._stations, segments, cylinders, also)
+        return count >= self._least, border
+
+
+@compiled
+def count_seeing(
+    x: float,
+    y: float,
+    z: float,
+    stations: Floats,
+    segments: Floats,
+    cylinders: Floats,
+    also: Column,
+) -> int:
+    """Number of stations that see a place, m in the map.
+
+    Args:
+        x: of the place; y likewise.
+        y: see x.
+        z: its height.
+        stations: (k, 3).
+        segments: (s, 4) walls, x1, y1, x2, y2.
+        cylinders: (n, 4) x, y, radius, height; one around the place blocks nothing.
+        also: one more cylinder.
+    """
+    count = 0
+    for k in range(stations.shape[0]):
+        dx, dy, dz = stations[k, 0] - x, stations[k, 1] - y, stations[k, 2] - z
+        hidden = _walled(x, y, dx, dy, segments)
+        hidden = hidden or _hidden(x, y, z, dx, dy, dz, also[0], also[1], also[2], also[3])
+        for n in range(cylinders.shape[0]):
+            if hidden:
+                break
+            cx, cy, radius, height = cylinders[n]
+            hidden = _hidden(x, y, z, dx, dy, dz, cx, cy, radius, height)
+        count += not hidden
+    return count
+
+
+@compiled
+def _walled(x: float, y: float, dx: float, dy: float, segments: Floats) -> bool:
+    for k in range(segments.shape[0]):
+        ax, ay = segments[k, 0] - x, segments[k, 1] - y
+        ex, ey = segments[k, 2] - segments[k, 0], segments[k, 3] - segments[k, 1]
+        across = dx * ey - dy * ex
+        if across == 0.0:
+            continue
+        share = (ax * ey - ay * ex) / across
+        along = (ax * dy - ay * dx) / across
+        if _END < share < 1.0 - _END and 0.0 <= along <= 1.0:
+            return True
+    return False
+
+
+@compiled
+def _hidden(  # noqa: PLR0913 - plain numbers are what a kernel takes at once
+    x: float,
+    y: float,
+    z: float,
+    dx: float,
+    dy: float,
+    dz: float,
+    cx: float,
+    cy: float,
+    radius: float,
+    height: float,
+) -> bool:
+    square, ax, ay = dx * dx + dy * dy, cx - x, cy - y
+    outside = ax * ax + ay * ay - radius * radius
+    along = ax * dx + ay * dy
+    root = along * along - square * outside
+    if outside <= 0.0 or along <= 0.0 or root <= 0.0:
+        return False
+    share = (along - math.sqrt(root)) / square  # the line rises: lowest where it enters
+    return share < 1.0 and z + share * dz < height
+
+
+@compiled
+def within(x: float, y: float, border: Floats) -> tuple[bool, float]:
+    """Whether a place is inside a ring of (n, 4) sides, and its distance to the nearest, m.
+
+    Without sides: inside, at infinite distance.
+    """
+    least, inside = math.inf, border.shape[0] == 0
+    for k in range(border.shape[0]):
+        x1, y1, x2, y2 = border[k]
+        if (y1 > y) != (y2 > y) and x < x1 + (y - y1) * (x2 - x1) / (y2 - y1):
+            inside = not inside
+        ex, ey = x2 - x1, y2 - y1
+        along = ((x - x1) * ex + (y - y1) * ey) / (ex * ex + ey * ey)
+        along = min(1.0, max(0.0, along))
+        least = min(least, math.hypot(x - x1 - along * ex, y - y1 - along * ey))
+    return inside, least
+
+
+def warm_up() -> None:
+    """Compile the kernels before a run."""
+    count_seeing(0.0, 0.0, 0.0, np.ones((1, 3)), np.ones((1, 4)), np.ones((1, 4)), NOTHING)
+    within(0.0, 0.0, np.arange(4.0).reshape(1, 4))

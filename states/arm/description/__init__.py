@@ -1,0 +1,1 @@
+"""Arms read from URDF and from robot files."""

@@ -1,0 +1,282 @@
+"""Collision checks of the arm with itself, the rover, the floor, walls and people (R43, R46).
+
+Capsules enclose the maker's meshes, so what they call free is free; the price is that about one
+free pose in six counts as a collision. Distances are never overestimated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hw.geometry import Pose2
+from hw.model.prop import Capsule, Point3
+from states.arm.kinematics.kernels import (
+    SEEN,
+    ArmObstacles,
+    Array,
+    CapsuleSet,
+    Integers,
+    gaps,
+    meets_disc,
+    place_capsules,
+    sweep,
+)
+from states.arm.kinematics.kinematics import KinematicChain
+from states.arm.kinematics.model import LINKS, Manipulator
+
+MARGIN = 0.005
+"""Clearance kept to everything at each check, m; between two checks half of it is kept."""
+
+OUTSIDE = "surroundings"
+"""What `tightest` calls all that is not the arm: rover, floor, room and people."""
+
+UPPER_ARM = LINKS.index("upper_arm")
+_ROOM_HEIGHT = 3.0
+
+Wall = tuple[float, float, float, float]
+"""The edge x1, y1, x2, y2 of an upright wall in the map, m."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """An upright cylinder, such as a person (R23), standing on the floor; m."""
+
+    x: float
+    y: float
+    radius: float
+    height: float
+
+
+@dataclass(frozen=True, slots=True)
+class Limb:
+    """A capsule about the axis from `start` to `end`, m; a ball if they are one point."""
+
+    start: Point3
+    end: Point3
+    radius: float
+
+    def seen_from(self, map_from_rover: Pose2) -> Limb:
+        """A limb of the map in the rover frame."""
+        seen = map_from_rover.inverse()
+        (ax, ay, az), (bx, by, bz) = self.start, self.end
+        return Limb((*seen.transform(ax, ay), az), (*seen.transform(bx, by), bz), self.radius)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Surroundings:
+    """Obstacles around the rover, in the rover frame.
+
+    `walls` (w, 6) are upright rectangles x1, y1, x2, y2, z_low, z_high. The edges of room and
+    columns suffice: an arm that starts outside a column cannot enter it without crossing an edge.
+    `cylinders` (c, 5) are x, y, radius, z_low, z_high.
+    """
+
+    walls: Array
+    cylinders: Array
+    limbs: tuple[Limb, ...] = ()
+
+    @classmethod
+    def empty(cls) -> Surroundings:
+        """Nothing but the floor."""
+        return cls(np.zeros((0, 6)), np.zeros((0, 5)))
+
+    @classmethod
+    def seen_from(
+        cls,
+        map_from_rover: Pose2,
+        walls: Iterable[Wall] = (),
+        cylinders: Iterable[Cylinder] = (),
+        limbs: Iterable[Limb] = (),
+        within: float = SEEN,
+        height: float = _ROOM_HEIGHT,
+    ) -> Surroundings:
+        """Edges (x1, y1, x2, y2) of the map as walls of this height, its cylinders and limbs.
+
+        Walls and cylinders farther than `within` m from the rover's centre are left out.
+        """
+        seen = map_from_rover.inverse()
+        edges = [(*seen.transform(*edge[:2]), *seen.transform(*edge[2:])) for edge in walls]
+        upright = [(*edge, 0.0, height) for edge in edges if _distance(edge) <= within]
+        round_ = [
+            (*seen.transform(c.x, c.y), c.radius, 0.0, c.height)
+            for c in cylinders
+            if map_from_rover.distance_to(Pose2(c.x, c.y)) - c.radius <= within
+        ]
+        bodily = tuple(limb.seen_from(map_from_rover) for limb in limbs)
+        return cls(np.array(upright).reshape(-1, 6), np.array(round_).reshape(-1, 5), bodily)
+
+    @classmethod
+    def in_map(
+        cls,
+        walls: Iterable[Wall],
+        cylinders: Iterable[Cylinder],
+        height: float = _ROOM_HEIGHT,
+    ) -> Surroundings:
+        """Edges and cylinders of the map in the map's own frame, for `kernels.free_from`."""
+        upright = [(*edge, 0.0, height) for edge in walls]
+        round_ = [(c.x, c.y, c.radius, 0.0, c.height) for c in cylinders]
+        return cls(
+            np.array(upright, np.float64).reshape(-1, 6),
+            np.array(round_, np.float64).reshape(-1, 5),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CollisionModel:
+    """The arm's capsules, each with the name of its link or tool."""
+
+    body: CapsuleSet
+    links: tuple[str, ...]
+
+    @classmethod
+    def of(cls, model: Manipulator) -> CollisionModel:
+        """Capsules of arm and tool; pairs on one link, on neighbours or `apart` are not checked."""
+        chain = KinematicChain.of(model)
+        capsules = sorted((*model.capsules, *model.tool.capsules), key=lambda c: c.link)
+        ends = np.array([[c.start, c.end] for c in capsules], dtype=np.float64)
+        body = CapsuleSet(
+            base=chain.base,
+            origins=chain.origins,
+            links=np.array([c.link for c in capsules], dtype=np.int64),
+            ends=ends,
+            radii=np.array([c.radius for c in capsules], dtype=np.float64),
+            pairs=_pairs(capsules, model),
+            reach=_reach(chain, capsules),
+            boxes=np.array([[b.low, b.high] for b in model.body], np.float64).reshape(-1, 2, 3),
+            first=sum(c.link < UPPER_ARM for c in capsules),
+        )
+        return cls(body, tuple(_name(model, c) for c in capsules))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CollisionChecker:
+    """Checks of one arm among fixed obstacles. Joints are (6,) or (n, 6) in rad, gaps in m."""
+
+    model: CollisionModel
+    around: ArmObstacles
+    margin: float = MARGIN
+
+    @classmethod
+    def of(
+        cls, model: CollisionModel, surroundings: Surroundings, margin: float = MARGIN
+    ) -> CollisionChecker:
+        """A checker of a model among these obstacles; the floor is at height 0."""
+        walls, cylinders = (
+            np.ascontiguousarray(a, dtype=np.float64)
+            for a in (surroundings.walls, surroundings.cylinders)
+        )
+        limbs = np.array([(limb.start, limb.end) for limb in surroundings.limbs], np.float64)
+        thickness = np.array([limb.radius for limb in surroundings.limbs], np.float64)
+        around = ArmObstacles(0.0, walls, cylinders, limbs.reshape(-1, 2, 3), thickness)
+        return cls(model, around, margin)
+
+    def clearance(self, joints: ArrayLike) -> Array:
+        """The least gap of each joint set, (n,); negative where something overlaps."""
+        return self._gaps(joints)[0]
+
+    def free(self, joints: ArrayLike) -> NDArray[np.bool_]:
+        """True for joint sets that keep the margin everywhere, (n,)."""
+        return np.asarray(self.clearance(joints) >= self.margin)
+
+    def tightest(self, joints: ArrayLike) -> tuple[float, str, str]:
+        """The least gap of one joint set, and the names of the two parts between which it is."""
+        gap, where = self._gaps(joints)
+        pairs = self.model.body.pairs
+        if where[0] < len(pairs):
+            first, second = (self.model.links[i] for i in pairs[where[0]])
+            return float(gap[0]), first, second
+        return float(gap[0]), self.model.links[where[0] - len(pairs)], OUTSIDE
+
+    def sweep(self, piece: Array, length: float, budget: int = 1_000_000) -> tuple[float, int]:
+        """How far along q(x) = piece[0] + piece[1] x + piece[2] x^2 the arm is free, x <= length.
+
+        Holds between samples too: nowhere is less than half the margin left. Returns the x at
+        which contact comes (`length` if none does) and the number of joint sets checked.
+        """
+        return sweep(self.model.body, self.around, piece, length, self.margin, budget)
+
+    def line_free(self, start: Array, goal: Array) -> bool:
+        """True if the straight joint line is free."""
+        piece = np.array([start, goal - start, np.zeros(6)])
+        return self.sweep(piece, 1.0)[0] >= 1.0
+
+    def _gaps(self, joints: ArrayLike) -> tuple[Array, Integers]:
+        q = np.ascontiguousarray(joints, dtype=np.float64).reshape(-1, 6)
+        found, where = np.empty(len(q)), np.empty(len(q), dtype=np.int64)
+        gaps(self.model.body, self.around, q, found, where)
+        return found, where
+
+
+def outline(model: CollisionModel, joints: ArrayLike) -> tuple[Array, Array]:
+    """The placed capsules: ends (m, 2, 3) of their axes in the rover frame, and radii (m,)."""
+    q = np.ascontiguousarray(joints, dtype=np.float64).reshape(6)
+    ends = np.empty((len(model.links), 2, 3))
+    body = model.body
+    place_capsules(body.base, body.origins, body.links, body.ends, q, np.empty((7, 4, 4)), ends)
+    return ends, model.body.radii
+
+
+def extent(model: CollisionModel, joints: ArrayLike) -> tuple[float, float, float, float]:
+    """How far the arm with its prop reaches ahead, back, left and right of base_link, m."""
+    ends, radii = outline(model, joints)
+    high = (ends[:, :, :2].max(axis=1) + radii[:, None]).max(axis=0)
+    low = (ends[:, :, :2].min(axis=1) - radii[:, None]).min(axis=0)
+    return float(high[0]), float(-low[0]), float(high[1]), float(-low[1])
+
+
+def warm_up(model: CollisionModel) -> None:
+    """Compile what this module needs, so that no control tick does."""
+    checker = CollisionChecker.of(model, Surroundings.empty())
+    checker.clearance(np.zeros(6))
+    checker.line_free(np.zeros(6), np.zeros(6))
+    meets_disc(*outline(model, np.zeros(6)), 1.0, 0.0, 0.5)
+
+
+def _pairs(capsules: list[Capsule], model: Manipulator) -> Integers:
+    found = [
+        (i, j)
+        for j, second in enumerate(capsules)
+        for i, first in enumerate(capsules[:j])
+        if second.link - first.link > 1 and not _apart(model, first, second)
+    ]
+    return np.array(found, dtype=np.int64).reshape(-1, 2)
+
+
+def _apart(model: Manipulator, first: Capsule, second: Capsule) -> bool:
+    names = {first.part, LINKS[first.link]}, {second.part, LINKS[second.link]}
+    if second in model.tool.capsules:  # `apart` was proven for bare links; a tool may be larger
+        return False
+    return any(a in names[0] and b in names[1] for a, b in model.apart)
+
+
+def _reach(chain: KinematicChain, capsules: list[Capsule]) -> Array:
+    """Upper bound (m, 6) on the distance of capsules from each joint's axis: link lengths added."""
+    steps = np.linalg.norm(chain.origins[:, :3, 3], axis=1)
+    reach = np.zeros((len(capsules), 6))
+    for i, capsule in enumerate(capsules):
+        tip = max(math.dist((0.0, 0.0, 0.0), end) for end in (capsule.start, capsule.end))
+        for joint in range(capsule.link):
+            reach[i, joint] = tip + steps[joint + 1 : capsule.link].sum()
+        if capsule.link:  # its own joint: only the distance from the axis counts
+            reach[i, capsule.link - 1] = max(
+                math.hypot(*end[:2]) for end in (capsule.start, capsule.end)
+            )
+    return reach
+
+
+def _name(model: Manipulator, capsule: Capsule) -> str:
+    return model.tool.name if capsule in model.tool.capsules else LINKS[capsule.link]
+
+
+def _distance(edge: tuple[float, float, float, float]) -> float:
+    """Distance of an edge from the rover's centre, m."""
+    x1, y1, x2, y2 = edge
+    square = (x2 - x1) ** 2 + (y2 - y1) ** 2
+    t = 0.0 if square == 0.0 else -(x1 * (x2 - x1) + y1 * (y2 - y1)) / square
+    t = min(max(t, 0.0), 1.0)
+    return math.hypot(x1 + t * (x2 - x1), y1 + t * (y2 - y1))

@@ -1,0 +1,1 @@
+"""Joint paths and their timing under joint, tool and link limits."""

@@ -1,0 +1,1 @@
+"""Collision-free arm motions, and what the arm can reach."""

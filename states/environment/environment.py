@@ -1,0 +1,284 @@
+"""The environment of a run: room, robot, limits, and what is built from them once.
+
+The wiring provides one `Environment` as the constant signal `environment`. It does not change
+during a run; costmaps, planners and distance fields are built when first needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import TYPE_CHECKING
+
+from hw.geometry import Outline, Pose2, Twist2
+from hw.model.robot import MotionLimits, RobotModel
+from hw.model.tracking import Tracking
+from hw.samples import EXACT, Joints, PoseSigma
+from hw.scene.room import Room
+from hw.scene.zones import NO_ZONES, Zones
+from states.environment.extrapolated_state import slowed
+from states.subsystems import SUBSYSTEMS, Localization, Navigation, SubsystemName
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from states.arm.workspace import Workspace
+    from states.localization.estimates import Localizes
+    from states.maps.field import Field
+    from states.maps.occupancy import OccupancyMap
+    from states.navigation.exact.visibility import ExactPlanner
+    from states.navigation.grid.costmap import StaticLayer
+    from states.navigation.grid.layers import Costmaps
+    from states.navigation.grid.scanned_obstacles import Obstacles
+    from states.navigation.grid.scanning import ObstacleEstimator
+    from states.navigation.local.local_planner import LocalPlanner
+    from states.navigation.planner_interfaces import GlobalPlanner
+
+
+@dataclass(frozen=True, eq=False)
+class Environment:
+    """The environment of one run.
+
+    `map` is a scanned map for the planners on costmaps; without one they draw the room's. `period`
+    is the time between ticks, s; `latency` the time until the base receives a tick's command, s.
+    `pose_sigma` is that of measured poses of the base; estimated ones have their own. `user_sigma`,
+    m, and `user_delay`, s, are the standard deviation and the age on arrival of the user's poses.
+    `calibration` is that of the tracking system; None: trackers are where the robot file has them,
+    and the tracking frame is the map. `governor`: the arm, too, slows down near the user.
+    """
+
+    room: Room
+    robot: RobotModel
+    limits: MotionLimits
+    navigation: Navigation
+    period: float = 1.0 / 30.0
+    latency: float = 0.0
+    map: OccupancyMap | None = None
+    pose_sigma: PoseSigma = EXACT
+    user_sigma: float = 0.0
+    user_delay: float = 0.0
+    calibration: Tracking | None = None
+    localization: Localization = "combined"
+    zones: Zones = NO_ZONES
+    governor: bool = True
+
+    @cached_property
+    def _grounds(self) -> dict[float, StaticLayer]:
+        return {}
+
+    def ground(self, resolution: float) -> StaticLayer:
+        """The static layer of map or room on cells of this size, shared by all subsystems."""
+        if resolution not in self._grounds:
+            from states.navigation.grid.layers import ground_of, map_of
+
+            drawn = self.map or map_of(self.room, resolution)
+            walls = self.field if self.map is None else None
+            self._grounds[resolution] = ground_of(drawn, resolution, self.zones.keepout, walls)
+        return self._grounds[resolution]
+
+    @property
+    def user_margin(self) -> float:
+        """How much nearer than tracked the user may be, two standard deviations, m."""
+        return 2.0 * self.user_sigma
+
+    @property
+    def delay(self) -> float:
+        """From what the user does to what the base does about it, by late poses and commands, s."""
+        return self.user_delay + self.latency
+
+    @cached_property
+    def tracking(self) -> Tracking:
+        """Pose of the tracking system in the map, and of its trackers on the robot."""
+        return self.calibration or Tracking.of(self.robot.sensing)
+
+    @cached_property
+    def static_costmaps(self) -> Mapping[SubsystemName, Costmaps]:
+        """Costmaps of each subsystem, from map or room alone."""
+        from states.navigation.grid.layers import costmaps_of
+
+        found = {}
+        for name in SUBSYSTEMS:
+            subsystem = self.navigation.named(name)
+            values = subsystem.costmap
+            found[name] = costmaps_of(self.ground(values.resolution), subsystem.inflation, values)
+        return found
+
+    @cached_property
+    def static_planners(self) -> Mapping[SubsystemName, GlobalPlanner]:
+        """Global planner of each subsystem, from map or room alone, without scanned obstacles.
+
+        States use the signal `<subsystem>.planner` instead.
+        """
+        found: dict[SubsystemName, GlobalPlanner] = {}
+        for name in SUBSYSTEMS:
+            kind = self.navigation.named(name).planner
+            on_cells = kind != "exact"
+            found[name] = (
+                self.static_costmaps[name].planner(kind) if on_cells else self._exact[name]
+            )
+        return found
+
+    @cached_property
+    def _exact(self) -> Mapping[SubsystemName, ExactPlanner]:
+        """Planners `exact` of the subsystems that use it, shared by those of the same inflation."""
+        from states.navigation.exact.visibility import ExactPlanner
+
+        @cache
+        def exact(inflation: float) -> ExactPlanner:
+            outer, obstacles = self.room.outer, (*self.room.obstacles, *self.zones.keepout)
+            return ExactPlanner(outer, obstacles, inflation_radius=inflation)
+
+        used = {name: self.navigation.named(name) for name in SUBSYSTEMS}
+        return {n: exact(s.inflation) for n, s in used.items() if s.planner == "exact"}
+
+    def planner_among(self, name: SubsystemName, obstacles: Obstacles) -> GlobalPlanner:
+        """The global planner of a subsystem with scanned obstacles."""
+        if not obstacles:
+            return self.static_planners[name]
+        from states.navigation.grid.layers import exact_among
+
+        kind = self.navigation.named(name).planner
+        if kind == "exact":
+            return exact_among(self._exact[name], obstacles)
+        return self.costmaps_among(name, obstacles).planner(kind)
+
+    def costmaps_among(self, name: SubsystemName, obstacles: Obstacles) -> Costmaps:
+        """The costmaps of a subsystem with scanned obstacles."""
+        static = self.static_costmaps[name]
+        return static.among(obstacles) if obstacles else static
+
+    def obstacle_estimator(self) -> ObstacleEstimator:
+        """A new estimator of the obstacles that scans show and the map does not; one per run."""
+        from states.navigation.grid.obstacles import ObstacleValues
+        from states.navigation.grid.scanning import ObstacleEstimator, Scanner
+
+        used = [self.navigation.named(name) for name in SUBSYSTEMS]
+        maps = [subsystem.costmap for subsystem in used]
+        ground = self.ground(min(values.resolution for values in maps))
+        reach = max(max(s.inflation, s.costmap.inflation_radius) for s in used)
+        window = ObstacleValues(max(v.width for v in maps), max(v.height for v in maps))
+        scanner = Scanner(self.robot.sensing.mount, self.outline(), self.pose_sigma)
+        return ObstacleEstimator(ground, reach, window, scanner)
+
+    @cached_property
+    def field(self) -> Field:
+        """Distances to the walls: exact in a drawn room, by cells on a scanned map."""
+        from states.maps.field import map_field, room_field
+
+        return room_field(self.room) if self.map is None else map_field(self.map)
+
+    def localizer(self, start: Pose2, seed: int) -> Localizes:
+        """A new localizer with this start pose, map_from_base; one per run."""
+        sensing, tracking = self.robot.sensing, self.tracking
+        if self.localization == "amcl":
+            from states.localization.particle_localizer import ParticleLocalizer
+
+            return ParticleLocalizer(self.field, sensing, tracking, start, seed)
+        from states.localization.localizer import Localizer
+
+        return Localizer(self.field, sensing, tracking, start, seed)
+
+    def driver(
+        self, name: SubsystemName, planner: GlobalPlanner, keeping: SubsystemName | None = None
+    ) -> LocalPlanner:
+        """A new local planner with a subsystem's values; one per drive.
+
+        `keeping` names the subsystem whose distance from walls it keeps; None: its own.
+        """
+        from states.navigation.local.profile_planner import ProfilePlanner
+        from states.navigation.planner_interfaces import Limits, Tolerance
+
+        subsystem, room = self.navigation.named(name), self.room
+        own, base = self.limits, self.robot.base
+        limits = Limits(
+            min(subsystem.max_speed, own.base_speed, base.max_speed),
+            own.base_acceleration,
+            min(own.base_yaw_rate, base.max_yaw_rate),
+            own.base_yaw_acceleration,
+        )
+        tolerance, latency = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance), self.latency
+        kept = self.navigation.named(keeping or name).inflation
+        driver: LocalPlanner
+        if subsystem.local_planner == "profile":
+            driver = ProfilePlanner(planner, limits, tolerance, latency=latency)
+        else:
+            from states.navigation.local.teb_planner import TebPlanner
+
+            walls = (room.outer, *room.obstacles, *self.zones.keepout)
+            driver = TebPlanner(
+                planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
+            )
+        driver.zones = self.zones
+        driver.reach = self.robot.footprint.half_diagonal
+        driver.spare = kept - driver.reach
+        return driver
+
+    def warm_up(self, scanning: bool = True) -> None:
+        """Compile the kernels that the subsystems use, or load them, and build their planners.
+
+        `scanning`: whether scans will arrive.
+        """
+        from states.navigation.local import profile_planner as profile
+
+        profile.warm_up()
+        if scanning:
+            from states.navigation.grid import scanning as scans
+
+            scans.warm_up()
+        used = [self.navigation.named(name) for name in SUBSYSTEMS]
+        if any(subsystem.planner != "exact" for subsystem in used):
+            from states.navigation.grid import grid_planners
+
+            grid_planners.warm_up()
+        if any(subsystem.local_planner == "teb" for subsystem in used):
+            from states.navigation.local import teb_planner
+
+            teb_planner.warm_up()
+        _ = self.static_planners
+
+    def slowed(self, command: Twist2, share: float, name: SubsystemName) -> Twist2:
+        """A subsystem's command scaled to this share of its speed.
+
+        See `states.environment.extrapolated_state`.
+        """
+        if share >= 1.0:
+            return command
+        speed, yaw_rate = self.navigation.named(name).max_speed, self.limits.base_yaw_rate
+        return slowed(command, share, speed, yaw_rate)
+
+    def standstill(self, pose: Pose2, twist: Twist2) -> Pose2:
+        """Where the robot comes to rest if it brakes now: v^2 / 2a ahead; `twist` in base frame."""
+        motion = twist.rotated(pose.yaw)
+        stretch = motion.speed / (2.0 * self.limits.base_acceleration)
+        return Pose2(pose.x + stretch * motion.vx, pose.y + stretch * motion.vy, pose.yaw)
+
+    @cached_property
+    def walls(self) -> NDArray[np.float64]:
+        """The sides of all walls and columns of the room, (n, 4): x1, y1, x2, y2 in m."""
+        import numpy as np
+
+        return np.array(self.room.segments, dtype=np.float64)
+
+    def outline(self, joints: Joints | None = None) -> Outline:
+        """Bounding rectangle of rover and arm at these joints; None: of the rover alone."""
+        footprint = self.robot.footprint
+        half = Outline(*2 * (footprint.half_length,), *2 * (footprint.half_width,))
+        if joints is None or joints == self.robot.parked:
+            return half
+        from states.arm.kinematics.collision import extent
+
+        return Outline(*map(max, half, extent(self.workspace.solid, joints)))
+
+    @cached_property
+    def workspace(self) -> Workspace:
+        """The arm in this room, built when first needed."""
+        from states.arm.description.robot_arm import manipulator_of
+        from states.arm.workspace import Workspace
+
+        held = manipulator_of(self.robot)
+        assert self.robot.arm is not None, "without one there is no manipulator"
+        return Workspace.of(
+            held, self.robot.arm, self.limits, self.room.segments, governor=self.governor
+        )

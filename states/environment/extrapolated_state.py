@@ -1,0 +1,123 @@
+"""Robot and user at the present instant, from poses of limited age (R149).
+
+Poses are used as they are up to the age `LATE_S`; up to `OLD_S` they are extrapolated with the
+measured velocity, while the admissible share of the speed falls to 0; older ones are not used. The
+safety chain has the same two ages.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+from hw.geometry import STILL, Pose2, Twist2, wrap
+from hw.safety.limits import LATE_S, OLD_S
+from hw.samples import UserPose
+from states.environment.signal_names import (
+    BASE_POSE,
+    BASE_TWIST,
+    USER_POSE,
+    USER_VELOCITY,
+    SignalReader,
+)
+
+READS: Mapping[str, float | None] = {
+    BASE_POSE: OLD_S,
+    BASE_TWIST: OLD_S,
+    USER_POSE: OLD_S,
+    USER_VELOCITY: OLD_S,
+}
+"""`reads` of a state that asks for robot and user."""
+
+
+class RobotNow(NamedTuple):
+    """The robot now: map_from_base, velocity in the base frame, admissible share of the speed."""
+
+    pose: Pose2
+    twist: Twist2
+    share: float
+
+
+class UserNow(NamedTuple):
+    """The user now: pose, velocity in the map (None: unknown), admissible share of the speed."""
+
+    pose: UserPose
+    velocity: Twist2 | None
+    share: float
+
+
+def robot(ctx: SignalReader) -> RobotNow | None:
+    """The robot now; None while pose or velocity is unknown or too old."""
+    pose, twist = ctx.value(BASE_POSE), ctx.value(BASE_TWIST)
+    if pose is None or twist is None:
+        return None
+    age = ctx.age(BASE_POSE)
+    oldest = max(age, ctx.age(BASE_TWIST))
+    if oldest <= LATE_S:
+        return RobotNow(pose, twist, 1.0)
+    if age > LATE_S:
+        pose = pose.moved(twist.rotated(pose.yaw), age)
+    return RobotNow(pose, twist, share_at(oldest))
+
+
+def user(ctx: SignalReader) -> UserNow | None:
+    """The user now; None while their pose is unknown or too old."""
+    pose, velocity = ctx.value(USER_POSE), ctx.value(USER_VELOCITY)
+    if pose is None:
+        return None
+    age = ctx.age(USER_POSE)
+    if age <= LATE_S:
+        return UserNow(pose, velocity, 1.0)
+    motion = velocity or STILL
+    later = replace(
+        pose,
+        body=pose.body.moved(motion, age),
+        head_yaw=wrap(pose.head_yaw + motion.wz * age),
+    )
+    return UserNow(later, velocity, share_at(age))
+
+
+class RobotAndUser(NamedTuple):
+    """Robot and user now: what a local planner needs besides its goal.
+
+    `user` is None if there is none; `walking` is their velocity in the map, m/s (0 if unknown);
+    `share` is the admissible share of the speed.
+    """
+
+    pose: Pose2
+    twist: Twist2
+    user: UserPose | None
+    walking: tuple[float, float]
+    share: float
+
+
+def around(ctx: SignalReader) -> RobotAndUser | None:
+    """Robot and user now; None while one of them is lost. A user never tracked does not exist."""
+    here, there = robot(ctx), user(ctx)
+    if here is None:
+        return None
+    if there is None:
+        known = ctx.age(USER_POSE) < math.inf
+        return None if known else RobotAndUser(here.pose, here.twist, None, (0.0, 0.0), here.share)
+    walk = there.velocity or STILL
+    share = min(here.share, there.share)
+    return RobotAndUser(here.pose, here.twist, there.pose, (walk.vx, walk.vy), share)
+
+
+def share_at(age: float) -> float:
+    """Admissible share of the speed limit with poses of this age, s: 1 to LATE_S, 0 from OLD_S."""
+    return min(1.0, max(0.0, (OLD_S - age) / (OLD_S - LATE_S)))
+
+
+def slowed(command: Twist2, share: float, speed: float, yaw_rate: float) -> Twist2:
+    """A command scaled as a whole to this share of its limits, m/s and rad/s."""
+    if share >= 1.0:
+        return command
+    scale = 1.0
+    if command.speed > share * speed:
+        scale = share * speed / command.speed
+    if abs(command.wz) * scale > share * yaw_rate:
+        scale = share * yaw_rate / abs(command.wz)
+    return Twist2(scale * command.vx, scale * command.vy, scale * command.wz)

@@ -1,0 +1,1 @@
+"""Calibration of the trackers: hand-eye transforms from pose pairs."""

@@ -1,0 +1,1 @@
+"""Kalman filters: prediction, gates and fusion of stamped measurements."""

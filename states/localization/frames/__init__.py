@@ -1,0 +1,1 @@
+"""Frames and the transforms between them over time."""

@@ -1,0 +1,1 @@
+"""Maps from drives: incremental mapping, loop closure, pose graph."""

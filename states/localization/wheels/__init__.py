@@ -1,0 +1,1 @@
+"""Motion from wheels and gyro, and how far to trust it."""

@@ -1,0 +1,1 @@
+"""Exact shortest paths among inflated polygons."""

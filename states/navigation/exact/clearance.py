@@ -1,0 +1,238 @@
+"""Free space for the robot's centre among inflated polygons: tests of points, lines and arcs.
+
+An inflated polygon is a disc around each corner and a band along each side, however polygons touch
+or overlap. Nothing is merged or sampled, so there are no degenerate cases: a place is free if it is
+at least the radius, less TOLERANCE, away from every corner and side, inside the outer ring and
+outside all others. Passages of exactly twice the radius are open.
+
+Arrays: `discs` (n, 3) x, y, radius; `sides` (m, 6) x1, y1, x2, y2, radius, ring number; ring 0 is
+the outer one, the robot stays outside all others; the sides of a ring are consecutive. m, rad.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hw.jit import compiled
+from states.maps.cells import is_inside_rings as is_inside_rings
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-6
+"""Depth inside an inflation up to which a place still counts as free, m."""
+
+TURN = 2.0 * math.pi
+
+
+def check_radius(radius: float) -> None:
+    """Refuse an inflation that would let the robot through walls.
+
+    Raises:
+        ValueError: it is negative or not finite.
+    """
+    if not 0.0 <= radius < math.inf:
+        raise ValueError(f"inflation of {radius:g} m; a finite length of 0 m or more is needed")
+
+
+@compiled
+def turn_between(first: float, second: float) -> float:
+    """Angle from one direction to another, in [-pi, pi), rad."""
+    return (second - first + math.pi) % TURN - math.pi
+
+
+@compiled
+def distance_to_segment(x: float, y: float, x1: float, y1: float, x2: float, y2: float) -> float:
+    """Distance of a point to the segment between two others, m."""
+    dx, dy = x2 - x1, y2 - y1
+    square = dx * dx + dy * dy
+    along = 0.0
+    if square > 0.0:
+        along = min(1.0, max(0.0, ((x - x1) * dx + (y - y1) * dy) / square))
+    return math.hypot(x - x1 - along * dx, y - y1 - along * dy)
+
+
+@compiled
+def distance_to_side(x: float, y: float, side: Array) -> float:
+    """Distance of a point to a side, m."""
+    return float(distance_to_segment(x, y, side[0], side[1], side[2], side[3]))
+
+
+@compiled
+def distance_to_nearest(x: float, y: float, sides: Array) -> float:
+    """Distance of a point to the nearest side, m."""
+    nearest = math.inf
+    for i in range(len(sides)):
+        nearest = min(nearest, distance_to_side(x, y, sides[i]))
+    return nearest
+
+
+@compiled
+def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
+    """True if far enough from every corner and side, whether inside or outside the rings."""
+    for i in range(len(discs)):
+        dx, dy = x - discs[i, 0], y - discs[i, 1]
+        reach = discs[i, 2] - TOLERANCE
+        if dx * dx + dy * dy < reach * reach:
+            return False
+    for i in range(len(sides)):
+        reach = sides[i, 4] - TOLERANCE
+        x1, y1, x2, y2 = sides[i, 0], sides[i, 1], sides[i, 2], sides[i, 3]
+        if x < min(x1, x2) - reach or x > max(x1, x2) + reach:
+            continue
+        if y < min(y1, y2) - reach or y > max(y1, y2) + reach:
+            continue
+        if distance_to_side(x, y, sides[i]) < reach:
+            return False
+    return True
+
+
+@compiled
+def is_free(x: float, y: float, discs: Array, sides: Array) -> bool:
+    """True if inside the outer ring, outside all others, and far enough from all sides."""
+    return is_inside_rings(x, y, sides) and is_clear(x, y, discs, sides)
+
+
+@compiled
+def are_free(places: Array, discs: Array, sides: Array) -> NDArray[np.bool_]:
+    """`is_free` of each of the places (n, 2): (n,)."""
+    found = np.empty(len(places), dtype=np.bool_)
+    for i in range(len(places)):
+        found[i] = is_free(places[i, 0], places[i, 1], discs, sides)
+    return found
+
+
+@compiled
+def passes_disc(
+    px: float, py: float, qx: float, qy: float, x: float, y: float, reach: float
+) -> bool:
+    """True if the segment p-q stays at least `reach` away from the point (x, y)."""
+    if reach <= 0.0:
+        return True
+    dx, dy = qx - px, qy - py
+    fx, fy = x - px, y - py
+    square = dx * dx + dy * dy
+    along = fx * dx + fy * dy
+    if along > 0.0 and square > 0.0:
+        along = min(1.0, along / square)
+        fx -= along * dx
+        fy -= along * dy
+    return fx * fx + fy * fy >= reach * reach
+
+
+@compiled
+def sees(
+    px: float, py: float, qx: float, qy: float, discs: Array, sides: Array, limit: float
+) -> bool:
+    """True if the robot may go straight from p to q, which must both be free.
+
+    Between free ends a segment comes too near to a side only at the side's corners, or by crossing
+    it. `limit` caps the radii, for leaving an inflation; math.inf otherwise.
+    """
+    x_low, x_high = min(px, qx), max(px, qx)
+    y_low, y_high = min(py, qy), max(py, qy)
+    for i in range(len(discs)):
+        x, y = discs[i, 0], discs[i, 1]
+        reach = min(discs[i, 2], limit) - TOLERANCE
+        if x < x_low - reach or x > x_high + reach or y < y_low - reach or y > y_high + reach:
+            continue
+        if not passes_disc(px, py, qx, qy, x, y, reach):
+            return False
+    for i in range(len(sides)):
+        x1, y1, x2, y2 = sides[i, 0], sides[i, 1], sides[i, 2], sides[i, 3]
+        if max(x1, x2) < x_low or min(x1, x2) > x_high:
+            continue
+        if max(y1, y2) < y_low or min(y1, y2) > y_high:
+            continue
+        if lines_cross(px, py, qx, qy, sides[i]):
+            return False
+    return True
+
+
+@compiled
+def comes_no_nearer(px: float, py: float, qx: float, qy: float, sides: Array, slack: float) -> bool:
+    """True if p-q keeps from each side its radius less `slack`, or p's own distance if less.
+
+    From the corner that two sides share it keeps p's distance to the nearer of them: who starts too
+    near to a wall may pass its end no nearer than that, though farther from the side around it.
+    """
+    line = np.array((px, py, qx, qy))
+    for i in range(len(sides)):
+        side = sides[i]
+        reach = side[4] - slack
+        if (
+            max(px, qx) < min(side[0], side[2]) - reach
+            or min(px, qx) > max(side[0], side[2]) + reach
+        ):
+            continue
+        if (
+            max(py, qy) < min(side[1], side[3]) - reach
+            or min(py, qy) > max(side[1], side[3]) + reach
+        ):
+            continue
+        reach = min(reach, distance_to_side(px, py, side)) - TOLERANCE
+        if lines_cross(px, py, qx, qy, side):
+            return False
+        if distance_to_side(qx, qy, side) < reach and is_beside(qx, qy, side):
+            return False
+        for x, y in ((side[0], side[1]), (side[2], side[3])):
+            near = distance_to_side(x, y, line)
+            if near < reach and near < distance_at_corner(px, py, x, y, sides) - TOLERANCE:
+                return False
+    return True
+
+
+@compiled
+def is_beside(x: float, y: float, side: Array) -> bool:
+    """True if the nearest point of a side to (x, y) is none of its ends."""
+    dx, dy = side[2] - side[0], side[3] - side[1]
+    along = (x - side[0]) * dx + (y - side[1]) * dy
+    return bool(0.0 < along < dx * dx + dy * dy)
+
+
+@compiled
+def distance_at_corner(px: float, py: float, x: float, y: float, sides: Array) -> float:
+    """Distance of p to the nearest of the sides that end in the corner (x, y), m."""
+    nearest = math.inf
+    for i in range(len(sides)):
+        side = sides[i]
+        if (side[0] == x and side[1] == y) or (side[2] == x and side[3] == y):
+            nearest = min(nearest, distance_to_side(px, py, side))
+    return nearest
+
+
+@compiled
+def line_comes_no_nearer(line: Array, around: tuple[float, float, float], sides: Array) -> bool:
+    """True if each leg of a line keeps the distances to all sides and to the disc `around`.
+
+    The disc is x, y, radius; as in `comes_no_nearer`, a leg that begins too near to something keeps
+    the distance that it begins with.
+    """
+    x, y, radius = around
+    for i in range(len(line) - 1):
+        px, py, qx, qy = line[i, 0], line[i, 1], line[i + 1, 0], line[i + 1, 1]
+        reach = min(radius, math.hypot(px - x, py - y)) - TOLERANCE
+        if not passes_disc(px, py, qx, qy, x, y, reach):
+            return False
+        if not comes_no_nearer(px, py, qx, qy, sides, 0.0):
+            return False
+    return True
+
+
+@compiled
+def lines_cross(px: float, py: float, qx: float, qy: float, side: Array) -> bool:
+    """True if the segment p-q crosses a side.
+
+    The ends of each lie on different sides of the other: the cross products have different signs.
+    """
+    dx, dy = qx - px, qy - py
+    one = dx * (side[1] - py) - dy * (side[0] - px)
+    two = dx * (side[3] - py) - dy * (side[2] - px)
+    if (one > 0.0) == (two > 0.0):
+        return False
+    ex, ey = side[2] - side[0], side[3] - side[1]
+    start = ex * (py - side[1]) - ey * (px - side[0])
+    end = ex * (qy - side[1]) - ey * (qx - side[0])
+    return bool((start > 0.0) != (end > 0.0))

@@ -1,0 +1,1 @@
+"""Costmaps, planners on grids, and obstacles from scans."""

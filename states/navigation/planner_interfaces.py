@@ -1,0 +1,77 @@
+"""What planners share: the interface of global ones, limits and tolerances of local ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hw.scene.room import Disc, Point
+from states.navigation.exact.clearance import Array
+from states.navigation.exact.path import Path
+
+DriveStatus = Literal["driving", "arrived", "blocked"]
+
+
+class GlobalPlanner(Protocol):
+    """Finds paths for the robot's centre; see `visibility.ExactPlanner`."""
+
+    boxes: tuple[Sequence[Point], ...]
+    """Those of its obstacles that come from scans, as polygons, m."""
+
+    def plan(
+        self, start: Point, goal: Point, user: Disc | None = None, side: int = 0
+    ) -> Path | None:
+        """The path, on one side of the user if `side` is +1 (ccw) or -1; None if there is none."""
+        ...
+
+    def is_free(self, place: Point, user: Disc | None = None) -> bool:
+        """True if the robot's centre may be here."""
+        ...
+
+    def are_free(self, places: Array) -> NDArray[np.bool_]:
+        """`is_free` of each of the places (n, 2), m, without the user: (n,)."""
+        ...
+
+    def clearance(self, place: Point) -> float:
+        """Distance to the nearest wall, not inflated, m."""
+        ...
+
+    def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
+        """The nearest free place that `allows` lets the robot go straight to, or None."""
+        ...
+
+    def allows(
+        self, start: Point, end: Point, user: Disc | None = None, slack: float = 0.0
+    ) -> bool:
+        """True if the straight line keeps every required distance, or the start's own if less.
+
+        `slack` is subtracted from the required distances to walls, m.
+        """
+        ...
+
+    def allows_line(self, line: Array, user: Disc | None = None) -> bool:
+        """`allows` from each point of a line (n, 3), x and y first, to the next."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Largest speeds and accelerations, as norms: m/s, m/s2; rad/s, rad/s2 (R50)."""
+
+    speed: float = 1.5
+    acceleration: float = 1.0
+    turn_rate: float = 1.0
+    turn_acceleration: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """When a drive has arrived: within `position`, m, and `yaw`, rad, and slower than `speed`."""
+
+    position: float = 0.05
+    yaw: float = 0.1
+    speed: float = 0.1

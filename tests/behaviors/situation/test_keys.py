@@ -1,0 +1,62 @@
+"""The keys by which states read have the types that their signals are declared with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, get_args, get_origin, get_type_hints
+
+import pytest
+
+import behaviors.situation.keys
+import states.environment.signal_names
+from behaviors.profile.profile import Profile
+from behaviors.profile.settings import Settings
+from behaviors.signal_table import signals
+from behaviors.situation.chase_space import ChaseSpace
+from cobodeck.project.state_catalogue import catalogue
+from engine.signals.signal_kinds import Signal, declare
+from states.environment.environment import Environment
+from states.navigation.planner_interfaces import GlobalPlanner
+from states.subsystems import SUBSYSTEMS
+
+NAMES = {
+    "Environment": Environment,
+    "Settings": Settings,
+    "ChaseSpace": ChaseSpace,
+    "GlobalPlanner": GlobalPlanner,
+}
+
+
+@pytest.fixture
+def declared(tuned: Profile, environment_of: Callable[..., Environment]) -> dict[str, Signal]:
+    return declare(signals(environment_of(tuned), tuned.settings))
+
+
+def keys() -> dict[str, Any]:
+    """The type of each key's values, by the name of the signal."""
+    found = {}
+    for module in (states.environment.signal_names, behaviors.situation.keys):
+        for name, hint in get_type_hints(module, localns=NAMES).items():
+            found[getattr(module, name)] = get_args(hint)[0]
+    return found
+
+
+def plain(kind: Any) -> Any:
+    """The class of a type: `tuple` of `tuple[Pose2, ...]`, `str` of names to choose from."""
+    if get_origin(kind) is not None and not isinstance(get_origin(kind), type):
+        return type(get_args(kind)[0])
+    return get_origin(kind) or kind
+
+
+def test_every_key_has_the_type_of_its_signal(declared: dict[str, Signal]) -> None:
+    expected = {name: declared[name].type for name in keys()}
+
+    assert {name: plain(kind) for name, kind in keys().items()} == expected
+
+
+def test_all_that_states_read_has_a_key() -> None:
+    planners = {states.environment.signal_names.planner_key(name) for name in SUBSYSTEMS}
+
+    read = {name for state in catalogue(own=False).classes.values() for name in state.reads}
+
+    assert read == keys().keys() | planners

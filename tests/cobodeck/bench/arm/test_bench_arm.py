@@ -1,0 +1,170 @@
+"""The benchmark of the arm: its problems are what they should be, its figures are counted right."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cobodeck.bench.arm import arm_bench as bench
+from cobodeck.bench.arm.arm_bench import (
+    differing,
+    durations,
+    ik_errors,
+    ik_rows,
+    joint_sets,
+    plan_rows,
+    problems,
+    touching,
+    unsolved,
+)
+from cobodeck.bench.arm.arm_peers import IK_PEERS, found
+from hw.model.robot import load_robot
+from states.arm.description.robot_arm import manipulator_of
+from states.arm.kinematics.collision import CollisionChecker, Surroundings
+from states.arm.kinematics.kinematics import KinematicChain, forward, inverted
+from states.arm.planning.planning import NoPlan, Plan
+
+FEW = 6
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return manipulator_of(load_robot("rbkairos_ur10"))
+
+
+@pytest.fixture(scope="module")
+def chain(arm):
+    return KinematicChain.of(arm)
+
+
+@pytest.fixture(scope="module")
+def outcomes(arm):
+    return [bench.solved(arm, "tuned", problem) for problem in problems(FEW)]
+
+
+def test_problems_are_within_their_bounds_and_the_same_every_time():
+    asked = problems(50)
+    for one, other in zip(asked, problems(50), strict=True):
+        assert np.array_equal(one.deep, other.deep)
+        assert np.array_equal(one.around.cylinders, other.around.cylinders)
+        x, y, z = one.deep[:3, 3]
+        assert 0.5 <= z <= 1.6
+        assert 0.8 <= np.hypot(x, y) <= 1.2
+        turn = one.deep[:3, :3]
+        assert np.allclose(turn @ turn.T, np.eye(3))
+        assert np.linalg.det(turn) == pytest.approx(1.0)
+        person, pillar = one.around.cylinders
+        assert np.hypot(*(person[:2] - [x, y])) == pytest.approx(0.85)
+        ahead = turn[:2, 0] / np.hypot(*turn[:2, 0])
+        assert (person[:2] - [x, y]) @ ahead == pytest.approx(-0.85)  # the deep's x looks away
+        assert np.hypot(*(pillar[:2] - [x, y])) > pillar[2] + 0.2
+
+
+@pytest.mark.requirement(43)
+def test_singular_sets_are_singular_where_they_say(chain):
+    tenth = slice(0, 5)
+    assert np.abs(np.sin(joint_sets(chain, "wrist", 50)[tenth, 4])).max() < 1e-12
+    assert np.abs(np.sin(joint_sets(chain, "elbow", 50)[tenth, 2])).max() < 1e-12
+    # link 6's origin is d6 from the wrist along its axis; the wrist is over the shoulder's axis
+    flanges = inverted(chain.base) @ forward(chain, joint_sets(chain, "shoulder", 50)[tenth])
+    flanges = flanges @ inverted(chain.tip)
+    wrist = flanges[:, :2, 3] - chain.dh[5] * flanges[:, :2, 2]
+    assert np.hypot(*wrist.T) == pytest.approx(chain.dh[3], abs=1e-9)
+
+
+@pytest.mark.requirement(43)
+def test_what_is_not_solved_is_counted(chain):
+    targets = forward(chain, joint_sets(chain, "anywhere", 4))
+    missed, error = ik_errors(chain, targets)
+    assert missed == 0.0
+    assert error <= 1e-9
+    targets[0, 0, 3] += 10.0
+    assert ik_errors(chain, targets)[0] == 0.25
+
+
+@pytest.mark.requirement(43, 45)
+def test_rows_of_kinematics_and_plans_have_times_and_errors(arm):
+    rows = [*ik_rows(arm, rounds=1, poses=20), *plan_rows(arm, "paper", problems(FEW))]
+    own = [row for row in rows if row.variant == "cobodeck"]
+    names = {row.name for row in own}
+    assert {f"ik {kind}{end}" for kind in bench.SETS for end in ("", " unsolved")} <= names
+    assert {"ik single", "plan paper", "move paper", "move paper mean"} <= names
+    for row in own:
+        if row.goal is not None:
+            assert row.error <= row.goal, row
+        assert row.time_us is not None or row.error is not None
+
+
+@pytest.mark.requirement(45, 142)
+def test_moves_of_the_paper_take_longer_than_tuned_ones(arm, outcomes):
+    paper = [bench.solved(arm, "paper", problem) for problem in problems(FEW)]
+    assert np.mean(durations(paper)) > 1.5 * np.mean(durations(outcomes))
+
+
+@pytest.mark.requirement(43)
+def test_a_plan_through_somebody_is_noticed(outcomes):
+    assert touching(outcomes) == 0
+    first = next(o for o in outcomes if isinstance(o.answer, Plan))
+    goal = first.query.goals[first.answer.goal]
+    x, y = forward(first.query.chain, goal)[:2, 3]
+    person = Surroundings(np.zeros((0, 6)), np.array([[x, y, 0.3, 0.0, 1.8]]))
+    blocked = CollisionChecker.of(first.query.checker.model, person)
+    query = replace(first.query, checker=blocked)
+    assert touching([replace(first, query=query)]) == 1
+
+
+@pytest.mark.requirement(67)
+def test_another_answer_to_the_same_query_is_noticed(outcomes):
+    assert differing(outcomes) == 0
+    plans = [o for o in outcomes if isinstance(o.answer, Plan)]
+    mixed = [replace(plans[0], answer=plans[1].answer), replace(plans[1], answer=NoPlan("none"))]
+    assert differing(mixed) == 2
+
+
+def test_only_reachable_problems_count_as_unsolved(outcomes):
+    plans = [o for o in outcomes if isinstance(o.answer, Plan)]
+    nowhere = replace(
+        plans[0], query=replace(plans[0].query, goals=np.zeros((0, 6))), answer=NoPlan("far")
+    )
+    assert unsolved([plans[0], nowhere]) == 0.0
+    assert unsolved([plans[0], replace(plans[1], answer=NoPlan("given up"))]) == 0.5
+
+
+@pytest.mark.parametrize("name", IK_PEERS)
+def test_a_peer_solves_the_same_arm(chain, name):
+    if not found([name]):
+        pytest.skip(f"{name} is not installed")
+    q = np.array([0.3, -1.0, 1.0, -0.5, 1.2, 0.3])
+    flange = inverted(chain.base) @ forward(chain, q) @ inverted(chain.tip)
+    answer = IK_PEERS[name](chain)(flange)
+    several = np.atleast_2d(answer if name != "roboticstoolbox-python" else answer[0])
+    reached = forward(chain, several[:, :6])
+    wanted = chain.base @ flange @ chain.tip
+    assert np.abs(reached - wanted).max(axis=(1, 2)).min() < 1e-3
+
+
+@pytest.mark.parametrize(("profile", "own"), [("tuned", "parked"), ("paper", "parked_paper")])
+def test_plans_start_where_the_profile_parks_the_arm(arm, profile, own):
+    (problem,) = problems(1)
+    assert bench.solved(arm, profile, problem).query.start.tolist() == list(getattr(arm.tool, own))
+
+
+@pytest.mark.skipif(not found(["ompl"]), reason="needs the extra 'ompl'")
+def test_ompl_is_asked_for_the_same_ways(arm):
+    rows = list(plan_rows(arm, "tuned", problems(FEW)))
+    names = {row.name for row in rows if row.variant == "cobodeck"}
+    assert {row.name for row in rows if row.variant == "ompl"} == names
+    assert not any(row.error for row in rows if row.variant == "ompl" and row.goal is not None)
+
+
+def test_the_committed_result_keeps_the_goals_of_errors_and_times():
+    rows = json.loads(Path(bench.__file__).with_name("arm.json").read_text())["rows"]
+    own = [row for row in rows if row["variant"] == "cobodeck"]
+    assert all(row["error"] <= row["goal"] for row in own if row["goal"] is not None)
+    moves = {row["name"]: row["time_us"] / 1e6 for row in own if row["name"].endswith("mean")}
+    assert 3.2 <= moves["move paper mean"] <= 5.3
+    quick = {row["value"]: row["time_us"] / 1e6 for row in own if row["name"] == "move tuned"}
+    assert quick[0.5] <= 2.3
+    assert quick[0.95] <= 3.5

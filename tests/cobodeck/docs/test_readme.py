@@ -1,0 +1,72 @@
+"""What the README says is so: its table, its commands, its links."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from cobodeck.__main__ import COMMANDS, main
+from cobodeck.bench.table import RESULT, with_table
+from cobodeck.terminal.console import OK
+
+ROOT = Path(__file__).resolve().parents[3]
+README = (ROOT / "README.md").read_text()
+
+
+def test_the_table_is_that_of_the_committed_run():
+    assert RESULT.exists(), "make bench writes it"
+    assert with_table(README) == README, "python -m cobodeck.bench.table writes it"
+
+
+def test_the_chart_has_no_mistake(tmp_path, capsys):
+    text = re.findall(r"```yaml\n(chart: .*?)```", README, flags=re.S)[0]
+    file = tmp_path / "chase.yaml"
+    file.write_text(text)
+
+    assert main(["validate", "--strict", str(file)]) == OK, capsys.readouterr().out
+
+
+def test_every_command_of_the_readme_exists():
+    named = set(re.findall(r"`cobodeck (\w+)", README))
+    assert named <= set(COMMANDS)
+
+
+def test_every_make_target_of_the_readme_exists():
+    targets = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(), flags=re.M)
+    assert set(re.findall(r"^ {4}make (\w+)", README, flags=re.M)) <= set(targets)
+
+
+@pytest.mark.parametrize("page", [*sorted(ROOT.glob("*/README.md")), ROOT / "README.md"], ids=str)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\((?!http)([^)#]+)\)", page.read_text()):
+        assert (page.parent / target).exists(), target
+
+
+PAGES = [
+    page
+    for top in ("engine", "states", "behaviors", "hw", "cobodeck", "charts")
+    for page in sorted((ROOT / top).rglob("README.md"))
+    if "template" not in page.parts
+]
+TESTS = sorted(ROOT.glob("tests/**/*.py"))
+NAMED = {file.name for file in TESTS}
+WRITTEN = "\n".join(file.read_text(encoding="utf-8") for file in TESTS)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_a_page_is_one_page_and_names_tests_and_modules_that_exist(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    about, _, _rules = text.partition("\n## The rules")  # the engine's have a length of their own
+    beside = {file.name for file in page.parent.rglob("*") if file.is_file()}
+
+    assert len(about.splitlines()) <= 90
+    assert "\n## Decisions" not in text
+    for name in re.findall(r"\btest_\w+\.py\b", text):
+        assert name in NAMED, name
+    for name in re.findall(r"\btest_\w+\b(?!\.py|…)", text):
+        assert name.endswith("_") or f"def {name}" in WRITTEN or f"{name}.py" in NAMED, name
+    for name in re.findall(r"^\| ((?:`[\w/]+\.\w+`,? ?)+)", text, flags=re.M):
+        for file in re.findall(r"`([\w/]+\.\w+)`", name):
+            assert Path(file).name in beside, file
