@@ -8,20 +8,27 @@ import random
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from behaviors.situation.chase_space import ChaseCell, ChaseSpace
-from behaviors.situation.keys import CHASE_SPACE
-from behaviors.situation.present_situation import AGE_S, CHANGES, READS, WAYS, Situation, situation
-from engine.files.declared.units import Duration, Length
-from engine.state import Action, Context, Monitor, On, Run
-from hw.geometry import Pose2, Pose3, wrap
-from hw.samples import UserPose
-from hw.scene.room import Point
-from states.environment.signal_names import BASE_REFUSAL, HAPTIC_REQUEST, planner_key
-from states.navigation.states import DRIVES, command_of, user_disc
-from states.signals.prediction import PREDICTORS
+from behaviors.situation import (
+    AGE_S,
+    CHANGES,
+    CHASE_SPACE,
+    READS,
+    WAYS,
+    ChaseCell,
+    ChaseSpace,
+    Situation,
+    situation,
+)
+from engine import Action, Context, Monitor, On, Run
+from engine.files import Duration, Length
+from hw import Pose2, Pose3, UserPose, wrap
+from hw.scene import Point
+from states.environment import BASE_REFUSAL, HAPTIC_REQUEST, planner_key
+from states.navigation import DRIVES, command_of, user_disc
+from states.signals import PREDICTORS
 
 if TYPE_CHECKING:
-    from behaviors.situation.chase_cells import Array
+    from behaviors.situation import Array
 
 TRIES = 30
 """How many of the best free cells are tried for a path before giving up."""
@@ -73,7 +80,7 @@ def out_of_the_way(now: Situation, cells: Array) -> Array:
 
     Best first.
     """
-    from behaviors.prediction.waiting import risks
+    from behaviors.prediction import risks
 
     some = cells[:: max(1, len(cells) // CELLS)]
     return _with_costs(some, now.settings.chase.risk * risks(now, some[:, :2]))
@@ -83,8 +90,8 @@ def drives_weighed(now: Situation, cells: Array) -> list[ChaseCell]:
     """The cells (n, 3), with weights that include the risk of the drive there; best first."""
     import numpy as np
 
-    from behaviors.prediction.waiting import way_risks
-    from states.navigation.local.speed_profile import rest_to_rest
+    from behaviors.prediction import way_risks
+    from states.navigation.local import rest_to_rest
 
     subsystem, limits = now.environment.navigation.chase, now.environment.limits
     lengths = np.hypot(cells[:, 0] - now.pose.x, cells[:, 1] - now.pose.y)

@@ -6,15 +6,13 @@ from collections.abc import Callable, Generator
 from typing import Any
 
 from behaviors.refuge import KEEPS, SLOWLY, is_outside, refuge, way_out
-from behaviors.situation.keys import SETTINGS, settings_of
-from behaviors.situation.present_situation import CHANGES, WAYS, Situation, situation
-from engine.files.declared.units import Duration, Length, Speed
-from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
-from hw.geometry import Pose2
-from hw.samples import UserPose
-from hw.scene.room import Point
-from states.environment.signal_names import BASE_REFUSAL, USER_VELOCITY
-from states.navigation.states import DRIVES, command_of, user_disc
+from behaviors.situation import CHANGES, SETTINGS, WAYS, Situation, settings_of, situation
+from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from engine.files import Duration, Length, Speed
+from hw import Pose2, UserPose
+from hw.scene import Point
+from states.environment import BASE_REFUSAL, USER_VELOCITY
+from states.navigation import DRIVES, command_of, user_disc
 
 NEAR, NEAR_S = 1.9, 1.0
 """A user nearer than NEAR, m, who sets off towards the robot at 1 m/s cannot be warned in time."""

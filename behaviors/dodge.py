@@ -8,22 +8,25 @@ from dataclasses import replace
 
 import numpy as np
 
-from behaviors.prediction.aside import SETS_OFF_S
-from behaviors.prediction.costs import crowding, efforts, haste, lateness
-from behaviors.prediction.rollout import (
+from behaviors.prediction import (
+    SETS_OFF_S,
     STOPPED_S,
     Array,
     RolloutEvaluation,
     Rollouts,
+    crowding,
+    efforts,
     evaluate,
+    haste,
+    lateness,
     predict_user,
     pursued,
     roll_out,
 )
-from behaviors.situation.present_situation import TURN_ROOM, Situation
-from hw.geometry import Outline, Pose2, Twist2
-from hw.scene.room import Point
-from states.subsystems import SubsystemName
+from behaviors.situation import TURN_ROOM, Situation
+from hw import Outline, Pose2, Twist2
+from hw.scene import Point
+from states import SubsystemName
 
 KEEP_S, KEEP_M = 0.2, 0.05
 """Hysteresis: another Escape pose has to be safe earlier than the current one by this, s, or, if

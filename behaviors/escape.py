@@ -7,21 +7,27 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from behaviors.prediction.aside import is_met_braking, time_aside
-from behaviors.profile.settings import EscapeSettings, Settings
-from behaviors.situation.keys import ESCAPE_POSES, ESCAPE_REQUIRED, ESCAPE_SAFE, settings_of
-from behaviors.situation.present_situation import AGE_S, WAYS, Situation, situation
-from engine.state import Action, Context, Monitor, On, Run
-from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.samples import Joints, UserPose
-from states.environment.environment import Environment
-from states.environment.signal_names import ARM_JOINTS
-from states.navigation.states import is_there, user_disc
-from states.signals.prediction import time_to_contact
-from states.subsystems import SubsystemName
+from behaviors.prediction import is_met_braking, time_aside
+from behaviors.profile import EscapeSettings, Settings
+from behaviors.situation import (
+    AGE_S,
+    ESCAPE_POSES,
+    ESCAPE_REQUIRED,
+    ESCAPE_SAFE,
+    WAYS,
+    Situation,
+    settings_of,
+    situation,
+)
+from engine import Action, Context, Monitor, On, Run
+from hw import STILL, Joints, Pose2, Twist2, UserPose, wrap
+from states import SubsystemName
+from states.environment import ARM_JOINTS, Environment
+from states.navigation import is_there, user_disc
+from states.signals import time_to_contact
 
 if TYPE_CHECKING:
-    from states.navigation.planner_interfaces import GlobalPlanner
+    from states.navigation import GlobalPlanner
 
     Ways = Mapping[SubsystemName, GlobalPlanner]
 

@@ -6,17 +6,16 @@ import math
 from collections.abc import Generator, Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from behaviors.profile.settings import CloseSettings, HapticSettings, Settings
-from behaviors.situation.keys import HAPTIC_POSES
-from behaviors.situation.present_situation import CHANGES, WAYS, Situation, situation
-from engine.state import Action, Context, Monitor, On, Run, Yielded
-from hw.geometry import Pose2, Pose3, wrap
-from states.environment.signal_names import HAPTIC_REQUEST, RELEASE, planner_key
-from states.navigation.states import wide_disc
-from states.subsystems import SubsystemName
+from behaviors.profile import CloseSettings, HapticSettings, Settings
+from behaviors.situation import CHANGES, HAPTIC_POSES, WAYS, Situation, situation
+from engine import Action, Context, Monitor, On, Run, Yielded
+from hw import Pose2, Pose3, wrap
+from states import SubsystemName
+from states.environment import HAPTIC_REQUEST, RELEASE, planner_key
+from states.navigation import wide_disc
 
 if TYPE_CHECKING:
-    from states.navigation.planner_interfaces import GlobalPlanner
+    from states.navigation import GlobalPlanner
 
 CLOSE: SubsystemName = "escape"
 """The subsystem with whose inflation and user radius the second choice is made and driven to."""
@@ -134,7 +133,7 @@ def soonest_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose
 
 def drive_time(now: Situation, length: float, turn: float) -> float:
     """Time of a drive of `length`, m, from rest to rest, while turning by `turn`, rad; s."""
-    from states.navigation.local.speed_profile import rest_to_rest
+    from states.navigation.local import rest_to_rest
 
     limits, fastest = now.environment.limits, now.environment.navigation.haptic.max_speed
     drive = rest_to_rest(length, fastest, limits.base_acceleration)

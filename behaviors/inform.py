@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from behaviors.escape import can_get_away
 from behaviors.refuge import is_outside, way_out
-from behaviors.situation.present_situation import CHANGES, WAYS, Situation, situation
-from engine.files.declared.units import Duration
-from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
-from hw.samples import UserPose
-from states.environment.signal_names import RESTART, STOP_ENGAGED, USER_POSE, planner_key
+from behaviors.situation import CHANGES, WAYS, Situation, situation
+from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from engine.files import Duration
+from hw import UserPose
+from states.environment import RESTART, STOP_ENGAGED, USER_POSE, planner_key
 
 
 class WarnUser(Action):

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from behaviors.prediction.aside import turns_at_it
-from behaviors.situation.present_situation import (
-    CHANGES,
-    READS,
-    TURN_ROOM,
-    WAYS,
-    Situation,
-    situation,
-)
-from engine.files.declared.units import Duration, Length, Speed
-from engine.state import NEVER_NS, Action, Context, Monitor, On, Run, Until
-from states.environment.signal_names import BASE_REFUSAL, USER_STANDS_SINCE
-from states.signals.prediction import PREDICTORS
+from behaviors.prediction import turns_at_it
+from behaviors.situation import CHANGES, READS, TURN_ROOM, WAYS, Situation, situation
+from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from engine.files import Duration, Length, Speed
+from states.environment import BASE_REFUSAL, USER_STANDS_SINCE
+from states.signals import PREDICTORS
 
 THINK_S = 0.2
 """Interval at which the place to drive to is chosen again, s."""

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator, Sequence
 
 from behaviors.escape import in_zone, poses
-from behaviors.situation.present_situation import Situation
-from hw.geometry import Pose2
-from hw.scene.room import Point
-from states.subsystems import SubsystemName
+from behaviors.situation import Situation
+from hw import Pose2
+from hw.scene import Point
+from states import SubsystemName
 
 RADII = (1.9, 2.9, 3.4, 4.2, 5.2)
 DIRECTIONS = 24
@@ -48,7 +48,7 @@ def refuge(now: Situation) -> Point | None:
     """
     import numpy as np
 
-    from behaviors.prediction.waiting import risks, way_risks
+    from behaviors.prediction import risks, way_risks
 
     here = (now.pose.x, now.pose.y)
     places = [here, *_free_places(now)]

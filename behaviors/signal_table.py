@@ -8,23 +8,26 @@ from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from behaviors import escape, haptic
-from behaviors.profile.settings import Settings
+from behaviors.profile import Settings
 from behaviors.situation import chase_space
-from engine.signals.signal_kinds import Derived, Estimated, Measured, Signal
-from engine.types import Type
-from hw.geometry import Pose2, Pose3, Twist2
-from hw.samples import (
+from engine import Type
+from engine.signals import Derived, Estimated, Measured, Signal
+from hw import (
     ArmState,
     BumperHit,
     ImuReading,
     Odometry,
+    Pose2,
+    Pose3,
     PoseSigma,
     Scan,
     TrackerPose,
+    Twist2,
     UserPose,
 )
-from states.environment.environment import Environment
-from states.localization.estimates import (
+from states import SUBSYSTEMS, SubsystemName
+from states.environment import Environment
+from states.localization import (
     SENSED,
     LocalizationEstimator,
     Localizes,
@@ -32,16 +35,15 @@ from states.localization.estimates import (
     PoseOf,
     SigmaOf,
 )
-from states.localization.frames.frames import FramesEstimator
-from states.signals.user_motion import StillnessEstimator, VelocityEstimator
-from states.subsystems import SUBSYSTEMS, SubsystemName
+from states.localization.frames import FramesEstimator
+from states.signals import StillnessEstimator, VelocityEstimator
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from states.navigation.grid.layers import Costmaps
-    from states.navigation.planner_interfaces import GlobalPlanner
+    from states.navigation import GlobalPlanner
+    from states.navigation.grid import Costmaps
 
 OBSTACLES = "floor.obstacles"
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
@@ -220,6 +222,6 @@ def _distance(user: UserPose, base: Pose2) -> float:
 
 
 def _cells(environment: Environment, settings: Settings) -> NDArray[np.float64]:
-    from behaviors.situation.chase_cells import grid
+    from behaviors.situation import grid
 
     return grid(environment, settings)

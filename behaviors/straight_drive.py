@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 
-from behaviors.prediction.rollout import STEP_S
-from behaviors.situation.present_situation import Situation
-from hw.geometry import STILL, Twist2
-from hw.safety.separation import Nearness, nearness
-from hw.samples import USER_RADIUS
-from hw.scene.room import Point
-from states.subsystems import SubsystemName
+from behaviors.prediction import STEP_S
+from behaviors.situation import Situation
+from hw import STILL, USER_RADIUS, Twist2
+from hw.safety import Nearness, nearness
+from hw.scene import Point
+from states import SubsystemName
 
 
 def command_towards(

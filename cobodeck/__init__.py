@@ -1,6 +1,6 @@
 """The program: catalogue, wiring and command line."""
 
-from cobodeck.project import shadowed
+from cobodeck import shadowed
 
 _hidden = shadowed.shadows(["engine"])
 if _hidden:  # everything needs the engine, whatever could explain the failure too

@@ -14,22 +14,12 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from cobodeck.project.named_files import own_files_around
-from cobodeck.project.shadowed import explained, shadows
-from cobodeck.setup.compiled_code import keep_compiled_code
-from cobodeck.terminal.console import (
-    FAILED,
-    OK,
-    USAGE,
-    Problem,
-    complain,
-    show,
-    show_what_can_be_shown,
-)
-from engine.files.declared.named import no_files, with_own_files
-from engine.files.finding import FileError, NotFound, did_you_mean
-from engine.files.text import noting
-from engine.files.visible_text import visible
+from cobodeck.project import own_files_around
+from cobodeck.setup import keep_compiled_code
+from cobodeck.shadowed import explained, shadows
+from cobodeck.terminal import FAILED, OK, USAGE, Problem, complain, show, show_what_can_be_shown
+from engine.files import FileError, NotFound, did_you_mean, noting, visible
+from engine.files.declared import no_files, with_own_files
 
 COMMANDS = {
     "validate": "check charts, scenes, robots and profiles",

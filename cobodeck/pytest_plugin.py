@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from cobodeck.testing.stub_parts import Parts
-    from cobodeck.testing.testing import ChartTester
+    from cobodeck.testing import ChartTester, Parts
 
 REQUIREMENTS = range(1, 151)
 _MARKER = "requirement(*numbers): the R numbers of the requirements that a test covers"
@@ -37,7 +36,7 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture
 def parts() -> Iterator[Parts]:
     """Stub parts by name, `parts["base"]`; the test fails if one is left moving."""
-    from cobodeck.testing.stub_parts import Parts
+    from cobodeck.testing import Parts
 
     found = Parts()
     yield found
@@ -48,13 +47,13 @@ def parts() -> Iterator[Parts]:
 @pytest.fixture
 def sim(request: pytest.FixtureRequest, parts: Parts) -> Iterator[ChartTester]:
     """Runs charts in virtual time; see `cobodeck.testing.testing`."""
-    from cobodeck.project.shadowed import explained, shadows
+    from cobodeck.shadowed import explained, shadows
 
     if hidden := shadows():
         pytest.fail(explained(hidden), pytrace=False)
-    from cobodeck.project.named_files import own_files_around
-    from cobodeck.testing.testing import ChartTester
-    from engine.files.declared.named import with_own_files
+    from cobodeck.project import own_files_around
+    from cobodeck.testing import ChartTester
+    from engine.files.declared import with_own_files
 
     root = request.config.rootpath
     tester = ChartTester(request.path.parent, root, parts)

@@ -19,13 +19,22 @@ _IMPORT = re.compile(r"^from (\S+) import (?:\(([^)]*)\)|(.*))$", re.MULTILINE)
 _NAME = re.compile(r"(\w+) as \1\b")
 
 
-@cache
-def homes(package: str) -> Mapping[str, str]:
-    """The module of each name that a package offers."""
+def _stub(package: str) -> Path:
     spec = find_spec(package)
     assert spec is not None
     assert spec.origin is not None
-    stub = Path(spec.origin).with_suffix(".pyi").read_text(encoding="utf-8")
+    return Path(spec.origin).with_suffix(".pyi")
+
+
+def offers(package: str) -> bool:
+    """Whether a package has a face."""
+    return _stub(package).exists()
+
+
+@cache
+def homes(package: str) -> Mapping[str, str]:
+    """The module of each name that a package offers; of a module that it offers, the package."""
+    stub = _stub(package).read_text(encoding="utf-8")
     return {
         name: module
         for module, several, one in _IMPORT.findall(stub)

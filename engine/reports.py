@@ -11,9 +11,7 @@ from pathlib import PurePath
 from typing import Any, Literal, get_args
 from urllib.parse import quote
 
-from engine.files.finding import Finding, Place
-from engine.files.source import SourceFile
-from engine.files.visible_text import visible
+from engine.files import Finding, Place, SourceFile, visible
 
 WIDTH = 100  # columns of a shown source line
 TAB = "    "

@@ -13,7 +13,7 @@ import textwrap
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from engine.files.finding import did_you_mean
+from engine.files import did_you_mean
 from engine.state import Interface
 from engine.state_class import WAITS
 

@@ -15,8 +15,8 @@ from enum import Enum
 from functools import cache
 from typing import Annotated, Any, Literal
 
-from engine.files.declared.units import DIMENSIONS, Dimension
-from engine.files.declared.values import Mismatch, boolean, choice, number, shown, text, whole
+from engine.files import DIMENSIONS, Dimension
+from engine.files.declared import Mismatch, boolean, choice, number, shown, text, whole
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from engine.files.declared.item import Item
-from engine.files.declared.records import record
-from engine.files.declared.units import Angle, Length
-from engine.files.declared.values import Range
+from engine.files import Angle, Length
+from engine.files.declared import Item, Range, record
 from hw.geometry import Pose2
 
 FAR = 1e4

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal, get_args
 
-from engine.files.declared.units import Angle, Length, Speed
-from engine.files.declared.values import Range, above_0
+from engine.files import Angle, Length, Speed
+from engine.files.declared import Range, above_0
 
 SubsystemName = Literal["chase", "haptic", "escape"]
 Localization = Literal["combined", "amcl"]

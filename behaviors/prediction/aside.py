@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from hw.geometry import Twist2
-from hw.scene.room import Point
+from hw import Twist2
+from hw.scene import Point
 
 STEP_S = 0.1
 """Step at which the distance of a braking robot is looked at, s."""

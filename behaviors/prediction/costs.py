@@ -8,9 +8,9 @@ import numpy as np
 
 from behaviors.prediction.aside import time_aside
 from behaviors.prediction.rollout import STEP_S, Array
-from hw.jit import compiled
-from hw.scene.room import Point
-from states.navigation.exact.clearance import distance_to_nearest
+from hw import compiled
+from hw.scene import Point
+from states.navigation.exact import distance_to_nearest
 
 FAR = 4.0
 """A squared excess of the wanted distance to the user counts so many times a deficit."""

@@ -13,14 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.situation.present_situation import Situation
-from hw.geometry import Outline
-from hw.jit import compiled, compiled_like_numpy
-from hw.samples import USER_RADIUS
-from hw.scene.room import Point
-from states.navigation.exact.clearance import distance_to_nearest, lines_cross
-from states.navigation.planner_interfaces import GlobalPlanner
-from states.signals.prediction import PREDICTORS, chord
+from behaviors.situation import Situation
+from hw import USER_RADIUS, Outline, compiled, compiled_like_numpy
+from hw.scene import Point
+from states.navigation import GlobalPlanner
+from states.navigation.exact import distance_to_nearest, lines_cross
+from states.signals import PREDICTORS, chord
 
 Array = NDArray[np.float64]
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.prediction.rollout import Array
-from behaviors.situation.present_situation import Situation
-from hw.jit import compiled
-from hw.scene.room import Point
+from behaviors.situation import Situation
+from hw import compiled
+from hw.scene import Point
 
 DIRECTIONS = 36
 """Number of directions of walk that are looked at."""

@@ -33,19 +33,26 @@ from behaviors.profile.settings import (
     Settings,
     UserSettings,
 )
-from engine.chart.chart import Chart
-from engine.files.declared.item import Fault, Item, find_file, gather, load_yaml
-from engine.files.declared.named import known_files
-from engine.files.declared.records import Name, record
-from engine.files.declared.values import Mismatch
-from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean
-from engine.types import builtin_types, convert
-from hw.connection.connection import Narrowed
-from hw.model.robot import RobotModel
-from hw.samples import USER_RADIUS
-from hw.scene.room import Room
-from states.environment.environment import Environment
-from states.subsystems import Localization, Navigation, SubsystemName
+from engine import builtin_types, convert
+from engine.chart import Chart
+from engine.files import CODE, FileError, Finding, Place, did_you_mean
+from engine.files.declared import (
+    Fault,
+    Item,
+    Mismatch,
+    Name,
+    find_file,
+    gather,
+    known_files,
+    load_yaml,
+    record,
+)
+from hw import USER_RADIUS
+from hw.connection import Narrowed
+from hw.model import RobotModel
+from hw.scene import Room
+from states import Localization, Navigation, SubsystemName
+from states.environment import Environment
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,11 +18,8 @@ from functools import reduce
 from pathlib import Path
 from typing import Any
 
-from engine.files import source as yaml
-from engine.files.declared.item import Item, find_file, load_yaml
-from engine.files.declared.merge import merged, single
-from engine.files.finding import FileError, Place, mistake
-from engine.files.source import Map
+from engine.files import FileError, Map, Place, mistake, source as yaml
+from engine.files.declared import Item, find_file, load_yaml, merged, single
 
 FOLDER = Path(__file__).parent.parent.parent / "charts" / "profiles"
 HEAD = ("profile", "about", "base")

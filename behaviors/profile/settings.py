@@ -12,9 +12,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
-from engine.files.declared.item import Fault, Item
-from engine.files.declared.records import reader_of
-from engine.files.declared.units import (
+from engine.files import (
     Acceleration,
     Angle,
     AngularAcceleration,
@@ -23,15 +21,12 @@ from engine.files.declared.units import (
     Duration,
     Length,
     Speed,
+    did_you_mean,
 )
-from engine.files.declared.values import Count, Range, above_0
-from engine.files.finding import did_you_mean
-from hw.model.prop import ANY, Six, by_arm
-from hw.model.robot import MotionLimits, RobotModel
-from hw.model.sensor_errors import SensorErrors
-from hw.model.sensor_model import SensorModel
-from hw.safety.limits import SafetyLimits
-from states.signals.prediction import PREDICTORS
+from engine.files.declared import Count, Fault, Item, Range, above_0, reader_of
+from hw.model import ANY, MotionLimits, RobotModel, SensorErrors, SensorModel, Six, by_arm
+from hw.safety import SafetyLimits
+from states.signals import PREDICTORS
 
 _WIDEST = math.radians(120.0) + 1e-9
 Behind = Annotated[Angle, Range(-_WIDEST, _WIDEST)]

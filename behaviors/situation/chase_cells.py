@@ -10,10 +10,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.profile.settings import ChaseSettings, Settings
-from hw.geometry import Pose2
-from states.environment.environment import Environment
-from states.navigation.local.speed_profile import rest_to_rest
+from behaviors.profile import ChaseSettings, Settings
+from hw import Pose2
+from states.environment import Environment
+from states.navigation.local import rest_to_rest
 
 Array = NDArray[np.float64]
 

@@ -6,16 +6,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from behaviors.profile.settings import Settings
-from hw.geometry import Pose2
-from hw.samples import UserPose
+from behaviors.profile import Settings
+from hw import Pose2, UserPose
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from behaviors.situation.chase_cells import Array
-    from states.navigation.planner_interfaces import GlobalPlanner
+    from states.navigation import GlobalPlanner
 
 AT_A_TIME = 256
 """Number of cells that are tested for being free in one call."""

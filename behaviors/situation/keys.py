@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from engine.state import Key
-from hw.geometry import Pose2
-from states.environment.signal_names import SignalReader
+from engine import Key
+from hw import Pose2
+from states.environment import SignalReader
 
 if TYPE_CHECKING:
-    from behaviors.profile.settings import Settings
+    from behaviors.profile import Settings
     from behaviors.situation.chase_space import ChaseSpace
 
 SETTINGS: Key[Settings] = Key("settings")

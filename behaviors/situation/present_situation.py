@@ -6,21 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from behaviors.profile.settings import Settings
+from behaviors.profile import Settings
 from behaviors.situation.keys import SETTINGS, settings_of
-from engine.state import Context
-from hw.geometry import Pose2, Twist2
-from hw.safety.limits import OLD_S
-from hw.samples import UserPose
-from hw.scene.room import Disc, Point
-from states.environment import extrapolated_state
-from states.environment.environment import Environment
-from states.environment.signal_names import ENVIRONMENT, environment_of
-from states.navigation.states import PLANNERS, planner_of
-from states.subsystems import SubsystemName
+from engine import Context
+from hw import Pose2, Twist2, UserPose
+from hw.safety import OLD_S
+from hw.scene import Disc, Point
+from states import SubsystemName
+from states.environment import ENVIRONMENT, Environment, environment_of, extrapolated_state
+from states.navigation import PLANNERS, planner_of
 
 if TYPE_CHECKING:
-    from states.navigation.planner_interfaces import GlobalPlanner
+    from states.navigation import GlobalPlanner
 
 AGE_S = OLD_S
 """Maximum age of poses and velocities, s; see `states.environment.extrapolated_state`."""

@@ -10,8 +10,8 @@ from typing import Any
 from cobodeck.avoidable.judged import EARLIER_S, JudgedEvent, judge
 from cobodeck.avoidable.motion_search import BestMotion
 from cobodeck.avoidable.recorded_escapes import RecordedRun, read_run
-from cobodeck.record.read.reader import Record
-from cobodeck.terminal.console import table
+from cobodeck.record.read import Record
+from cobodeck.terminal import table
 
 HEAD = (
     "at", "what", "decision", "avoidable", "latest", "best gap", "as recorded", "real gap",

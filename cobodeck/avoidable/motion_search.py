@@ -29,7 +29,7 @@ from cobodeck.avoidable.motions import (
     value,
 )
 from cobodeck.avoidable.shapes import Array, overlaps_walls
-from hw.geometry import wrap
+from hw import wrap
 
 RADIUS = 0.5
 """Radius of a person, m."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cobodeck.avoidable.shapes import Array, meets_walls, way_distance
-from hw.jit import compiled
+from hw import compiled
 
 PHASES = 3
 TINY = 1e-9

@@ -19,11 +19,9 @@ from numpy.typing import NDArray
 
 from cobodeck.avoidable.motion_search import RobotLimits, RobotState, Walk
 from cobodeck.avoidable.shapes import Array
-from cobodeck.record.read.reader import Group, Record
-from engine.chart.chart import Node
-from engine.chart.load import Library, load_text
-from engine.files.declared.units import quantity
-from engine.files.finding import mistake
+from cobodeck.record.read import Group, Record
+from engine.chart import Library, Node, load_text
+from engine.files import mistake, quantity
 
 CHART = "escape"
 STALE_S = 0.25

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
+from hw import compiled
 
 Array = NDArray[np.float64]
 WAY_M, TINY = 0.02, 1e-9

@@ -13,15 +13,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-from cobodeck.avoidable.envelope import (
+from cobodeck.avoidable import (
+    CENTRES,
+    GAP,
     STANDING,
+    ZONES,
     Oncoming,
+    Question,
     asked,
+    best_motion,
     gap_beside_turning,
     least_distance,
 )
-from cobodeck.avoidable.motion_search import Question, best_motion
-from cobodeck.avoidable.motions import CENTRES, GAP, ZONES
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 
 NAME = "envelope"

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.bench.harness import BenchRow
-from cobodeck.terminal.console import Problem
+from cobodeck.terminal import Problem
 
 LARGEST_NUMBER = 1e100
 """Numbers beyond this measure nothing."""

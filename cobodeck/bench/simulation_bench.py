@@ -20,11 +20,10 @@ from pathlib import Path
 from types import FrameType
 
 from cobodeck.bench.harness import ROUNDS, WORSE, BenchRow
-from cobodeck.loop.loop import Loop
-from cobodeck.run.simulation import simulate
-from cobodeck.setup.options import FULL, Options
-from cobodeck.setup.setup import CHART, Setup, open_setup
-from engine.chart.load import load_text
+from cobodeck.loop import Loop
+from cobodeck.run import simulate
+from cobodeck.setup import CHART, FULL, Options, Setup, open_setup
+from engine.chart import load_text
 
 NAME = "simulation"
 SCENE = "study"

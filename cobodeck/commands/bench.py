@@ -14,10 +14,18 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from cobodeck.bench.harness import WORSE
-from cobodeck.terminal.argument_types import positive
-from cobodeck.terminal.console import FAILED, OK, Problem, ProgressLine, show, show_json, table
-from cobodeck.terminal.record_names import is_record
+from cobodeck.bench import WORSE
+from cobodeck.terminal import (
+    FAILED,
+    OK,
+    Problem,
+    ProgressLine,
+    is_record,
+    positive,
+    show,
+    show_json,
+    table,
+)
 
 BENCHES = {
     "engine": "cobodeck.bench.engine.engine_bench",
@@ -62,7 +70,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def _variant(text: str) -> tuple[str, float]:
     """A variant of logs, NAME=VALUE."""
-    from cobodeck.bench.localization.log_variants import LEAST, VARIANTS
+    from cobodeck.bench.localization import LEAST, VARIANTS
 
     name, _, value = text.partition("=")
     try:
@@ -79,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
     """Measure, print, compare."""
     if any(map(is_record, args.names)):
         return _judge(args)
-    from cobodeck.bench.result import read_result
+    from cobodeck.bench import read_result
 
     before = read_result(args.compare)["rows"] if args.compare else ()
     names = args.names or list(BENCHES)
@@ -102,11 +110,11 @@ def run(args: argparse.Namespace) -> int:
 def _draw(args: argparse.Namespace, result: Mapping[str, Any]) -> None:
     """Draw time against error; of `envelope` alone, the distances that it is about."""
     if args.names != [ENVELOPE] or args.show is not None:
-        from cobodeck.pictures.benched import draw_bench
+        from cobodeck.pictures import draw_bench
 
         draw_bench(result["rows"], args.output)
         return
-    from cobodeck.pictures.envelope_picture import draw_envelope
+    from cobodeck.pictures import draw_envelope
 
     progress = ProgressLine("bench", 0.0)
     draw_envelope(args.output, progress.at)
@@ -119,11 +127,10 @@ def _judge(args: argparse.Namespace) -> int:
     if [name for name in args.names if not is_record(name)] != [ENVELOPE]:
         raise Problem("records are judged by `cobodeck bench envelope X.mcap …`, alone")
     if args.output is not None:
-        from cobodeck.pictures.drawing.canvas import form_of
+        from cobodeck.pictures.drawing import form_of
 
         form_of(args.output)
-    from cobodeck.avoidable.escape_report import judged_run
-    from cobodeck.avoidable.escape_report import text as told
+    from cobodeck.avoidable import judged_run, text as told
 
     progress = ProgressLine("bench", 0.0)
     runs = []
@@ -136,21 +143,21 @@ def _judge(args: argparse.Namespace) -> int:
     else:
         show(told(runs))
     if args.output is not None:
-        from cobodeck.pictures.judged_picture import draw_judged
+        from cobodeck.pictures import draw_judged
 
         draw_judged(runs, args.output)
     return OK
 
 
 def _measure(names: Iterable[str], rounds: int) -> dict[str, Any]:
-    from cobodeck.bench.harness import machine
+    from cobodeck.bench import machine
 
     rows = []
     progress = ProgressLine("bench", 0.0)
     wanted = list(names)
     for done, name in enumerate(wanted):
         if name not in BENCHES:
-            from engine.files.finding import did_you_mean
+            from engine.files import did_you_mean
 
             raise Problem(f"no bench {name!r}; {did_you_mean(name, BENCHES)}")
         for row in import_module(BENCHES[name]).rows(rounds):
@@ -164,8 +171,8 @@ def _measure_logs(args: argparse.Namespace) -> dict[str, Any]:
     """Localize logs by all peers."""
     if args.names not in ([], ["localization"]):
         raise Problem("--logs are for `cobodeck bench localization`, alone")
-    from cobodeck.bench.harness import machine
-    from cobodeck.bench.localization.localization_logs import rows
+    from cobodeck.bench import machine
+    from cobodeck.bench.localization import rows
 
     found = []
     progress = ProgressLine("bench", 0.0)

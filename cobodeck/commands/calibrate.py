@@ -12,15 +12,14 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal.argument_types import pose, scan_mounts, word
-from cobodeck.terminal.console import FAILED, OK, Problem, show, show_json, table
-from engine.files.declared.named import YAML
+from cobodeck.terminal import FAILED, OK, Problem, pose, scan_mounts, show, show_json, table, word
+from engine.files.declared import YAML
 
 if TYPE_CHECKING:
-    from cobodeck.logs.formats.drive_log import SensorLog
-    from cobodeck.logs.mapped import Ground
-    from hw.geometry import Pose3
-    from states.localization.calibration.tracker_calibration import Calibration, NoCalibration
+    from cobodeck.logs import Ground
+    from cobodeck.logs.formats import SensorLog
+    from hw import Pose3
+    from states.localization.calibration import Calibration, NoCalibration
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,8 +45,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Calibrate, report, write."""
-    from cobodeck.logs.log_calibration import calibrated
-    from cobodeck.logs.log_files import open_log
+    from cobodeck.logs import calibrated, open_log
 
     if args.output is not None and args.output.suffix not in YAML:
         raise Problem(f"{args.output}: a calibration is a YAML file; its name ends in .yaml")
@@ -68,13 +66,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _known(path: Path) -> dict[str, Pose3]:
-    from hw.model.tracking_file import load_tracking
+    from hw.model import load_tracking
 
     return dict(load_tracking(path).poses().mounts)
 
 
 def _ground(log: SensorLog, place: str | None) -> Ground:
-    from cobodeck.logs.mapped import given_ground, room_ground
+    from cobodeck.logs import given_ground, room_ground
 
     if place is not None:
         return given_ground(place, log)
@@ -88,13 +86,13 @@ def _refused(found: Calibration | NoCalibration) -> str | None:
 
 
 def _calibration(found: Calibration | NoCalibration) -> Calibration | None:
-    from states.localization.calibration.tracker_calibration import NoCalibration
+    from states.localization.calibration import NoCalibration
 
     return found.found if isinstance(found, NoCalibration) else found
 
 
 def _write(found: Calibration | NoCalibration, log: Path, output: Path) -> None:
-    from cobodeck.logs.log_calibration import tracking_file
+    from cobodeck.logs import tracking_file
 
     held = _calibration(found)
     assert held is not None  # it was not refused
@@ -122,7 +120,7 @@ def figures(found: Calibration | NoCalibration) -> dict[str, Any]:
 
 
 def _numbers(pose: Pose3) -> dict[str, float]:
-    from hw.model.tracking_file import placement_of
+    from hw.model import placement_of
 
     placed = placement_of(pose)
     (x, y, z), (roll, pitch, yaw) = placed.xyz, placed.rpy

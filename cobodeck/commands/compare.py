@@ -8,13 +8,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal.console import FAILED, OK, show, show_json, table
+from cobodeck.terminal import FAILED, OK, show, show_json, table
 
 if TYPE_CHECKING:
-    from cobodeck.record.read.header_differences import HeaderDifference
-    from cobodeck.record.read.reader import Record
-    from cobodeck.record.read.record_comparison import Comparison, Figure
-    from hw.geometry import Pose2
+    from cobodeck.record.read import Comparison, Figure, HeaderDifference, Record
+    from hw import Pose2
 
 WIDTH = 100
 NAME, VALUE = 30, 28
@@ -37,8 +35,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compare."""
-    from cobodeck.record.read.reader import Record
-    from cobodeck.record.read.record_comparison import compare
+    from cobodeck.record.read import Record, compare
 
     records = (Record(args.a), Record(args.b))
     found = compare(*records)

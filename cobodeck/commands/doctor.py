@@ -18,21 +18,11 @@ from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
-from cobodeck.fitness.room_fitness import (
-    BAD,
-    FIT,
-    MISSING,
-    DoctorLine,
-    room_checks,
-    tracking_checks,
-)
-from cobodeck.project.shadowed import explained, shadows
-from cobodeck.setup.compiled_code import described
-from cobodeck.setup.open_scene import open_place
-from cobodeck.setup.setup import PROFILE
-from cobodeck.terminal.argument_types import profile, word
-from cobodeck.terminal.console import FAILED, OK, show, show_json, table
-from hw.connection.connection import Connection, load_connection
+from cobodeck.fitness import BAD, FIT, MISSING, DoctorLine, room_checks, tracking_checks
+from cobodeck.setup import PROFILE, described, open_place
+from cobodeck.shadowed import explained, shadows
+from cobodeck.terminal import FAILED, OK, profile, show, show_json, table, word
+from hw.connection import Connection, load_connection
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -69,17 +59,17 @@ def run(args: argparse.Namespace) -> int:
 
 def connection_checks(connection: Connection, *, own: bool) -> list[DoctorLine]:
     """Check that everything a connection needs is present."""
-    from cobodeck.project.state_catalogue import catalogue
-    from cobodeck.real.preflight_checks import preflight
+    from cobodeck.project import catalogue
+    from cobodeck.real import preflight
 
     return list(preflight(connection, catalogue(own=own).packages))
 
 
 def _arm_checks(robot: str | Path, args: argparse.Namespace) -> list[DoctorLine]:
     """Check how the arm of a robot is folded, and what a reach asks of it."""
-    from cobodeck.fitness.arm_reach import arm_checks
-    from cobodeck.setup.setup import profile_with
-    from hw.model.robot import load_robot
+    from cobodeck.fitness import arm_checks
+    from cobodeck.setup import profile_with
+    from hw.model import load_robot
 
     return list(arm_checks(load_robot(robot), profile_with(args.profile, args.sets)))
 

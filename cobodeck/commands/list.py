@@ -10,7 +10,7 @@ import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from cobodeck.terminal.console import OK, show, show_json, table, terminal_width
+from cobodeck.terminal import OK, show, show_json, table, terminal_width
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,7 +65,7 @@ def _first_line(text: str) -> str:
 
 
 def _states(own: bool) -> list[dict[str, Any]]:
-    from cobodeck.project.state_catalogue import catalogue
+    from cobodeck.project import catalogue
 
     known = catalogue(own=own)
     return [
@@ -85,8 +85,8 @@ def _states(own: bool) -> list[dict[str, Any]]:
 
 
 def _signals(own: bool) -> list[dict[str, Any]]:
-    from cobodeck.project.state_catalogue import catalogue
-    from cobodeck.setup.setup import open_setup
+    from cobodeck.project import catalogue
+    from cobodeck.setup import open_setup
 
     declared = open_setup(known=catalogue(own=own)).signals
     return [
@@ -102,9 +102,8 @@ def _signals(own: bool) -> list[dict[str, Any]]:
 
 
 def _charts(own: bool) -> list[dict[str, Any]]:
-    from cobodeck.project.library import chart_names
-    from cobodeck.project.state_catalogue import catalogue
-    from engine.chart.load import load_files
+    from cobodeck.project import catalogue, chart_names
+    from engine.chart import load_files
 
     library = load_files(chart_names(catalogue(own=own)).values())
     return [
@@ -114,16 +113,14 @@ def _charts(own: bool) -> list[dict[str, Any]]:
 
 
 def _scenes(_own: bool) -> list[dict[str, Any]]:
-    from hw.scene.scene import load_scene, scene_names
+    from hw.scene import load_scene, scene_names
 
     scenes = [load_scene(name) for name in scene_names()]
     return [{"scene": s.name, "robot": s.robot, "user": s.user, "about": s.about} for s in scenes]
 
 
 def _users(_own: bool) -> list[dict[str, Any]]:
-    from hw.people.walking import wanderer
-    from hw.people.walking.manner import MANNERS
-    from hw.people.walking.script import load_script, script_names
+    from hw.people.walking import MANNERS, load_script, script_names, wanderer
 
     scripts = [{"user": name, "about": load_script(name).about} for name in script_names()]
     kinds = [
@@ -134,19 +131,19 @@ def _users(_own: bool) -> list[dict[str, Any]]:
 
 
 def _profiles(_own: bool) -> list[dict[str, Any]]:
-    from behaviors.profile.profile import load_profile, profile_names
+    from behaviors.profile import load_profile, profile_names
 
     return [{"profile": name, "about": load_profile(name).about} for name in profile_names()]
 
 
 def _robots(_own: bool) -> list[dict[str, Any]]:
-    from hw.model.robot import load_robot, robot_names
+    from hw.model import load_robot, robot_names
 
     return [{"robot": name, "about": load_robot(name).about} for name in robot_names()]
 
 
 def _arms(_own: bool) -> list[dict[str, Any]]:
-    from hw.model.arm import arm_names, load_arm
+    from hw.model import arm_names, load_arm
 
     return [
         {"arm": found.name, "payload_kg": found.payload, "about": found.about}
@@ -155,7 +152,7 @@ def _arms(_own: bool) -> list[dict[str, Any]]:
 
 
 def _connections(_own: bool) -> list[dict[str, Any]]:
-    from hw.connection.connection import connection_names, load_connection
+    from hw.connection import connection_names, load_connection
 
     return [
         {

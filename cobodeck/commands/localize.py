@@ -14,15 +14,25 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal.argument_types import length, pose, scan_mounts, word
-from cobodeck.terminal.console import FAILED, OK, Problem, ProgressLine, show, show_json, table
-from engine.files.declared.named import YAML
+from cobodeck.terminal import (
+    FAILED,
+    OK,
+    Problem,
+    ProgressLine,
+    length,
+    pose,
+    scan_mounts,
+    show,
+    show_json,
+    table,
+    word,
+)
+from engine.files.declared import YAML
 
 if TYPE_CHECKING:
-    from cobodeck.logs.formats.drive_log import SensorLog
-    from cobodeck.logs.log_localization import Localized
-    from cobodeck.logs.mapped import Ground
-    from hw.geometry import Pose2
+    from cobodeck.logs import Ground, Localized
+    from cobodeck.logs.formats import SensorLog
+    from hw import Pose2
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -60,23 +70,23 @@ def _yaml(text: str) -> Path:
 def run(args: argparse.Namespace) -> int:
     """Localize, report, draw."""
     if args.output is not None:
-        from cobodeck.pictures.drawing.canvas import form_of
+        from cobodeck.pictures.drawing import form_of
 
         form_of(args.output)
-    from cobodeck.logs.formats.drive_log import SCAN
-    from cobodeck.logs.log_files import open_log
+    from cobodeck.logs import open_log
+    from cobodeck.logs.formats import SCAN
 
     log = open_log(args.log).mounted(dict(args.scan_mounts))
     if log.count(SCAN) == 0:
         return _reckon(log, args)
-    from cobodeck.logs.log_localization import first_pose, localize
+    from cobodeck.logs import first_pose, localize
 
     ground = _ground(log, args)
     start = None if args.anywhere else args.start or first_pose(ground)
     found = localize(log, ground, start, args.seed, time.perf_counter)
     written = list(_written(found, args))
     if args.json:
-        from cobodeck.logs.log_localization import figures
+        from cobodeck.logs import figures
 
         show_json(figures(found))
     else:
@@ -87,8 +97,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _ground(log: SensorLog, args: argparse.Namespace) -> Ground:
-    from cobodeck.logs.mapped import built_ground, given_ground
-    from states.maps.mapping import RESOLUTION
+    from cobodeck.logs import built_ground, given_ground
+    from states.maps import RESOLUTION
 
     resolution = args.resolution or RESOLUTION
     if args.place is None:
@@ -106,7 +116,7 @@ def _written(found: Localized, args: argparse.Namespace) -> list[Path]:
     if args.save_map is not None:
         if found.ground.map is None:
             raise Problem(f"--save-map: {found.ground.source} is no map of scans")
-        from states.maps.occupancy import save_map
+        from states.maps import save_map
 
         save_map(found.ground.map, args.save_map)
         written.append(args.save_map)
@@ -114,8 +124,8 @@ def _written(found: Localized, args: argparse.Namespace) -> list[Path]:
         _write_csv(found, args.csv)
         written.append(args.csv)
     if args.output is not None:
-        from cobodeck.pictures.drawing.canvas import save
-        from cobodeck.pictures.localization_picture import localized_picture
+        from cobodeck.pictures import localized_picture
+        from cobodeck.pictures.drawing import save
 
         save(localized_picture(found), args.output)
         written.append(args.output)
@@ -138,12 +148,12 @@ def _write_csv(found: Localized, path: Path) -> None:
 
 def _reckon(log: SensorLog, args: argparse.Namespace) -> int:
     """For a log without scans: the path by wheels and inertial sensor."""
-    from cobodeck.logs.reckoned import figures, reckon
+    from cobodeck.logs import reckon, reckoning_figures
 
     for name, given in (("--map", args.place), ("--start", args.start), ("-o", args.output)):
         if given is not None:
             raise Problem(f"{log.path}: has no scans, so that there is nothing for {name}")
-    found = figures(log, reckon(log))
+    found = reckoning_figures(log, reckon(log))
     if args.json:
         show_json(found)
         return OK
@@ -161,7 +171,7 @@ def _reckon(log: SensorLog, args: argparse.Namespace) -> int:
 
 def summary(found: Localized) -> str:
     """The figures as text for people."""
-    from cobodeck.logs.log_localization import figures
+    from cobodeck.logs import figures
 
     told = figures(found)
     walls, errors, took = told["wall_distance_m"], told["errors"], told["time_per_scan_ms"]

@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
-from cobodeck.terminal.console import FAILED, OK, Problem, show
+from cobodeck.terminal import FAILED, OK, Problem, show
 
 TEMPLATES = Path(__file__).parent.parent / "template"
 PLACEHOLDER = "PROJECT"

@@ -24,10 +24,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.terminal.console import FAILED, OK, USAGE, Problem, complain, show
+from cobodeck.terminal import FAILED, OK, USAGE, Problem, complain, show
 
 if TYPE_CHECKING:
-    from hw.drivers.observer import ObserverLink
+    from hw.drivers import ObserverLink
 
 TEXT = """observing {host}:{port}. Stay here and look at the robot.
 Enter: software stop. Ctrl-C: software stop, and the end of this.
@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _make_key(path: Path) -> int:
-    from hw.drivers.observer_key import make_key
+    from hw.drivers import make_key
 
     try:
         make_key(path)
@@ -91,9 +91,8 @@ def _make_key(path: Path) -> int:
 
 
 def _link(args: argparse.Namespace) -> ObserverLink:
-    from hw.drivers.observer import ObserverLink
-    from hw.drivers.observer_key import key_in
-    from hw.ipc.datagrams import is_loopback
+    from hw.drivers import ObserverLink, key_in
+    from hw.ipc import is_loopback
 
     host, port = args.chain
     try:
@@ -113,7 +112,7 @@ def _link(args: argparse.Namespace) -> ObserverLink:
 
 def _watch(observer: ObserverLink, terminal: int) -> None:
     """Run until the terminal is closed; a line typed there stops the robot."""
-    from hw.drivers.observer import PERIOD_S
+    from hw.drivers import PERIOD_S
 
     due, news = 0.0, _News(observer)
     while True:

@@ -14,13 +14,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal.console import FAILED, OK, Problem, show, show_json, table
-from engine.files.finding import FileError
+from cobodeck.terminal import FAILED, OK, Problem, show, show_json, table
+from engine.files import FileError
 
 if TYPE_CHECKING:
-    from states.arm.kinematics.model import Manipulator
-    from states.arm.planning.parking import ParkedPose
-    from states.arm.planning.reach import ReachTable
+    from states.arm.kinematics import Manipulator
+    from states.arm.planning import ParkedPose, ReachTable
 
 HEIGHTS = (0.3, 1.9, 0.1)
 DISTANCES = (0.8, 0.9, 1.0, 1.1, 1.2)
@@ -106,7 +105,7 @@ def run(args: argparse.Namespace) -> int:
     if args.park:
         return _park(args)
     if args.output is not None:
-        from cobodeck.pictures.drawing.canvas import form_of
+        from cobodeck.pictures.drawing import form_of
 
         form_of(args.output)
     found = reach_report(args.height, args.distance, args.robot, args.tool, args.tolerance)
@@ -115,8 +114,8 @@ def run(args: argparse.Namespace) -> int:
     else:
         show(summary(found))
     if args.output is not None:
-        from cobodeck.pictures.drawing.canvas import save
-        from cobodeck.pictures.reach_plot import reach_picture
+        from cobodeck.pictures import reach_picture
+        from cobodeck.pictures.drawing import save
 
         save(reach_picture(found.table, *_head(found).split(", ", 1)), args.output)
         if not args.json:
@@ -126,9 +125,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _park(args: argparse.Namespace) -> int:
     """Print parked poses of a robot's arm with a prop, as its file has them."""
-    from hw.model.prop import load_prop
-    from hw.model.robot import load_robot
-    from states.arm.planning.parking import ParkingSearch
+    from hw.model import load_prop, load_robot
+    from states.arm.planning import ParkingSearch
 
     if args.tool is not None and _number(args.tool) is not None:
         raise Problem(f"--tool {args.tool}: --park needs the name or the file of a prop")
@@ -172,9 +170,8 @@ def reach_report(
     Raises:
         Problem: there is no such robot or tool, or a file is wrong.
     """
-    from states.arm.kinematics.collision import CollisionModel
-    from states.arm.kinematics.kinematics import KinematicChain
-    from states.arm.planning.reach import ANGLES, Reach
+    from states.arm.kinematics import CollisionModel, KinematicChain
+    from states.arm.planning import ANGLES, Reach
 
     arm = arm_of(robot, tool)
     reach = Reach(KinematicChain.of(arm), CollisionModel.of(arm))
@@ -188,8 +185,8 @@ def arm_of(robot: str, tool: str | None) -> Manipulator:
     Raises:
         Problem: the length is impossible, or a file is wrong or missing.
     """
-    from hw.model.robot import load_robot
-    from states.arm.description.robot_arm import manipulator_of
+    from hw.model import load_robot
+    from states.arm.description import manipulator_of
 
     length = _number(tool)
     try:

@@ -9,12 +9,11 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal.argument_types import new_record
-from cobodeck.terminal.console import FAILED, OK, USAGE, Problem, show, show_json
+from cobodeck.terminal import FAILED, OK, USAGE, Problem, new_record, show, show_json
 
 if TYPE_CHECKING:
-    from cobodeck.record.read.reader import Record
-    from cobodeck.record.write.record_recovery import Extent
+    from cobodeck.record.read import Record
+    from cobodeck.record.write import Extent
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,8 +31,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Recover."""
-    from cobodeck.record.read.reader import Record
-    from cobodeck.record.write.record_recovery import extent
+    from cobodeck.record.read import Record
+    from cobodeck.record.write import extent
 
     record = Record(args.file)
     found = extent(record)
@@ -54,8 +53,8 @@ def _written(record: Record, found: Extent, out: Path | None) -> Path:
     Raises:
         Problem: the requested file exists, or cannot be written.
     """
-    from cobodeck.record.format.sink import Sink, Taken, open_free
-    from cobodeck.record.write.record_recovery import recover
+    from cobodeck.record.format import Sink, Taken, open_free
+    from cobodeck.record.write import recover
 
     named = out or _beside(record.path)
     try:
@@ -77,7 +76,7 @@ def _written(record: Record, found: Extent, out: Path | None) -> Path:
 
 
 def _beside(path: Path) -> Path:
-    from cobodeck.terminal.record_names import ENDING, PART
+    from cobodeck.terminal import ENDING, PART
 
     name = path.name.removesuffix(PART).removesuffix(ENDING)
     return path.with_name(f"{name}.recovered{ENDING}")
@@ -96,7 +95,7 @@ def _told(record: Record, found: Extent, path: Path | None) -> dict[str, Any]:
 
 
 def _summary(record: Record, found: Extent, path: Path | None) -> str:
-    from cobodeck.terminal.record_names import PART
+    from cobodeck.terminal import PART
 
     assert found.end_ns is not None, "there is no tick"
     length = f"{found.end_ns / 1e9:.1f} s, {found.ticks} ticks"

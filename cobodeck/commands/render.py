@@ -6,16 +6,12 @@ import argparse
 from pathlib import Path
 
 from cobodeck.pictures import render_scene as room
-from cobodeck.project.library import chart_file, load_beside
-from cobodeck.project.state_catalogue import catalogue
-from cobodeck.terminal.argument_types import instant
-from cobodeck.terminal.console import FAILED, OK, Problem, show
-from cobodeck.terminal.record_names import is_record
-from engine.chart.load import Library
-from engine.draw.dot_text import dot
-from engine.draw.layout import FILE_FORMS, CannotRender, render
-from engine.files.finding import did_you_mean
-from engine.reports import text
+from cobodeck.project import catalogue, chart_file, load_beside
+from cobodeck.terminal import FAILED, OK, Problem, instant, is_record, show
+from engine import text
+from engine.chart import Library
+from engine.draw import FILE_FORMS, CannotRender, dot, render
+from engine.files import did_you_mean
 
 TEXT_FORMS = ("dot", "mmd")
 LARGEST = 10_000
@@ -69,7 +65,7 @@ def _draw_chart(args: argparse.Namespace) -> int:
     if shown > LARGEST:
         raise Problem(f"a picture of {shown} nodes; at most {LARGEST}, choose a smaller --depth")
     if form == "mmd":
-        from engine.draw.mermaid_text import mermaid
+        from engine.draw import mermaid
 
         data = mermaid(chart, library, depth).encode()
     elif form == "dot":
@@ -88,7 +84,7 @@ def _draw_chart(args: argparse.Namespace) -> int:
 def _draw_run(args: argparse.Namespace) -> int:
     if args.scene is not None:
         raise Problem(f"{args.chart}: a record has its own room; leave out --scene")
-    from cobodeck.pictures.run.record_picture import draw_run
+    from cobodeck.pictures.run import draw_run
 
     return draw_run(Path(args.chart), args.output, args.start_s, args.end_s)
 

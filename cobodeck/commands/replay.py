@@ -13,15 +13,12 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal.argument_types import new_record
-from cobodeck.terminal.console import FAILED, OK, ProgressLine, complain, show, show_json, table
+from cobodeck.terminal import FAILED, OK, ProgressLine, complain, new_record, show, show_json, table
 
 if TYPE_CHECKING:
-    from cobodeck.loop.loop import Loop
-    from cobodeck.record.read.reader import Record
-    from cobodeck.record.read.record_replay import Replay
-    from cobodeck.record.read.sample_feed import ReplayMismatch
-    from cobodeck.record.write.run_recorder import Recorder
+    from cobodeck.loop import Loop
+    from cobodeck.record.read import Record, Replay, ReplayMismatch
+    from cobodeck.record.write import Recorder
 
 FOR_EVER_NS = 1 << 61
 
@@ -40,11 +37,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Replay."""
-    from cobodeck.project.state_catalogue import catalogue
-    from cobodeck.record.read.reader import Record
-    from cobodeck.record.read.record_replay import setup_of, stage_replay
-    from cobodeck.record.write.start import replay_recorder
-    from cobodeck.setup.warmup import warm_up
+    from cobodeck.project import catalogue
+    from cobodeck.record.read import Record, setup_of, stage_replay
+    from cobodeck.record.write import replay_recorder
+    from cobodeck.setup import warm_up
 
     record = Record(args.file)
     if args.check:
@@ -72,7 +68,7 @@ def _go(
     """Run to the end; returns the figures and the file in which the replay was kept."""
     import time
 
-    from cobodeck.run.simulation import figures_of
+    from cobodeck.run import figures_of
 
     loop = replay.loop
     if recorder is not None:
@@ -102,7 +98,7 @@ def _with_share(loop: Loop, record: Record, progress: ProgressLine) -> Callable[
 
 
 def _options(record: Record) -> Any:
-    from cobodeck.setup.options import Options
+    from cobodeck.setup import Options
 
     return Options(**record.header["options"])
 
@@ -110,7 +106,7 @@ def _options(record: Record) -> Any:
 def _found(
     replay: Replay, record: Record, figures: Mapping[str, Any], file: Path | None
 ) -> dict[str, Any]:
-    from cobodeck.record.format.record_header import changes
+    from cobodeck.record.format import changes
 
     difference, checker = replay.difference, replay.checker
     return {

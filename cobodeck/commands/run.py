@@ -14,14 +14,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cobodeck.commands import simulate
-from cobodeck.real.release_stages import WORDS
-from cobodeck.setup.setup import PROFILE, TICK_HZ
-from cobodeck.terminal.argument_types import new_record, positive, profile, seconds, word
-from cobodeck.terminal.console import REFUSED, Problem, complain
+from cobodeck.real import WORDS
+from cobodeck.setup import PROFILE, TICK_HZ
+from cobodeck.terminal import (
+    REFUSED,
+    Problem,
+    complain,
+    new_record,
+    positive,
+    profile,
+    seconds,
+    word,
+)
 
 if TYPE_CHECKING:
-    from cobodeck.setup.options import Options
-    from cobodeck.setup.setup import Setup
+    from cobodeck.setup import Options, Setup
 
 BLOCKED_S = 0.1
 """Ticks longer than this, s, are reported with the node that blocks them: 3 periods at 30 Hz."""
@@ -79,10 +86,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run on the mock, or on real parts."""
-    from cobodeck.loop.clocks import RealTime, Virtual
-    from cobodeck.setup.options import Options
-    from hw.connection.connection import connection_names, load_connection
-    from hw.model.robot import robot_names
+    from cobodeck.loop import RealTime, Virtual
+    from cobodeck.setup import Options
+    from hw.connection import connection_names, load_connection
+    from hw.model import robot_names
 
     if args.robot in robot_names():
         there = ", ".join(connection_names())
@@ -119,7 +126,7 @@ def _look_first(args: argparse.Namespace, options: Options, setup: Setup) -> Non
         complain(f"{connection.name}: {remark}")
     if options.connection is not None and options.plays_dummy:
         complain(f"the person of {options.user} is played: nobody may be in the room")
-    from cobodeck.real.preflight_checks import NEVER, hindered, observers, preflight
+    from cobodeck.real import NEVER, hindered, observers, preflight
 
     slow = None if options.mock else hindered()
     if slow is not None:
@@ -128,8 +135,8 @@ def _look_first(args: argparse.Namespace, options: Options, setup: Setup) -> Non
         complain(told)
     if not connection.real:
         return
-    from cobodeck.fitness.room_fitness import BAD
-    from cobodeck.real.prior_runs import refuse_untried
+    from cobodeck.fitness import BAD
+    from cobodeck.real import refuse_untried
 
     for told in refuse_untried(setup, options.plays_dummy, args.passed, args.although):
         complain(told)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from cobodeck.project.editor_schema import schema_for
-from cobodeck.project.state_catalogue import catalogue
-from cobodeck.terminal.console import OK, show
+from cobodeck.project import catalogue, schema_for
+from cobodeck.terminal import OK, show
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

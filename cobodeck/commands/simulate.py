@@ -11,19 +11,30 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.setup.setup import CHART, PROFILE, SCENE, TICK_HZ
-from cobodeck.terminal.argument_types import kept_file, length, positive, profile, seconds, word
-from cobodeck.terminal.console import FAILED, OK, Problem, ProgressLine, complain, show, show_json
-from engine.run.errors import Raised
+from cobodeck.setup import CHART, PROFILE, SCENE, TICK_HZ
+from cobodeck.terminal import (
+    FAILED,
+    OK,
+    Problem,
+    ProgressLine,
+    complain,
+    kept_file,
+    length,
+    positive,
+    profile,
+    seconds,
+    show,
+    show_json,
+    word,
+)
+from engine.run import Raised
 
 if TYPE_CHECKING:
-    from cobodeck.loop.clocks import Clock
-    from cobodeck.loop.loop import Loop
-    from cobodeck.record.write.run_recorder import Recorder
-    from cobodeck.run.simulation import RunResult
-    from cobodeck.setup.options import Options
-    from cobodeck.setup.setup import Setup
-    from hw.connection.connection import Connection
+    from cobodeck.loop import Clock, Loop
+    from cobodeck.record.write import Recorder
+    from cobodeck.run import RunResult
+    from cobodeck.setup import Options, Setup
+    from hw.connection import Connection
 
 BLOCKED_S = 5.0
 """Ticks longer than this, s of wall time, are reported with the node that blocks them."""
@@ -104,7 +115,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, record, report."""
-    from cobodeck.setup.options import LONGEST_S, Options
+    from cobodeck.setup import LONGEST_S, Options
 
     options = Options(
         user=args.user,
@@ -129,8 +140,7 @@ def report_on(
     before: Callable[[Setup], None] | None = None,
 ) -> int:
     """Run, write the trace file, print the figures; `before` is called once all files are read."""
-    from cobodeck.run.explanation import explain
-    from cobodeck.run.run_summary import summary
+    from cobodeck.run import explain, summary
 
     began = datetime.now()
     setup = _setup(args)
@@ -155,7 +165,7 @@ def report_on(
 
 def _keeps_record(args: argparse.Namespace, clock: Clock | None) -> bool:
     """A run is always recorded, a simulation on request."""
-    from cobodeck.terminal.record_names import is_record
+    from cobodeck.terminal import is_record
 
     return clock is not None if args.record is None else is_record(args.record)
 
@@ -173,10 +183,10 @@ def _write_trace(
 
     `told`: a failure to keep the run was reported already; do not report it again.
     """
-    from cobodeck.record.format.sink import open_free
-    from cobodeck.record.write.start import FOLDER, default_name
+    from cobodeck.record.format import open_free
+    from cobodeck.record.write import FOLDER, default_name
     from cobodeck.run import trace_file
-    from cobodeck.terminal.record_names import is_record
+    from cobodeck.terminal import is_record
 
     named, ending = wanted, None
     if named is None or is_record(named):
@@ -205,8 +215,8 @@ def _recorder(
     Raises:
         Problem: a requested file exists.
     """
-    from cobodeck.record.format.sink import Taken, require_free
-    from cobodeck.record.write.start import recorder
+    from cobodeck.record.format import Taken, require_free
+    from cobodeck.record.write import recorder
 
     if _keeps_record(args, clock):
         return recorder(setup, options, args.record, began, complain)
@@ -219,8 +229,8 @@ def _recorder(
 
 
 def _setup(args: argparse.Namespace) -> Setup:
-    from cobodeck.project.state_catalogue import catalogue
-    from cobodeck.setup.setup import open_setup
+    from cobodeck.project import catalogue
+    from cobodeck.setup import open_setup
 
     known, body = catalogue(own=args.own), _robot_of(args)
     setup = open_setup(
@@ -239,7 +249,7 @@ def _run(
     blocked_s: float,
     began: datetime,
 ) -> RunResult:
-    from cobodeck.run.simulation import simulate
+    from cobodeck.run import simulate
 
     recorder = _recorder(args, setup, options, clock, began)
     progress = ProgressLine("simulate")
@@ -261,8 +271,8 @@ def _run(
 
 def _robot_of(args: argparse.Namespace) -> str | Connection | None:
     """The robot: a body by name, or a connection, whose body and limits a simulation uses."""
-    from cobodeck.project.named_files import kind_of
-    from hw.connection.connection import connection_names, load_connection
+    from cobodeck.project import kind_of
+    from hw.connection import connection_names, load_connection
 
     named: str | None = getattr(args, "robot", None)
     if named is None:
@@ -278,8 +288,8 @@ def _looked_after(blocked_s: float, devices: bool, loop: Loop) -> Iterator[None]
 
     Beside `devices` the run has its real-time priority.
     """
-    from cobodeck.loop.watchdog import ending_on_signals, naming_what_blocks
-    from hw.ipc.priority import ENGINE, hurrying
+    from cobodeck.loop import ending_on_signals, naming_what_blocks
+    from hw.ipc import ENGINE, hurrying
 
     first = hurrying(ENGINE) if devices else nullcontext()
     with ending_on_signals(loop), naming_what_blocks(loop, blocked_s, complain), first:

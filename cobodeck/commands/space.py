@@ -11,10 +11,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cobodeck.fitness.floor_space import FloorReport, floor_report
-from cobodeck.setup.setup import PROFILE, profile_with
-from cobodeck.terminal.argument_types import length, profile
-from cobodeck.terminal.console import FAILED, OK, show, show_json, table
+from cobodeck.fitness import FloorReport, floor_report
+from cobodeck.setup import PROFILE, profile_with
+from cobodeck.terminal import FAILED, OK, length, profile, show, show_json, table
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +37,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Measure, report, draw."""
     if args.output is not None:
-        from cobodeck.pictures.drawing.canvas import form_of
+        from cobodeck.pictures.drawing import form_of
 
         form_of(args.output)
 
@@ -57,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
 
 def figures(found: FloorReport) -> dict[str, Any]:
     """The report as JSON; m, m2."""
-    from states.floors.usable_space import smallest_square
+    from states.floors import smallest_square
 
     space = found.space
     return {
@@ -83,7 +82,7 @@ def figures(found: FloorReport) -> dict[str, Any]:
 
 def summary(found: FloorReport) -> str:
     """The report as a table."""
-    from states.floors.usable_space import smallest_square
+    from states.floors import smallest_square
 
     space, side = found.space, smallest_square(found.space.inflation)
     head = f"{found.name}: kept {space.inflation:g} m from walls, {found.corners} corners"
@@ -126,8 +125,8 @@ def _ahead(distances: Mapping[int, float]) -> str:
 
 
 def _draw(found: FloorReport, output: Path) -> None:
-    from cobodeck.pictures.drawing.canvas import save
-    from cobodeck.pictures.space_plot import space_picture
+    from cobodeck.pictures import space_picture
+    from cobodeck.pictures.drawing import save
 
     space = found.space
     line = (

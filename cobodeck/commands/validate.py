@@ -10,26 +10,26 @@ import argparse
 from collections.abc import Iterable
 from pathlib import Path
 
-from cobodeck.fitness.checker import FileChecker
-from cobodeck.project.editor_schema import schema_notes
-from cobodeck.project.library import (
+from cobodeck.fitness import FileChecker
+from cobodeck.project import (
+    CHARTS,
+    Catalogue,
+    catalogue,
     errors_in_used,
     files_in,
     findings_of,
     load_beside,
     read_source,
+    schema_notes,
     strictly,
+    wrong_parts,
 )
-from cobodeck.project.part_check import wrong_parts
-from cobodeck.project.state_catalogue import CHARTS, Catalogue, catalogue
-from cobodeck.terminal.console import FAILED, OK, complain, show
-from engine.chart.chart import Chart
-from engine.chart.load import Library
-from engine.check.exploration import explore
-from engine.files.finding import Finding, Place, in_order
-from engine.files.source import SourceFile
-from engine.machine.machine import Machine
-from engine.reports import FORMATS, report
+from cobodeck.terminal import FAILED, OK, complain, show
+from engine import FORMATS, report
+from engine.chart import Chart, Library
+from engine.check import explore
+from engine.files import Finding, Place, SourceFile, in_order
+from engine.machine import Machine
 
 WALKED = 2_000
 """Limit of explored configurations; the report says when it is reached."""

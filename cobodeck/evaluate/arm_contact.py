@@ -16,10 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.geometry import Pose2
-from hw.model.robot import Footprint
-from hw.samples import USER_RADIUS, Joints
-from hw.truth import USER, Contact, Truth
+from hw import USER, USER_RADIUS, Contact, Joints, Pose2, Truth
+from hw.model import Footprint
 
 Array = NDArray[np.float64]
 CapsulesOf = Callable[[Joints], tuple[Array, Array]]
@@ -77,7 +75,7 @@ class ArmWatch:
     """
 
     def __init__(self, outline: ArmOutline, who: str = USER) -> None:
-        from states.arm.kinematics.kernels import meets_disc
+        from states.arm.kinematics import meets_disc
 
         self._meets_disc = meets_disc
         self.contacts: list[Contact] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from behaviors.signal_table import ESTIMATE
+from behaviors import ESTIMATE
 from cobodeck.evaluate.arm_contact import ArmOutline, ArmWatch
 from cobodeck.evaluate.localization import LocalizationWatch
 from cobodeck.evaluate.measured_truth import Senses
@@ -13,15 +13,10 @@ from cobodeck.evaluate.metrics import Evaluator
 from cobodeck.evaluate.requests import RequestWatch
 from cobodeck.evaluate.separation_figures import SeparationWatch
 from cobodeck.evaluate.stuck import StuckWatch
-from cobodeck.loop.loop import Observer
-from cobodeck.loop.plant import Plant
-from cobodeck.loop.sample_router import Inlet
-from cobodeck.loop.wiring import Wired
-from hw.geometry import Pose2, Pose3
-from hw.model.robot import RobotModel
-from hw.samples import Joints
-from hw.scene.scene import Scene
-from hw.truth import BASE
+from cobodeck.loop import Inlet, Observer, Plant, Wired
+from hw import BASE, Joints, Pose2, Pose3
+from hw.model import RobotModel
+from hw.scene import Scene
 
 
 def watchers(plant: Plant, wired: Wired, robot: RobotModel, scene: Scene | None) -> list[Observer]:
@@ -56,8 +51,8 @@ def _by_samples(inlet: Inlet, robot: RobotModel) -> Evaluator:
 
 def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
     """A function that gives map_from_prop for map_from_base and the joint angles, rad."""
-    from states.arm.description.robot_arm import manipulator_of
-    from states.arm.kinematics.kinematics import KinematicChain, forward
+    from states.arm.description import manipulator_of
+    from states.arm.kinematics import KinematicChain, forward
 
     chain = KinematicChain.of(manipulator_of(robot))
 
@@ -71,8 +66,8 @@ def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
 
 def arm_outline(robot: RobotModel) -> ArmOutline:
     """The robot's arm as capsules, with the names of its parts."""
-    from states.arm.description.robot_arm import manipulator_of
-    from states.arm.kinematics.collision import CollisionModel, outline
+    from states.arm.description import manipulator_of
+    from states.arm.kinematics import CollisionModel, outline
 
     arm = manipulator_of(robot)
     model = CollisionModel.of(arm)

@@ -10,10 +10,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from cobodeck.evaluate.separation_figures import SeparationWatch
-from engine.machine.machine import Box
-from engine.run.chart_run import ChartRun
-from hw.log import Log
-from hw.truth import Contact, Hit
+from engine.machine import Box
+from engine.run import ChartRun
+from hw import Contact, Hit, Log
 
 
 def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float | None]:

@@ -7,13 +7,11 @@ from array import array
 from collections import Counter, deque
 from typing import Any, TypeAlias
 
-from behaviors.signal_table import ESTIMATE
+from behaviors import ESTIMATE
 from cobodeck.evaluate.metrics import PoseSource
-from engine.signals.board import Board
-from engine.signals.slots import EstimatedSlot, compute
-from hw.geometry import Pose2, wrap
-from hw.truth import Truth
-from states.localization.estimates import LocalizationEstimator, PoseEstimate
+from engine.signals import Board, EstimatedSlot, compute
+from hw import Pose2, Truth, wrap
+from states.localization import LocalizationEstimator, PoseEstimate
 
 Errors: TypeAlias = "array[float]"
 """As plain doubles: a day at 30 Hz has 2.6 million of each."""

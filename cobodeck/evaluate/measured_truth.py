@@ -6,14 +6,12 @@ measured.
 
 from __future__ import annotations
 
-from cobodeck.loop.sample_router import Inlet
-from engine.state import Stamped as Stamped
-from hw.geometry import Pose2, Pose3
-from hw.model.robot import Footprint
-from hw.samples import ArmState, Sample, UserPose
-from hw.sim.contact.contact import gap
-from hw.truth import Truth
-from states.signals.user_motion import VelocityEstimator
+from cobodeck.loop import Inlet
+from engine import Stamped as Stamped
+from hw import ArmState, Pose2, Pose3, Sample, Truth, UserPose
+from hw.model import Footprint
+from hw.sim.contact import gap
+from states.signals import VelocityEstimator
 
 WINDOW_S = 0.2
 """Window over which the person's speed is estimated, s."""

@@ -14,8 +14,7 @@ from typing import Any, Protocol
 from cobodeck.evaluate.arm_contact import ArmWatch
 from cobodeck.evaluate.figures import contact_figures, hit_figures, spread
 from cobodeck.evaluate.requests import RequestWatch
-from hw.geometry import Pose2, wrap
-from hw.truth import Contact, Truth
+from hw import Contact, Pose2, Truth, wrap
 
 AHEAD_M, HALF_VIEW_RAD, AROUND_M = 2.5, math.pi / 5, 1.5
 """The Escape zones: radius and half angle within the view, radius elsewhere, m, rad (R104)."""

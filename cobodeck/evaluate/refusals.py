@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
-from engine.machine.machine import Box
-from engine.run.chart_run import ChartRun
-from hw.geometry import Pose2, Pose3
+from engine.machine import Box
+from engine.run import ChartRun
+from hw import Pose2, Pose3
 
 
 class Unserved(NamedTuple):

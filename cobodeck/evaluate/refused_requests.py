@@ -8,14 +8,14 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from behaviors.haptic import all_poses, round_poses
-from behaviors.profile.settings import HapticSettings
+from behaviors import all_poses, round_poses
+from behaviors.profile import HapticSettings
 from cobodeck.evaluate.refusals import WALLED, Unserved, refused
-from cobodeck.setup.setup import Setup
-from engine.run.chart_run import ChartRun
-from hw.geometry import Pose2, Pose3
-from hw.scene.room import foot
-from states.environment.environment import Environment
+from cobodeck.setup import Setup
+from engine.run import ChartRun
+from hw import Pose2, Pose3
+from hw.scene import foot
+from states.environment import Environment
 
 FARTHEST_M = 2.5
 STEP_M = 0.01

@@ -9,9 +9,7 @@ from typing import Any
 
 from cobodeck.evaluate.figures import spread
 from cobodeck.evaluate.refusals import Unserved
-from hw.geometry import Pose2, Pose3
-from hw.samples import Joints
-from hw.truth import Truth
+from hw import Joints, Pose2, Pose3, Truth
 
 SERVED_M, SERVED_RAD = 0.02, 0.1
 """Largest error of the prop against the DEEP for a request to count as served, m, rad (R44)."""

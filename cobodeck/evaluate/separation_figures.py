@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from hw.log import Log
-from hw.safety.cycle_record import GRANTED, SafetyRecord
+from hw import Log
+from hw.safety import GRANTED, SafetyRecord
 
 LONGEST_NS = 10_000_000
 """Upper limit of the time counted for one cycle, ns; between two drives there are no cycles."""

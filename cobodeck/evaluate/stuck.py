@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cobodeck.evaluate.metrics import PoseSource
-from engine.run.chart_run import ChartRun
-from hw.model.robot import Footprint
-from hw.scene.scene import Scene
-from hw.sim.contact.nearby import BESIDE_M, nearest
+from engine.run import ChartRun
+from hw.model import Footprint
+from hw.scene import Scene
+from hw.sim.contact import BESIDE_M, nearest
 
 OUTCOMES = ("stuck", "no_path")
 """Outcomes of a leaf whose drive came to nothing."""

@@ -8,20 +8,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cobodeck.fitness.room_fitness import BAD, FIT, DoctorLine
-from hw.geometry import Pose2, Pose3
-from hw.model.robot import RobotModel
-from hw.scene.room import Room
-from states.arm.arm_situation import ArmSituation
-from states.arm.description.robot_arm import manipulator_of
-from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Surroundings
-from states.arm.kinematics.dynamics import Bodies, Effort, effort
-from states.arm.kinematics.kinematics import KinematicChain
-from states.arm.planning.parking import CLEARANCE
-from states.arm.planning.planning import Plan, ended, in_turn
-from states.arm.workspace import Workspace
+from hw import Pose2, Pose3
+from hw.model import RobotModel
+from hw.scene import Room
+from states.arm import ArmSituation, Workspace
+from states.arm.description import manipulator_of
+from states.arm.kinematics import (
+    Bodies,
+    CollisionChecker,
+    CollisionModel,
+    Effort,
+    KinematicChain,
+    Surroundings,
+    effort,
+)
+from states.arm.planning import CLEARANCE, Plan, ended, in_turn
 
 if TYPE_CHECKING:
-    from behaviors.profile.profile import Profile
+    from behaviors.profile import Profile
 
 HEIGHT, DISTANCES = 1.2, (1.0, 0.9, 0.8, 0.7)
 """Where the DEEP of the reach lies: height, and distances that are tried in turn, m."""

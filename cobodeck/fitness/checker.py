@@ -8,16 +8,14 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.project.library import chart_names
-from cobodeck.project.project import is_there, names_in
-from cobodeck.project.state_catalogue import Catalogue
-from engine.chart.load import Library, load_files
-from engine.files.declared.item import Item, gather, load_yaml
-from engine.files.finding import FileError, Finding, did_you_mean
+from cobodeck.project import Catalogue, chart_names, is_there, names_in
+from engine.chart import Library, load_files
+from engine.files import FileError, Finding, did_you_mean
+from engine.files.declared import Item, gather, load_yaml
 
 if TYPE_CHECKING:
-    from behaviors.profile.profile import Profile
-    from hw.model.robot import RobotModel
+    from behaviors.profile import Profile
+    from hw.model import RobotModel
 
 
 class FileChecker:
@@ -52,7 +50,7 @@ class FileChecker:
         return ()
 
     def _scene(self, file: Path) -> None:
-        from hw.sim.staging import check_scene
+        from hw.sim import check_scene
 
         check_scene(file)
 
@@ -61,18 +59,18 @@ class FileChecker:
 
     def _folded(self, item: Item) -> None:
         """Check a robot, and that its folded arm touches nothing; shipped ones are tested."""
-        from hw.model.robot import FOLDER, robot_from
+        from hw.model import FOLDER, robot_from
 
         robot = robot_from(item)
         if robot.arm is not None and item.folder.resolve() != FOLDER.resolve():
-            from states.arm.description.robot_arm import folded_contact
+            from states.arm.description import folded_contact
 
             contact = folded_contact(robot)
             if contact is not None:
                 raise item.inner("arm.mount").error(contact)
 
     def _profile(self, file: Path) -> None:
-        from behaviors.profile.profile import load_profile
+        from behaviors.profile import load_profile
 
         profile = load_profile(file)
         gather((lambda: profile.require(self._charts), lambda: self._fits(profile)))
@@ -94,7 +92,7 @@ class FileChecker:
 
     @cached_property
     def _known_robots(self) -> list[RobotModel]:
-        from hw.model.robot import load_robot, robot_names
+        from hw.model import load_robot, robot_names
 
         found = []
         for robot in self._robots or robot_names():
@@ -103,27 +101,27 @@ class FileChecker:
         return found
 
     def _user(self, file: Path) -> None:
-        from hw.people.walking.script import load_script
+        from hw.people.walking import load_script
 
         load_script(file)
 
     def _prop(self, file: Path) -> None:
-        from hw.model.prop import load_prop
+        from hw.model import load_prop
 
         load_prop(file)
 
     def _calibration(self, file: Path) -> None:
-        from hw.model.calibration import load_calibration
+        from hw.model import load_calibration
 
         load_calibration(file)
 
     def _tracking(self, file: Path) -> None:
-        from hw.model.tracking_file import load_tracking
+        from hw.model import load_tracking
 
         load_tracking(file)
 
     def _arm(self, file: Path) -> None:
-        from hw.model.arm import load_arm
+        from hw.model import load_arm
 
         load_arm(file)
 
@@ -131,8 +129,8 @@ class FileChecker:
         load_yaml(file, self._connected)
 
     def _connected(self, item: Item) -> None:
-        from cobodeck.setup.open_scene import open_place
-        from hw.connection.connection import connection_from
+        from cobodeck.setup import open_place
+        from hw.connection import connection_from
 
         found = connection_from(item)
         checks: list[Callable[[], Any]] = [

@@ -8,13 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.terminal.console import Problem
+from cobodeck.terminal import Problem
 
 if TYPE_CHECKING:
-    from behaviors.profile.profile import Profile
-    from states.floors.floor_cells import MapFloor
-    from states.floors.floor_plan import RoomFloor
-    from states.floors.usable_space import Space, Untouchable
+    from behaviors.profile import Profile
+    from states.floors import MapFloor, RoomFloor, Space, Untouchable
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ def floor_report(
         Problem: square corners are requested for a map.
         FileError: the scene or map is wrong.
     """
-    from states.floors.usable_space import measure, room_ahead, shortcoming, without_haptic_pose
+    from states.floors import measure, room_ahead, shortcoming, without_haptic_pose
 
     drive, haptic = profile.navigation.haptic, profile.settings.haptic
     name, floor, remarks = _floor(place, corners)
@@ -77,8 +75,8 @@ def floor_report(
 
 def haptic_places(profile: Profile) -> list[tuple[float, float]]:
     """Positions of the Haptic rover poses in the user's frame, x ahead and y left, m."""
-    from behaviors.haptic import all_poses
-    from hw.geometry import Pose3
+    from behaviors import all_poses
+    from hw import Pose3
 
     haptic = profile.settings.haptic
     deep = Pose3.from_yaw(haptic.deep_ahead, 0.0, haptic.deep_height, 0.0)
@@ -86,17 +84,17 @@ def haptic_places(profile: Profile) -> list[tuple[float, float]]:
 
 
 def _floor(place: str, corners: str) -> tuple[str, RoomFloor | MapFloor, tuple[str, ...]]:
-    from cobodeck.setup.open_scene import is_map
-    from hw.scene.scene import load_scene
-    from states.floors.floor_plan import RoomFloor
+    from cobodeck.setup import is_map
+    from hw.scene import load_scene
+    from states.floors import RoomFloor
 
     if not is_map(place):
         scene = load_scene(place)
         return scene.name, RoomFloor(scene.room, "square" if corners == "square" else "round"), ()
     if corners == "square":
         raise Problem(f"{place}: a map is inflated cell by cell, with round corners only")
-    from states.floors.floor_cells import MapFloor
-    from states.maps.rooms import load_floor
+    from states.floors import MapFloor
+    from states.maps import load_floor
 
     map_ = load_floor(place)
     return Path(place).stem, MapFloor(map_), map_.remarks

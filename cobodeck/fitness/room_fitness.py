@@ -7,14 +7,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from engine.files.finding import FileError
+from engine.files import FileError
 
 if TYPE_CHECKING:
-    from behaviors.profile.profile import Profile
+    from behaviors.profile import Profile
     from cobodeck.fitness.floor_space import FloorReport
-    from cobodeck.setup.open_scene import RunPlace
-    from hw.model.robot import RobotModel
-    from states.floors.usable_space import Untouchable
+    from cobodeck.setup import RunPlace
+    from hw.model import RobotModel
+    from states.floors import Untouchable
 
 FIT, MISSING, BAD = "ok", "missing", "bad"
 PRINTED = 60
@@ -34,9 +34,8 @@ def room_checks(
         FileError: the scene or the profile is wrong.
     """
     from cobodeck.fitness.floor_space import floor_report
-    from cobodeck.setup.open_scene import open_place
-    from cobodeck.setup.setup import profile_with
-    from hw.model.robot import load_robot
+    from cobodeck.setup import open_place, profile_with
+    from hw.model import load_robot
 
     scene, profile = open_place(scene_name).scene, profile_with(profile_name, sets)
     robot = load_robot(scene.robot)
@@ -56,8 +55,8 @@ def tracking_checks(path: Path) -> Iterator[DoctorLine]:
     Raises:
         FileError: the file is wrong.
     """
-    from hw.model.tracking_file import load_tracking
-    from states.localization.calibration.tracker_calibration import GREATEST_OFFSET, GREATEST_TURN
+    from hw.model import load_tracking
+    from states.localization.calibration import GREATEST_OFFSET, GREATEST_TURN
 
     held = load_tracking(path)
     off, turn = held.residual.position, held.residual.yaw
@@ -103,7 +102,7 @@ def _floor(report: FloorReport, profile: Profile) -> Iterator[DoctorLine]:
 def _waiting(place: RunPlace, robot: RobotModel, profile: Profile) -> Iterator[DoctorLine]:
     """What a robot that waits beside a user risks in this room, if it has an arm to serve them."""
     from cobodeck.fitness.waiting_places import waiting_report
-    from cobodeck.setup.open_scene import environment_at
+    from cobodeck.setup import environment_at
 
     found = waiting_report(environment_at(place, profile, robot), profile.settings)
     if found is None:

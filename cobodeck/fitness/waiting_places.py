@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from behaviors.profile.settings import Settings
-    from behaviors.situation.chase_cells import Array
-    from behaviors.situation.present_situation import Situation
-    from states.environment.environment import Environment
+    from behaviors.profile import Settings
+    from behaviors.situation import Array, Situation
+    from states.environment import Environment
 
 APART, PLACES = 1.0, 150
 """Distance between the places at which a user is looked at, m, or more for so many at most."""
@@ -39,7 +38,7 @@ class WaitingReport:
 
 def waiting_report(environment: Environment, settings: Settings) -> WaitingReport | None:
     """Look at users all over the room; None if there is no floor for them to stand on."""
-    from behaviors.situation.chase_cells import grid
+    from behaviors.situation import grid
 
     cells = grid(environment, settings)
     found = [(now, _risk(now, cells)) for now in _users(environment, settings)]
@@ -56,9 +55,8 @@ def waiting_report(environment: Environment, settings: Settings) -> WaitingRepor
 
 
 def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
-    from behaviors.situation.present_situation import Situation
-    from hw.geometry import STILL, Pose2
-    from hw.samples import USER_RADIUS, UserPose
+    from behaviors.situation import Situation
+    from hw import STILL, USER_RADIUS, Pose2, UserPose
 
     room = environment.room
     x_low, y_low, x_high, y_high = room.bounds
@@ -77,9 +75,9 @@ def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
 
 def _risk(now: Situation, cells: Array) -> float | None:
     """The risk at the free cell with the largest weight, s; None without a free cell."""
-    from behaviors.chase import out_of_the_way
-    from behaviors.prediction.waiting import risks
-    from behaviors.situation.chase_space import space
+    from behaviors import out_of_the_way
+    from behaviors.prediction import risks
+    from behaviors.situation import space
 
     around = space(now.settings, lambda: cells, now.planners["chase"], now.user)
     chosen = out_of_the_way(now, around.all_free())

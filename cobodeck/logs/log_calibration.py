@@ -6,24 +6,21 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cobodeck.logs.formats.drive_log import SCAN, TRACKER, SensorLog
+from cobodeck.logs.formats import SCAN, TRACKER, SensorLog
 from cobodeck.logs.mapped import Ground
 from cobodeck.logs.seen import scans_of
-from engine.files.finding import mistake
-from hw.geometry import Pose2, Pose3
-from hw.model.prop import Placement
-from hw.model.tracking import Tracking
-from hw.model.tracking_file import Residual, TrackingFile, placement_of
-from hw.samples import Scan, TrackerPose
-from states.localization.calibration.tracker_calibration import (
+from engine.files import mistake
+from hw import Pose2, Pose3, Scan, TrackerPose
+from hw.model import Placement, Residual, Tracking, TrackingFile, placement_of
+from states.localization import Localizer
+from states.localization.calibration import (
     BaseReading,
     Calibration,
     NoCalibration,
     TrackerReading,
     calibrate,
 )
-from states.localization.localizer import Localizer
-from states.localization.matching.scan_tracker import TrackerValues, match
+from states.localization.matching import TrackerValues, match
 
 _NEAR = np.diag([0.05**2, 0.05**2, 0.03**2])
 """Prior covariance (m2, m2, rad2) of one scanner's match, around the pose by all scanners."""

@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from cobodeck.logs.formats.bag import is_bag, read_bag
-from cobodeck.logs.formats.carmen import is_carmen, read_carmen
-from cobodeck.logs.formats.content import head
-from cobodeck.logs.formats.drive_log import SensorLog
-from cobodeck.logs.formats.rawlog import is_rawlog, read_rawlog
-from cobodeck.logs.formats.run_record import is_record, read_record
-from engine.files.finding import mistake
+from cobodeck.logs.formats import (
+    SensorLog,
+    head,
+    is_bag,
+    is_carmen,
+    is_rawlog,
+    is_record,
+    read_bag,
+    read_carmen,
+    read_rawlog,
+    read_record,
+)
+from engine.files import mistake
 
 KINDS: tuple[tuple[Callable[[Path], bool], Callable[[Path], SensorLog]], ...] = (
     (is_record, read_record),

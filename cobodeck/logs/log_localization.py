@@ -15,14 +15,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cobodeck.logs.formats.drive_log import ODOMETRY, SCAN, SensorLog
+from cobodeck.logs.formats import ODOMETRY, SCAN, SensorLog
 from cobodeck.logs.mapped import Ground, reference_at
 from cobodeck.logs.seen import SeenScan, scans_of
-from hw.geometry import Pose2, wrap
-from hw.model.tracking import Tracking
-from hw.samples import Odometry, PoseSigma, Sample
-from states.localization.localizer import Localizer
-from states.localization.wheels.trail import displacement_of, velocity_of
+from hw import Odometry, Pose2, PoseSigma, Sample, wrap
+from hw.model import Tracking
+from states.localization import Localizer
+from states.localization.wheels import displacement_of, velocity_of
 
 _STEADY_NS = 100_000_000
 """Longest interval between odometry samples, ns; longer ones are interpolated."""

@@ -14,20 +14,24 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from cobodeck.logs.formats.drive_log import ODOMETRY, SCAN, SensorLog
-from cobodeck.logs.formats.rawlog import is_rawlog, read_rawlog
+from cobodeck.logs.formats import ODOMETRY, SCAN, SensorLog, is_rawlog, read_rawlog
 from cobodeck.logs.seen import SeenScan, scans_of
-from engine.files.finding import FileError, mistake
-from engine.files.source import read_file
-from hw.geometry import Pose2
-from states.localization.slam.incremental_mapping import points_in
-from states.localization.slam.placing import PlacedScan, Placing, Progress, place
-from states.maps.field import Field, map_field, room_field
-from states.maps.mapping import RESOLUTION, Mapper
-from states.maps.occupancy import UNKNOWN, OccupancyMap, load_map
+from engine.files import FileError, mistake, read_file
+from hw import Pose2
+from states.localization.slam import PlacedScan, Placing, Progress, place, points_in
+from states.maps import (
+    RESOLUTION,
+    UNKNOWN,
+    Field,
+    Mapper,
+    OccupancyMap,
+    load_map,
+    map_field,
+    room_field,
+)
 
 if TYPE_CHECKING:
-    from hw.scene.room import Room
+    from hw.scene import Room
 
 Split = Literal["halves", "alternate"]
 _HALVES: Split = "halves"
@@ -82,7 +86,7 @@ def given_ground(place: str, log: SensorLog, resolution: float = RESOLUTION) -> 
     if path.is_file() and _is_map(path):
         map_ = load_map(path)
         return Ground(place, map_field(map_), map_, None, numbers, own=False)
-    from hw.scene.scene import load_scene
+    from hw.scene import load_scene
 
     room = load_scene(place).room
     own = log.form == "record"  # poses of a record are those of its scene

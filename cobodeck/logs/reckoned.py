@@ -10,17 +10,18 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
-from cobodeck.logs.formats.drive_log import IMU, ODOMETRY, SensorLog
-from engine.files.finding import mistake
-from hw.geometry import Pose3
-from hw.samples import ImuReading, Odometry
-from states.localization.filter.measurement_sources import (
+from cobodeck.logs.formats import IMU, ODOMETRY, SensorLog
+from engine.files import mistake
+from hw import ImuReading, Odometry, Pose3
+from states.localization.filter import (
     FilterConfig,
     Measurement,
     MeasurementSource,
     ProcessNoise,
+    SpatialFilter,
+    angles_of,
+    without_gravity,
 )
-from states.localization.filter.spatial import SpatialFilter, angles_of, without_gravity
 
 _WHEELS, _TURNS, _ATTITUDE = "wheels", "turns", "attitude"
 _SOURCES = (
@@ -67,7 +68,7 @@ def _turn(found: SpatialFilter, stamp_ns: int, reading: ImuReading) -> None:
     found.correct(Measurement(stamp_ns, _ATTITUDE, (*angles, *free), _ATTITUDE_OFF))
 
 
-def figures(log: SensorLog, found: SpatialFilter) -> dict[str, Any]:
+def reckoning_figures(log: SensorLog, found: SpatialFilter) -> dict[str, Any]:
     """The figures for programs; m, rad, s."""
     pose: Pose3 = found.pose
     names = (name for name in (ODOMETRY, IMU) if log.count(name))

@@ -5,11 +5,10 @@ from __future__ import annotations
 from bisect import bisect_left
 from typing import Any, NamedTuple
 
-from cobodeck.logs.formats.drive_log import SensorLog
-from hw.geometry import STILL, Pose2, Twist2
-from hw.samples import Odometry, Scan
-from states.localization.matching.scans import cloud_of, span_ns
-from states.localization.wheels.trail import displacement_of, velocity_of
+from cobodeck.logs.formats import SensorLog
+from hw import STILL, Odometry, Pose2, Scan, Twist2
+from states.localization.matching import cloud_of, span_ns
+from states.localization.wheels import displacement_of, velocity_of
 
 ALL_BEAMS = 100_000
 

@@ -17,10 +17,10 @@ from typing import Literal, NamedTuple, Protocol
 from cobodeck.loop.clocks import Clock, Virtual
 from cobodeck.loop.plant import Plant
 from cobodeck.loop.wiring import Wired
-from engine.clock import TickGrid
-from engine.operator.operator import Operator
-from engine.run.errors import Raised, raised
-from hw.safety.guarded import GuardedBase
+from engine import TickGrid
+from engine.operator import Operator
+from engine.run import Raised, raised
+from hw.safety import GuardedBase
 
 LATE_NS = 1_000_000
 """A tick later than this, ns, takes the clock's reading as its instant."""

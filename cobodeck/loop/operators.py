@@ -7,8 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TextIO
 
-from hw.interfaces import StopLine
-from hw.samples import Sample
+from hw import Sample, StopLine
 
 HELP = "operator: ack (a fault), stop (software stop of base and arm), reset (the stop), end"
 

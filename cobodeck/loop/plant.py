@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from engine.state import NEVER_NS
-from hw.log import Log
-from hw.safety.cycle_record import SafetyRecord
-from hw.safety.guarded import GuardedBase
-from hw.samples import Sample
-from hw.truth import Truth
+from engine import NEVER_NS
+from hw import Log, Sample, Truth
+from hw.safety import GuardedBase, SafetyRecord
 
 
 class Plant(Protocol):

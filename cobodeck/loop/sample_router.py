@@ -6,13 +6,10 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from cobodeck.loop.sample_types import misfit
-from engine.files.finding import did_you_mean
-from engine.machine.outputs import shown
-from engine.signals.board import Board
-from engine.signals.signal_kinds import Measured
-from hw.finite import is_finite
-from hw.interfaces import RobotPart
-from hw.samples import Sample
+from engine.files import did_you_mean
+from engine.machine import shown
+from engine.signals import Board, Measured
+from hw import RobotPart, Sample, is_finite
 
 Hears = tuple[str, Callable[[Sample, int], None]]
 """A signal's name, and a function that takes each sample and its instant of arrival, ns."""

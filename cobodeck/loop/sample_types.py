@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from engine.machine.outputs import shown
+from engine.machine import shown
 
 
 def misfit(value: object, kind: Any, place: str = "its value") -> str | None:

@@ -12,14 +12,11 @@ from typing import Any
 
 from cobodeck.loop.sample_router import Inlet
 from cobodeck.loop.wiring import Wired
-from cobodeck.setup.setup import Setup
-from engine.machine.machine import Leaf
-from engine.machine.node import Substitute
-from engine.machine.scripted_states import perhaps
-from engine.run.chart_run import ChartRun
-from engine.signals.board import Board
-from engine.state import NEVER_NS, Context, State, Until
-from engine.state import Run as Steps
+from cobodeck.setup import Setup
+from engine import NEVER_NS, Context, Run as Steps, State, Until
+from engine.machine import Leaf, Substitute, perhaps
+from engine.run import ChartRun
+from engine.signals import Board
 
 DWELL_S = 5.0
 """Mean of the exponentially distributed time for which a leaf runs, s."""

@@ -14,7 +14,7 @@ from types import FrameType
 from typing import Any
 
 from cobodeck.loop.loop import Loop
-from engine.machine.node import LeafNode
+from engine.machine import LeafNode
 
 ROOT = Path(__file__).parent.parent.parent
 ENGINE = str(ROOT / "engine")

@@ -10,20 +10,17 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from behaviors.signal_table import ESTIMATE
+from behaviors import ESTIMATE
 from cobodeck.loop.old_lines import OldLines
 from cobodeck.loop.plant import Inert
 from cobodeck.loop.sample_router import Inlet
-from cobodeck.setup.setup import Setup, Uses, reachable
-from cobodeck.terminal.console import FAILED, Problem
-from engine.machine.machine import Leaf
-from engine.run.chart_run import ChartRun
-from engine.signals.board import Board
-from engine.signals.signal_kinds import Signal, roots
-from engine.signals.slots import compute
-from hw.interfaces import RobotPart
-from hw.safety.guarded import GuardedBase
-from hw.samples import Sample
+from cobodeck.setup import Setup, Uses, reachable
+from cobodeck.terminal import FAILED, Problem
+from engine.machine import Leaf
+from engine.run import ChartRun
+from engine.signals import Board, Signal, compute, roots
+from hw import RobotPart, Sample
+from hw.safety import GuardedBase
 
 ValueTap = Callable[[str, Any], Any]
 """Wraps a part, given its name and the part."""

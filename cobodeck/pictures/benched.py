@@ -10,9 +10,9 @@ from typing import Any
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from cobodeck.pictures.drawing.canvas import save_figure
-from cobodeck.terminal.console import Problem
-from engine.draw.style import GREY, INK
+from cobodeck.pictures.drawing import save_figure
+from cobodeck.terminal import Problem
+from engine.draw import GREY, INK
 
 SIZE_IN = (9.0, 6.0)
 TableRows = Sequence[Mapping[str, Any]]

@@ -9,10 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from cobodeck.avoidable.envelope import WALL_M, Oncoming, least_distance
-from cobodeck.avoidable.motions import GAP, ZONES
-from cobodeck.pictures.drawing.canvas import save_figure
-from engine.draw.style import GREY, INK
+from cobodeck.avoidable import GAP, WALL_M, ZONES, Oncoming, least_distance
+from cobodeck.pictures.drawing import save_figure
+from engine.draw import GREY, INK
 
 SPEEDS, ACCELERATIONS = (0.5, 1.0, 1.5, 2.0), (0.5, 1.0, 1.5, 2.0, 3.0)
 REACTIONS_S = (None, 0.3, 0.5, 0.8)

@@ -17,14 +17,18 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
 
-from cobodeck.avoidable.escape_report import JudgedRun
-from cobodeck.avoidable.judged import JudgedEvent
-from cobodeck.avoidable.motion_search import RADIUS, RobotLimits
-from cobodeck.avoidable.recorded_escapes import RecordedRun
-from cobodeck.avoidable.shapes import Array, way_distance
-from cobodeck.pictures.drawing.canvas import save_figure
-from cobodeck.terminal.console import Problem
-from engine.draw.style import GREY, INK, RED
+from cobodeck.avoidable import (
+    RADIUS,
+    Array,
+    JudgedEvent,
+    JudgedRun,
+    RecordedRun,
+    RobotLimits,
+    way_distance,
+)
+from cobodeck.pictures.drawing import save_figure
+from cobodeck.terminal import Problem
+from engine.draw import GREY, INK, RED
 
 REAL, BEST, PERSON, RECORDED = "#c77700", "#2e7d32", "#123f8c", "#7fb2f0"
 PANEL_IN, COLUMNS, MOST = 3.3, 4, 60

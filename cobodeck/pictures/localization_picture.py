@@ -9,15 +9,14 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.lines import Line2D
 
-from cobodeck.logs.log_localization import NEAR
-from cobodeck.logs.seen import scans_of
-from cobodeck.pictures.drawing.canvas import Sheet, sheet
-from engine.draw.style import GREY, INK
-from states.localization.slam.incremental_mapping import points_in
-from states.maps.occupancy import FREE, UNKNOWN
+from cobodeck.logs import NEAR, scans_of
+from cobodeck.pictures.drawing import Sheet, sheet
+from engine.draw import GREY, INK
+from states.localization.slam import points_in
+from states.maps import FREE, UNKNOWN
 
 if TYPE_CHECKING:
-    from cobodeck.logs.log_localization import Localized
+    from cobodeck.logs import Localized
 
 PATH, BEAMS, TRUE = "#c62828", "#1565c0", "#2e7d32"
 BELOW_IN = 2.2

@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from cobodeck.pictures.drawing.canvas import Sheet
-from engine.draw.style import GREY, INK
+from cobodeck.pictures.drawing import Sheet
+from engine.draw import GREY, INK
 
 if TYPE_CHECKING:
-    from states.arm.planning.reach import ReachTable
+    from states.arm.planning import ReachTable
 
 CELL_IN = (0.62, 0.32)
 REACHED = LinearSegmentedColormap.from_list("reached", ["#ffffff", "#b2dfdb", "#00796b"])

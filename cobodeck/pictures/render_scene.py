@@ -6,13 +6,12 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.setup.setup import CHART, PROFILE, profile_with
-from cobodeck.terminal.argument_types import instant, positive, profile, word
-from cobodeck.terminal.console import OK, Problem, ProgressLine, show
-from engine.files.finding import did_you_mean
+from cobodeck.setup import CHART, PROFILE, profile_with
+from cobodeck.terminal import OK, Problem, ProgressLine, instant, positive, profile, show, word
+from engine.files import did_you_mean
 
 if TYPE_CHECKING:
-    from cobodeck.pictures.drawing.moment import Moment
+    from cobodeck.pictures.drawing import Moment
 
 SPACES = ("chase", "escape", "haptic")
 
@@ -43,11 +42,10 @@ def draw_scene(args: argparse.Namespace) -> int:
     Raises:
         Problem: an argument is wrong; ValueError of `hw` and `behaviors`: a file is wrong.
     """
-    from cobodeck.pictures.drawing.canvas import form_of, save
-    from cobodeck.pictures.drawing.moment import at_start, with_next_drive
+    from cobodeck.pictures.drawing import at_start, form_of, save, with_next_drive
     from cobodeck.pictures.scene_picture import scene_picture
-    from cobodeck.setup.open_scene import environment_at, open_place
-    from hw.model.robot import load_robot
+    from cobodeck.setup import environment_at, open_place
+    from hw.model import load_robot
 
     place = open_place(args.scene)
     scene = place.scene
@@ -77,10 +75,9 @@ def _spaces(text: str | None) -> tuple[str, ...] | None:
 
 
 def _simulated(args: argparse.Namespace) -> Moment:
-    from cobodeck.pictures.drawing.moment import after
-    from cobodeck.project.state_catalogue import catalogue
-    from cobodeck.setup.options import Options
-    from cobodeck.setup.setup import open_setup
+    from cobodeck.pictures.drawing import after
+    from cobodeck.project import catalogue
+    from cobodeck.setup import Options, open_setup
 
     known = catalogue(own=args.own)
     setup = open_setup(args.chart or CHART, args.scene, args.profile, known=known, sets=args.sets)

@@ -4,30 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from behaviors.profile.settings import Settings
-from cobodeck.evaluate.evaluators import arm_outline
-from cobodeck.pictures.drawing.actors import (
+from behaviors.profile import Settings
+from cobodeck.evaluate import arm_outline
+from cobodeck.pictures.drawing import (
     ROBOT_TRAIL,
     USER,
+    Moment,
+    Sheet,
+    draw_arm,
+    draw_inflations,
+    draw_objects,
     draw_robot,
+    draw_room,
+    draw_tracked_area,
     draw_trail,
     draw_user,
     draw_zones,
-)
-from cobodeck.pictures.drawing.arm_outline import draw_arm
-from cobodeck.pictures.drawing.canvas import Sheet, sheet
-from cobodeck.pictures.drawing.moment import Moment, situation_at
-from cobodeck.pictures.drawing.room_drawing import (
-    draw_inflations,
-    draw_objects,
-    draw_room,
-    draw_tracked_area,
+    sheet,
+    situation_at,
 )
 from cobodeck.pictures.spaces import draw_chase, draw_escape, draw_goal, draw_haptic, draw_path
-from hw.geometry import Pose3
-from hw.scene.scene import Scene
-from states.environment.environment import Environment
-from states.subsystems import Navigation
+from hw import Pose3
+from hw.scene import Scene
+from states import Navigation
+from states.environment import Environment
 
 
 def scene_picture(

@@ -16,14 +16,11 @@ from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 from scipy import ndimage
 
-from cobodeck.pictures.drawing.canvas import Sheet, sheet
-from cobodeck.pictures.drawing.room_drawing import INFLATIONS, add_area, draw_room
-from engine.draw.style import INK, RED
-from hw.scene.room import Point
-from states.floors.floor_cells import MapFloor
-from states.floors.floor_plan import RoomFloor
-from states.floors.usable_space import Passage, Space, Untouchable
-from states.navigation.exact.clearance import Array
+from cobodeck.pictures.drawing import INFLATIONS, Sheet, add_area, draw_room, sheet
+from engine.draw import INK, RED
+from hw.scene import Point
+from states.floors import MapFloor, Passage, RoomFloor, Space, Untouchable
+from states.navigation.exact import Array
 
 LEFT = "#ffffff"
 KEPT_OFF = INFLATIONS[1]

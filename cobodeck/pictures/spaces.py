@@ -17,20 +17,15 @@ from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
 from behaviors import escape, haptic
-from behaviors.profile.settings import Settings
-from behaviors.situation.chase_cells import grid
-from behaviors.situation.present_situation import Situation
-from cobodeck.pictures.drawing.actors import view_yaw
-from cobodeck.pictures.drawing.canvas import Sheet
-from cobodeck.pictures.drawing.labels import Labels
-from cobodeck.pictures.drawing.room_drawing import ring_of
-from engine.draw.style import INK, RED
-from hw.geometry import Pose2, Pose3
-from hw.model.robot import Footprint
-from hw.samples import Joints, UserPose
-from hw.scene.room import Point, contains
-from states.environment.environment import Environment
-from states.navigation.exact.clearance import Array
+from behaviors.profile import Settings
+from behaviors.situation import Situation, grid
+from cobodeck.pictures.drawing import Labels, Sheet, ring_of, view_yaw
+from engine.draw import INK, RED
+from hw import Joints, Pose2, Pose3, UserPose
+from hw.model import Footprint
+from hw.scene import Point, contains
+from states.environment import Environment
+from states.navigation.exact import Array
 
 DEEP = "#1e66ff"
 HAPTIC = "#2e7d32"

@@ -8,11 +8,9 @@ from pathlib import Path
 
 from cobodeck.project.library import chart_names
 from cobodeck.project.state_catalogue import CHARTS, Catalogue, catalogue
-from engine.chart.load import load_files
-from engine.files.finding import FileError
-from engine.files.source import SourceFile
-from engine.files.text import is_file, read_text
-from engine.schema.document import schema_text
+from engine.chart import load_files
+from engine.files import FileError, SourceFile, is_file, read_text
+from engine.schema import schema_text
 
 _MODELINE = re.compile(r"^#\s*yaml-language-server:\s*\$schema=(\S+)", re.MULTILINE)
 _LARGEST = 10_000_000  # bytes of a schema

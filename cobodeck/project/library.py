@@ -13,15 +13,12 @@ from pathlib import Path
 
 from cobodeck.project.named_files import head_of, kind_of
 from cobodeck.project.state_catalogue import Catalogue, shipped_charts
-from cobodeck.terminal.console import FAILED, Problem
-from engine.chart.chart import Chart
-from engine.chart.load import Library, load_files
-from engine.check.check_library import check
-from engine.files.declared.named import YAML
-from engine.files.finding import FileError, Finding, did_you_mean
-from engine.files.source import MAX_BYTES, SourceFile
-from engine.files.text import read_text
-from engine.reports import text
+from cobodeck.terminal import FAILED, Problem
+from engine import text
+from engine.chart import Chart, Library, load_files
+from engine.check import check
+from engine.files import MAX_BYTES, FileError, Finding, SourceFile, did_you_mean, read_text
+from engine.files.declared import YAML
 
 SKIPPED = frozenset((".git", ".venv", "venv", "node_modules", "build", "dist", "__pycache__"))
 

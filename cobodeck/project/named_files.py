@@ -11,8 +11,8 @@ from functools import cache
 from pathlib import Path
 
 from cobodeck.project.project import Project, projects
-from cobodeck.terminal.console import complain
-from engine.files.declared.named import OwnFiles
+from cobodeck.terminal import complain
+from engine.files.declared import OwnFiles
 
 KINDS = (
     "chart",

@@ -17,11 +17,19 @@ from types import ModuleType
 from typing import Any, get_origin
 
 from cobodeck.project.part_check import binds, place_of
-from engine.signals.signal_kinds import Derived, Measured, Signal
-from engine.state import Action, Monitor, State, interface
-from engine.state_class import StateError
-from engine.state_code import doubts_in_code, mistakes_in_code
-from engine.types import Type, builtin_types, from_annotation
+from engine import (
+    Action,
+    Monitor,
+    State,
+    StateError,
+    Type,
+    builtin_types,
+    doubts_in_code,
+    from_annotation,
+    interface,
+    mistakes_in_code,
+)
+from engine.signals import Derived, Measured, Signal
 
 A_SIGNAL = "Measured('lamp.lit', bool)"
 

@@ -8,10 +8,10 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from cobodeck.terminal.console import FAILED, Problem
-from engine.files.finding import did_you_mean
-from engine.run.errors import raised
-from hw.interfaces import PARTS
+from cobodeck.terminal import FAILED, Problem
+from engine.files import did_you_mean
+from engine.run import raised
+from hw import PARTS
 
 OURS = Path(__file__).parent.parent.parent
 SAMPLES = "def samples(self, now_ns: int) -> list[Sample]"

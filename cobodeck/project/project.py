@@ -20,11 +20,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cobodeck.project.shadowed import PACKAGES
-from cobodeck.terminal.console import Problem, complain
-from engine.files.declared.named import YAML
-from engine.files.finding import FileError
-from engine.files.text import read_bytes, read_text
+from cobodeck.shadowed import PACKAGES
+from cobodeck.terminal import Problem, complain
+from engine.files import FileError, read_bytes, read_text
+from engine.files.declared import YAML
 
 GROUP = "cobodeck.states"
 FILE = "pyproject.toml"

@@ -19,12 +19,11 @@ from typing import Any
 from cobodeck.project.own_code import doubts_in, line_of, mistakes_in, state_classes, strangers
 from cobodeck.project.part_check import place_of
 from cobodeck.project.project import Project, projects
-from cobodeck.project.shadowed import explained, shadows
-from cobodeck.terminal.console import FAILED, Problem
-from engine.signals.signal_kinds import Signal, declare
-from engine.state import Interface, State, interface
-from engine.types import Type, from_annotation
-from hw.interfaces import PARTS
+from cobodeck.shadowed import explained, shadows
+from cobodeck.terminal import FAILED, Problem
+from engine import Interface, State, Type, from_annotation, interface
+from engine.signals import Signal, declare
+from hw import PARTS
 
 MODULES = (
     "states.navigation.states",
@@ -80,10 +79,10 @@ class Catalogue:
         Raises:
             Problem: a signal of a project clashes with another, or depends on an unknown one.
         """
-        from behaviors.profile.profile import load_profile
-        from behaviors.signal_table import signals
-        from hw.model.robot import load_robot
-        from hw.scene.scene import load_scene
+        from behaviors import signals
+        from behaviors.profile import load_profile
+        from hw.model import load_robot
+        from hw.scene import load_scene
 
         # any scene and profile will do to build them
         profile, scene = load_profile("tuned"), load_scene("lab_a")

@@ -18,15 +18,12 @@ from cobodeck.real.open_connection import (
     open_all,
     try_to,
 )
-from cobodeck.setup.setup import Uses
-from hw.connection.connection import Connection, RunInfo
-from hw.interfaces import StopLine
-from hw.motion.reckoner import Reckoner
-from hw.safety.guarded import CYCLE_NS, GuardedBase
-from hw.safety.stop_line import StopLatch
-from hw.samples import Sample
-from hw.sim.sensors.devices import ScriptedOperator
-from hw.truth import Truth
+from cobodeck.setup import Uses
+from hw import Sample, StopLine, Truth
+from hw.connection import Connection, RunInfo
+from hw.motion import Reckoner
+from hw.safety import CYCLE_NS, GuardedBase, StopLatch
+from hw.sim.sensors import ScriptedOperator
 
 Now = Callable[[], int]
 CLOSING_S = 1.0

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from cobodeck.real.open_connection import signals_of
-from hw.connection.connection import REFERS, Connection, ServedPart
-from hw.people.walking.person import Person
+from hw.connection import REFERS, Connection, ServedPart
+from hw.people.walking import Person
 
 OF_PERSON = frozenset(("user.pose", "vr.haptic_request", "vr.release", "vr.restart"))
 """The signals that only the dummy gives in this stage."""

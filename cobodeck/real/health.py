@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from hw.ipc.processes import AGAIN
+from hw.ipc import AGAIN
 
 
 class Health:

@@ -8,11 +8,11 @@ from collections.abc import Callable, Collection, Container, Mapping
 from inspect import signature
 from typing import Any, Literal
 
-from cobodeck.project.part_check import told, why_no_part
-from cobodeck.setup.setup import Uses
-from cobodeck.terminal.console import FAILED, Problem
-from hw.connection.connection import REFERS, Connection, RunInfo, ServedPart
-from hw.safety.guarded import HEARD
+from cobodeck.project import told, why_no_part
+from cobodeck.setup import Uses
+from cobodeck.terminal import FAILED, Problem
+from hw.connection import REFERS, Connection, RunInfo, ServedPart
+from hw.safety import HEARD
 
 Kind = Literal["peer", "link", "part"]
 ALWAYS = frozenset(("stop_line", "operator"))

@@ -16,16 +16,13 @@ from contextlib import closing
 from inspect import signature
 from typing import Any, NamedTuple
 
-from cobodeck.fitness.room_fitness import BAD, FIT, MISSING, DoctorLine
-from cobodeck.project.project import is_there
+from cobodeck.fitness import BAD, FIT, MISSING, DoctorLine
+from cobodeck.project import is_there
 from cobodeck.real.open_connection import OWN_HOST, placed
-from hw.connection.connection import Connection, Listening
-from hw.drivers.access import can_hindrance, serial_hindrance
-from hw.drivers.chain.chain_settings import KEYLESS, observer_address
-from hw.drivers.observer_key import key_in
-from hw.ipc.datagrams import LOOPBACK as LOCAL
-from hw.ipc.datagrams import is_loopback
-from hw.ipc.priority import CHAIN, permitted
+from hw.connection import Connection, Listening
+from hw.drivers import can_hindrance, key_in, serial_hindrance
+from hw.drivers.chain import KEYLESS, observer_address
+from hw.ipc import CHAIN, LOOPBACK as LOCAL, is_loopback, permitted
 
 NOTE = "note"
 """The state of a check that is only a note to the operator."""

@@ -7,9 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from cobodeck.project.library import reached
-from cobodeck.project.named_files import kind_of
-from cobodeck.project.state_catalogue import CHARTS
+from cobodeck.project import CHARTS, kind_of, reached
 from cobodeck.real.release_stages import (
     SERVED,
     WORDS,
@@ -22,12 +20,12 @@ from cobodeck.real.release_stages import (
     is_of,
     stages_of,
 )
-from cobodeck.record.format.record_header import code, label, read_files, sha256
-from cobodeck.record.read.reader import Record
-from cobodeck.record.write.start import FOLDER
-from cobodeck.setup.setup import PROFILE, TICK_HZ, Setup
-from cobodeck.terminal.console import REFUSED, Problem
-from engine.files.finding import FileError
+from cobodeck.record.format import code, label, read_files, sha256
+from cobodeck.record.read import Record
+from cobodeck.record.write import FOLDER
+from cobodeck.setup import PROFILE, TICK_HZ, Setup
+from cobodeck.terminal import REFUSED, Problem
+from engine.files import FileError
 
 BODY = frozenset(("profile", "robot", "prop", "calibration", "arm"))
 """Kinds of files, besides charts, that determine how a robot behaves."""

@@ -7,31 +7,31 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from cobodeck.evaluate.evaluators import watchers
-from cobodeck.loop.clocks import Clock, RealTime, Virtual
-from cobodeck.loop.loop import Loop
-from cobodeck.loop.operators import ConsoleOperator
-from cobodeck.loop.plant import Nothing
-from cobodeck.loop.tier0 import wander
-from cobodeck.loop.wiring import ValueTap, refuse_slow_ticks, wire
-from cobodeck.project.part_check import made
-from cobodeck.real.connected import Connected, connect
-from cobodeck.real.open_connection import finds_itself, is_needed, refuse_strange_drivers
-from cobodeck.setup.options import FULL, Options
-from cobodeck.setup.run_checks import latency_ns, refuse_blind_robot
-from cobodeck.setup.setup import Setup, Uses
-from cobodeck.terminal.console import REFUSED, Problem, complain
-from cobodeck.terminal.record_names import behind_record
-from engine.clock import TickGrid
-from hw.connection.connection import Connection, HostedScene, RunInfo
-from hw.geometry import Pose2
-from hw.motion.reckoner import Reckoner
-from hw.people.user import open_user
-from hw.people.walking.person import Person
-from hw.sim.mock import mock_world
-from hw.sim.sensors.devices import ScriptedOperator
-from hw.sim.sim_base import SimBase
-from hw.sim.world import World
+from cobodeck.evaluate import watchers
+from cobodeck.loop import (
+    Clock,
+    ConsoleOperator,
+    Loop,
+    Nothing,
+    RealTime,
+    ValueTap,
+    Virtual,
+    refuse_slow_ticks,
+    wander,
+    wire,
+)
+from cobodeck.project import made
+from cobodeck.real import Connected, connect, finds_itself, is_needed, refuse_strange_drivers
+from cobodeck.setup import FULL, Options, Setup, Uses, latency_ns, refuse_blind_robot
+from cobodeck.terminal import REFUSED, Problem, behind_record, complain
+from engine import TickGrid
+from hw import Pose2
+from hw.connection import Connection, HostedScene, RunInfo
+from hw.motion import Reckoner
+from hw.people import open_user
+from hw.people.walking import Person
+from hw.sim import SimBase, World, mock_world
+from hw.sim.sensors import ScriptedOperator
 
 
 class FrozenBase(SimBase):
@@ -170,7 +170,7 @@ def _with_dummy(setup: Setup, uses: Uses, options: Options, connection: Connecti
     person = _person(setup, uses, options) if options.plays_dummy else None
     if person is None:
         return connection
-    from cobodeck.real.dummy_connection import with_dummy
+    from cobodeck.real import with_dummy
 
     return with_dummy(connection, person)
 
@@ -227,9 +227,7 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
         return None
     given = options.requests, options.stretch_m, options.seed, options.heading, options.up
     if source is not None and behind_record(source) is not None:
-        from cobodeck.record.read.replayed_person import (
-            recalled,  # the reader of records is loaded only here
-        )
+        from cobodeck.record.read import recalled
 
         return recalled(source, scene.room, *given)
     if source is not None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from behaviors.signal_table import ESTIMATE
+from behaviors import ESTIMATE
 from cobodeck.run.simulation import RunResult
-from cobodeck.setup.setup import reachable
-from cobodeck.terminal.console import table
-from states.localization.estimates import LocalizationEstimator
+from cobodeck.setup import reachable
+from cobodeck.terminal import table
+from states.localization import LocalizationEstimator
 
 
 def explain(result: RunResult) -> str:

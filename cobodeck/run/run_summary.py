@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from cobodeck.terminal.console import table
+from cobodeck.terminal import table
 
 SHOWN = 3
 """Number of contacts and of drop-outs that are listed individually."""

@@ -9,26 +9,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.evaluate.figures import NOTHING, escape_figures
-from cobodeck.evaluate.localization import LocalizationWatch
-from cobodeck.evaluate.metrics import Evaluator
-from cobodeck.evaluate.refused_requests import refusal_figures
-from cobodeck.evaluate.separation_figures import SeparationWatch
-from cobodeck.evaluate.stuck import StuckWatch
-from cobodeck.loop.clocks import Clock
-from cobodeck.loop.loop import Loop
-from cobodeck.loop.wiring import Wired
+from cobodeck.evaluate import (
+    NOTHING,
+    Evaluator,
+    LocalizationWatch,
+    SeparationWatch,
+    StuckWatch,
+    escape_figures,
+    refusal_figures,
+)
+from cobodeck.loop import Clock, Loop, Wired
 from cobodeck.run.build_run import localizing, stage
-from cobodeck.setup.options import Options
-from cobodeck.setup.run_checks import refuse_small_floor, small_floor
-from cobodeck.setup.setup import Setup
-from cobodeck.setup.warmup import warm_up
-from engine.run.errors import Raised
-from engine.signals.board import Usage
-from hw.people.user import with_manner
+from cobodeck.setup import Options, Setup, refuse_small_floor, small_floor, warm_up
+from engine.run import Raised
+from engine.signals import Usage
+from hw.people import with_manner
 
 if TYPE_CHECKING:  # its libraries are loaded only where a record is kept
-    from cobodeck.record.write.run_recorder import Recorder
+    from cobodeck.record.write import Recorder
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,9 +13,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from cobodeck.record.format.sink import Sink
+from cobodeck.record.format import Sink
 from cobodeck.run.simulation import RunResult
-from cobodeck.setup.setup import Setup
+from cobodeck.setup import Setup
 
 FORMAT = "cobodeck trace 1"
 ENDING = ".trace.jsonl"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from cobodeck.terminal.console import ProgressLine
+from cobodeck.terminal import ProgressLine
 
 WHAT = "compiling, at the first start only"
 

@@ -11,17 +11,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from behaviors.profile.profile import Profile
-from cobodeck.terminal.console import Problem
-from engine.files.source import read_file
-from hw.geometry import Pose2
-from hw.model.robot import RobotModel
-from hw.scene.room import Room
-from hw.scene.scene import Scene, load_scene
-from states.environment.environment import Environment
+from behaviors.profile import Profile
+from cobodeck.terminal import Problem
+from engine.files import read_file
+from hw import Pose2
+from hw.model import RobotModel
+from hw.scene import Room, Scene, load_scene
+from states.environment import Environment
 
 if TYPE_CHECKING:
-    from states.maps.occupancy import OccupancyMap
+    from states.maps import OccupancyMap
 
 EXACT_CORNERS = 1200
 """Largest number of corners for which the planner `exact` is built within a second (0.2 s for a
@@ -55,7 +54,7 @@ def open_place(name: str) -> RunPlace:
     file, _, start = name.partition("@")
     if not is_map(file):
         return RunPlace(load_scene(name))
-    from states.maps.rooms import load_floor, room_of, start_in
+    from states.maps import load_floor, room_of, start_in
 
     map_ = load_floor(file)
     room = room_of(map_)

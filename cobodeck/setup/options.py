@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TextIO
 
-from cobodeck.terminal.record_names import behind_record
-from hw.connection.connection import Connection
-from hw.people.recorded.walk_file import Heading, Up
+from cobodeck.terminal import behind_record
+from hw.connection import Connection
+from hw.people.recorded import Heading, Up
 
 FULL = 2
 """The tier with all sensors: the base localizes itself."""

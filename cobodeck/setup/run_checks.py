@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from cobodeck.setup.setup import Setup
-from cobodeck.terminal.console import FAILED, Problem
-from engine.clock import TickGrid
-from states.subsystems import QUARTER
+from cobodeck.terminal import FAILED, Problem
+from engine import TickGrid
+from states import QUARTER
 
 
 def refuse_blind_robot(setup: Setup) -> None:
@@ -44,17 +44,17 @@ def small_floor(setup: Setup) -> str | None:
 
 
 def _shortcoming(setup: Setup, quarter: float) -> str | None:
-    from states.floors.usable_space import Floor, shortcoming
+    from states.floors import Floor, shortcoming
 
     if setup.place is None or setup.scene is None:
         return None
     floor: Floor
     if setup.place.map is None:
-        from states.floors.floor_plan import RoomFloor
+        from states.floors import RoomFloor
 
         floor = RoomFloor(setup.scene.room)
     else:
-        from states.floors.floor_cells import MapFloor
+        from states.floors import MapFloor
 
         floor = MapFloor(setup.place.map)
     return shortcoming(floor, setup.profile.navigation.haptic.inflation, quarter)

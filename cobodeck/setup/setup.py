@@ -9,24 +9,21 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from behaviors.profile.profile import Profile, load_profile
-from behaviors.signal_table import MEASURED, signals
-from cobodeck.project.library import open_chart, reached
-from cobodeck.project.state_catalogue import Catalogue, catalogue
+from behaviors import MEASURED, signals
+from behaviors.profile import Profile, load_profile
+from cobodeck.project import Catalogue, catalogue, open_chart, reached
 from cobodeck.setup.open_scene import RunPlace, environment_at, open_place
-from cobodeck.terminal.console import Problem
-from engine.chart.chart import Chart
-from engine.files.finding import FileError
-from engine.machine.machine import Box, Leaf, Machine, Vertex
-from engine.signals.signal_kinds import Measured, Signal, closure, roots
-from hw.connection.connection import Connection, Narrowed
-from hw.geometry import Pose2
-from hw.model.robot import RobotModel, load_robot
-from hw.model.tracking import Tracking
-from hw.samples import PoseSigma
-from hw.scene.scene import Scene
-from states.environment.environment import Environment
-from states.localization.estimates import Localizes
+from cobodeck.terminal import Problem
+from engine.chart import Chart
+from engine.files import FileError
+from engine.machine import Box, Leaf, Machine, Vertex
+from engine.signals import Measured, Signal, closure, roots
+from hw import Pose2, PoseSigma
+from hw.connection import Connection, Narrowed
+from hw.model import RobotModel, Tracking, load_robot
+from hw.scene import Scene
+from states.environment import Environment
+from states.localization import Localizes
 
 CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
 TICK_HZ = 30

@@ -11,10 +11,9 @@ import pkgutil
 
 from cobodeck.setup.compiling import compiling
 from cobodeck.setup.setup import Setup, reachable
-from cobodeck.terminal.console import FAILED, Problem
-from engine.machine.machine import Machine
-from hw.geometry import Pose2, Pose3, Twist2
-from hw.samples import ImuReading, Odometry, Scan, TrackerPose
+from cobodeck.terminal import FAILED, Problem
+from engine.machine import Machine
+from hw import ImuReading, Odometry, Pose2, Pose3, Scan, TrackerPose, Twist2
 
 SCANS, SCAN_NS = 12, 80_000_000
 """Number of unmatched scans after which a localizer starts to search, and their interval, ns."""
@@ -74,7 +73,7 @@ def _localizing(setup: Setup) -> None:
 
 
 def _reaching(setup: Setup) -> None:
-    from states.arm.description.robot_arm import folded_contact, manipulator_of
+    from states.arm.description import folded_contact, manipulator_of
 
     contact = folded_contact(setup.environment.robot)
     if contact is not None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from cobodeck.terminal.record_names import ENDING, PART
 
 if TYPE_CHECKING:
-    from hw.geometry import Pose2
+    from hw import Pose2
 
 LONGEST_S = 1e7
 """Longest accepted duration, s: about four months."""
@@ -49,7 +49,7 @@ def length(text: str) -> float:
 
 def pose(text: str) -> Pose2:
     """A pose in the map, `x,y,yaw`; m, m, rad."""
-    from hw.geometry import Pose2
+    from hw import Pose2
 
     try:
         x, y, yaw = (float(part) for part in text.split(","))

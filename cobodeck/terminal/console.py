@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from engine.files.visible_text import escaped, visible
+from engine.files import escaped, visible
 
 OK, FAILED, USAGE, REFUSED = range(4)
 """Exit codes: fine; a finding or a failure; wrong arguments; refused for safety."""

@@ -6,21 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cobodeck.loop.loop import Loop
-from cobodeck.loop.plant import Nothing
-from cobodeck.loop.sample_router import Inlet
-from cobodeck.loop.wiring import Wired
-from cobodeck.project.library import findings_of, load_beside
-from cobodeck.project.state_catalogue import Catalogue
+from cobodeck.loop import Inlet, Loop, Nothing, Wired
+from cobodeck.project import Catalogue, findings_of, load_beside
 from cobodeck.testing.stub_parts import Parts
-from engine.chart.chart import Chart
-from engine.chart.load import load_text
-from engine.clock import TickGrid
-from engine.machine.machine import Machine
-from engine.reports import text as report_text
-from engine.run.chart_run import ChartRun
-from engine.signals.board import Board
-from engine.signals.signal_kinds import Measured, Signal
+from engine import TickGrid, text as report_text
+from engine.chart import Chart, load_text
+from engine.machine import Machine
+from engine.run import ChartRun
+from engine.signals import Board, Measured, Signal
 
 HZ = 30
 """Ticks per second of virtual time."""
@@ -78,7 +71,7 @@ def _declared(
     If the given values include an `environment`, its planners are declared too.
     """
     kinds = {name: signal.type for name, signal in known.signals.items()}
-    from behaviors.signal_table import MEASURED, planning
+    from behaviors import MEASURED, planning
 
     shipped = (
         *MEASURED,

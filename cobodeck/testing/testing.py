@@ -16,18 +16,16 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from cobodeck.loop.loop import Loop
-from cobodeck.project.library import open_chart
-from cobodeck.project.state_catalogue import Catalogue, catalogue
-from cobodeck.setup.options import Options
+from cobodeck.loop import Loop
+from cobodeck.project import Catalogue, catalogue, open_chart
+from cobodeck.setup import Options
 from cobodeck.testing.chart_only import HZ, chart_of_text, loop_alone
 from cobodeck.testing.stub_parts import Parts
-from engine.files.finding import did_you_mean
-from engine.machine.machine import Leaf
-from engine.machine.scripted_states import LeafScript
-from engine.operator.operator import Operator
-from engine.run.chart_run import ChartRun
-from engine.signals.signal_kinds import Measured
+from engine.files import did_you_mean
+from engine.machine import Leaf, LeafScript
+from engine.operator import Operator
+from engine.run import ChartRun
+from engine.signals import Measured
 
 ScriptedOutcome = str | tuple[str, Mapping[str, Any]] | Exception
 Outcomes = ScriptedOutcome | Sequence[ScriptedOutcome]
@@ -106,9 +104,9 @@ class ChartTester:
         options: Options,
         parameters: Mapping[str, Any] | None,
     ) -> None:
-        from cobodeck.evaluate.metrics import Evaluator
-        from cobodeck.run.build_run import stage
-        from cobodeck.setup.setup import open_setup
+        from cobodeck.evaluate import Evaluator
+        from cobodeck.run import stage
+        from cobodeck.setup import open_setup
 
         setup = open_setup(chart, scene, profile, HZ, robot, known=self._catalogue())
         self._loop = stage(setup, options, parameters)

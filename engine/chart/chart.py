@@ -9,8 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
-from engine.files.finding import Place
-from engine.files.source import Map, Mark, SourceFile
+from engine.files import Map, Mark, Place, SourceFile
 
 Form = Literal["do", "watch", "use", "states", "any", "all"]
 LEAVES = ("do", "watch")

@@ -20,10 +20,18 @@ from engine.chart.chart import (
     key_mark_of,
     mark_of,
 )
-from engine.files.declared.values import is_name, shown
-from engine.files.finding import Finding, did_you_mean
-from engine.files.source import Map, Mark, Seq, SourceFile, read, read_file
-from engine.files.suggestions import help_with_name
+from engine.files import (
+    Finding,
+    Map,
+    Mark,
+    Seq,
+    SourceFile,
+    did_you_mean,
+    help_with_name,
+    read,
+    read_file,
+)
+from engine.files.declared import is_name, shown
 from engine.state_class import RESERVED_OUTCOMES
 
 FORMS: tuple[Form, ...] = ("do", "watch", "use", "states", "any", "all")

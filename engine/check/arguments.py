@@ -6,11 +6,11 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import Any
 
-from engine.chart.chart import Node, Reference, key_mark_of, mark_of
+from engine.chart import Node, Reference, key_mark_of, mark_of
 from engine.check.callee import Callee, parameter_type
 from engine.check.checked_chart import CheckedChart, PlacedNode, unknown_key
-from engine.files.declared.values import Mismatch
-from engine.files.source import Map, Mark
+from engine.files import Map, Mark
+from engine.files.declared import Mismatch
 from engine.types import Type, convert, fits
 
 LONGEST = 1e9  # seconds of a timeout or wait, about 30 years

@@ -6,8 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 
-from engine.chart.chart import Chart, Parameter
-from engine.chart.load import Library
+from engine.chart import Chart, Library, Parameter
 from engine.state import Argument, Interface
 from engine.types import ANY, Type
 

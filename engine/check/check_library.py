@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from engine.chart.load import Library
+from engine.chart import Library
 from engine.check.arguments import check_arguments
 from engine.check.callee import Facts, KnownNames
 from engine.check.checked_chart import CheckedChart, resolve_names
@@ -22,7 +22,7 @@ from engine.check.parts import check_parts, report_unmapped, unmapped
 from engine.check.reachability import check_reach
 from engine.check.uses import check_recursion, components, measure, uses
 from engine.check.when import check_rules
-from engine.files.finding import Finding, in_order
+from engine.files import Finding, in_order
 from engine.state import Interface
 from engine.types import Type, known_types
 

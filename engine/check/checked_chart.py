@@ -6,10 +6,9 @@ from collections import ChainMap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from engine.chart.chart import CONTAINERS, Chart, DataKey, Node, Rule, key_mark_of, mark_of
+from engine.chart import CONTAINERS, Chart, DataKey, Node, Rule, key_mark_of, mark_of
 from engine.check.callee import Callee, KnownNames
-from engine.files.finding import Finding, Severity, did_you_mean
-from engine.files.source import Mark
+from engine.files import Finding, Mark, Severity, did_you_mean
 from engine.types import ANY, Type
 
 EFFORT = 10_000  # maximum number of names compared for the suggestions of one chart

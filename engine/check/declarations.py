@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from engine.chart.chart import key_mark_of, mark_of
+from engine.chart import key_mark_of, mark_of
 from engine.check.checked_chart import CheckedChart
-from engine.files.declared.values import Mismatch
-from engine.files.source import Map, Mark
+from engine.files import Map, Mark
+from engine.files.declared import Mismatch
 from engine.types import ANY, Type, convert, fits
 
 

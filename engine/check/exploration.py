@@ -21,7 +21,7 @@ from itertools import product
 from operator import attrgetter
 from typing import Any
 
-from engine.machine.machine import Box, Leaf, Machine, Vertex
+from engine.machine import Box, Leaf, Machine, Vertex
 
 Configuration = Any
 Event = tuple[str, str]  # path, outcome

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from heapq import heappop, heappush
 
-from engine.chart.chart import DataKey, key_mark_of, mark_of
+from engine.chart import DataKey, key_mark_of, mark_of
 from engine.check.checked_chart import CheckedChart, PlacedNode
 
 

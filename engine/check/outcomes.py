@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from engine.chart.chart import Node, key_mark_of, mark_of
+from engine.chart import Node, key_mark_of, mark_of
 from engine.check.checked_chart import CheckedChart, Origin, PlacedNode
-from engine.files.source import Map, Mark
+from engine.files import Map, Mark
 from engine.state_class import RESERVED_OUTCOMES
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 
-from engine.chart.chart import mark_of
+from engine.chart import mark_of
 from engine.check.checked_chart import CheckedChart, PlacedNode
 
 MOST_NOTES = 7  # maximum number of further nodes that one finding names

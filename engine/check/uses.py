@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import TypeVar
 
-from engine.chart.chart import mark_of
+from engine.chart import mark_of
 from engine.check.callee import Facts
 from engine.check.checked_chart import CheckedChart, PlacedNode
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from engine.chart.chart import Rule
+from engine.chart import Rule
 from engine.check.checked_chart import CheckedChart, PlacedNode
 
 MOST_STEPS = 20_000  # conditions examined, on top of 20 per condition, before giving up

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
-from engine.chart.chart import Chart
+from engine.chart import Chart
 from engine.draw.chart_shapes import BoxShape, Edge, LeafShape, Picture, Pin, TableShape
 from engine.draw.markup import (
     SMALL,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Iterator, Mapping
 
-from engine.chart.chart import Chart
+from engine.chart import Chart
 from engine.draw.chart_shapes import (
     BoxShape,
     Edge,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from engine.chart.chart import CONTAINERS, Chart, Node
+from engine.chart import CONTAINERS, Chart, Node
 from engine.draw.chart_shapes import (
     BoxShape,
     Edge,

@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from engine.chart.chart import Chart, Node, Reference, Rule
+from engine.chart import Chart, Node, Reference, Rule
 from engine.draw.chart_shapes import OutcomeLabel
 from engine.draw.style import Cause
 

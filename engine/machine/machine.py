@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from itertools import chain
 from typing import Any
 
-from engine.chart.chart import AUTONOMY, Chart, Node, Reference
+from engine.chart import AUTONOMY, Chart, Node, Reference
 from engine.state import Interface
 from engine.types import Type, convert, known_types
 

@@ -10,15 +10,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from engine.files.finding import did_you_mean
-from engine.machine.deciding import GRANTED, REFUSED
-from engine.machine.machine import Box, Leaf, Machine, Vertex
-from engine.machine.node import CHOSEN, ENDED, IDLE, PUT_OFF, WAITING, Writes
-from engine.machine.outputs import checked
+from engine.files import did_you_mean
+from engine.machine import (
+    CHOSEN,
+    ENDED,
+    GRANTED,
+    IDLE,
+    PUT_OFF,
+    REFUSED,
+    WAITING,
+    Box,
+    Leaf,
+    Machine,
+    Vertex,
+    Writes,
+    checked,
+)
 from engine.operator.replace import obstacles, take_over
-from engine.run.chart_run import ChartRun
-from engine.run.command import Command
-from engine.run.errors import text_of
+from engine.run import ChartRun, Command, text_of
 from engine.types import ANY, Type
 
 

@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from engine.chart.chart import AUTONOMY
-from engine.files.finding import did_you_mean
-from engine.machine.machine import Machine
-from engine.machine.node import WAITING
+from engine.chart import AUTONOMY
+from engine.files import did_you_mean
+from engine.machine import WAITING, Machine
 from engine.operator.commands import (
     Answer,
     End,
@@ -24,7 +23,7 @@ from engine.operator.commands import (
     SetLock,
 )
 from engine.operator.replace import obstacles
-from engine.run.chart_run import ChartRun
+from engine.run import ChartRun
 
 
 class Operator:

@@ -6,19 +6,21 @@ the outcomes it keeps, its tries and what it waits for stay as they are.
 
 from __future__ import annotations
 
-from engine.machine.machine import Box, Cell, Machine
-from engine.machine.node import (
+from engine.machine import (
     CHOSEN,
     IDLE,
     PUT_OFF,
     RETRYING,
     WAITING,
+    Box,
     BoxNode,
+    Cell,
     LeafNode,
+    Machine,
     RunNode,
     nodes_of,
 )
-from engine.run.chart_run import ChartRun
+from engine.run import ChartRun
 from engine.state import NEVER_NS
 
 

@@ -13,10 +13,7 @@ from itertools import chain, starmap, takewhile
 from operator import attrgetter
 from typing import Any
 
-from engine.machine.arbitration import Contest
-from engine.machine.deciding import Judge
-from engine.machine.machine import Machine
-from engine.machine.node import (
+from engine.machine import (
     ASK,
     CHOSEN,
     ENDED,
@@ -25,7 +22,10 @@ from engine.machine.node import (
     REOPEN,
     RETRY,
     BoxNode,
+    Contest,
+    Judge,
     LeafNode,
+    Machine,
     Route,
     RunNode,
     Substitute,
@@ -40,7 +40,7 @@ from engine.run.run_queue import RunQueue, is_monitor
 from engine.run.schedule import Schedule
 from engine.run.stepping import StepEnd, Stepper
 from engine.run.trace import BATCH
-from engine.signals.board import Board
+from engine.signals import Board
 from engine.state import NEVER_NS
 
 

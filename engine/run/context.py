@@ -6,10 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-from engine.machine.node import RUNNING, LeafNode
-from engine.signals.board import Board
-from engine.signals.event_log import EventReader
-from engine.signals.slots import MeasuredSlot
+from engine.machine import RUNNING, LeafNode
+from engine.signals import Board, EventReader, MeasuredSlot
 from engine.state import ALWAYS_NS, NEVER_NS, Stamped
 
 

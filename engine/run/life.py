@@ -10,12 +10,13 @@ from collections.abc import Mapping
 from types import GeneratorType
 from typing import Any
 
-from engine.machine.machine import Cell, Leaf
-from engine.machine.node import (
+from engine.machine import (
     EVERY_TICK,
     IDLE,
     RUNNING,
     BoxNode,
+    Cell,
+    Leaf,
     LeafNode,
     Route,
     RunNode,
@@ -25,7 +26,7 @@ from engine.machine.node import (
 from engine.run.context import LeafContext, Part
 from engine.run.errors import Newest, Raised, raised
 from engine.run.trace import KEPT, Trace
-from engine.signals.board import Board
+from engine.signals import Board
 from engine.state import NEVER_NS
 
 BEGUN = Token("begun")

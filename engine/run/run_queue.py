@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from itertools import dropwhile
 from operator import attrgetter
 
-from engine.machine.node import (
+from engine.machine import (
     AT_ONCE,
     CHOSEN,
     ENDED,

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import deque
 from typing import Protocol
 
-from engine.machine.node import WAITING, BoxNode
+from engine.machine import WAITING, BoxNode
 from engine.run.command import Command
 from engine.run.life import Life
 from engine.run.run_queue import RunQueue
 from engine.run.wake_up import still_heard
-from engine.signals.board import Board
+from engine.signals import Board
 from engine.state import NEVER_NS
 
 

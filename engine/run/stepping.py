@@ -5,8 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from engine.machine.deciding import AGAIN, MATCHED, RAISED
-from engine.machine.node import EVERY_TICK, RETRYING, WAITING, BoxNode, LeafNode, RunNode, Token
+from engine.machine import (
+    AGAIN,
+    EVERY_TICK,
+    MATCHED,
+    RAISED,
+    RETRYING,
+    WAITING,
+    BoxNode,
+    LeafNode,
+    RunNode,
+    Token,
+)
 from engine.run.life import BEGUN, Life
 from engine.run.wake_up import still_heard, wait
 

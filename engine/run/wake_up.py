@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from engine.machine.node import AT_ONCE, EVERY_TICK, LeafNode, RunNode
-from engine.machine.outputs import shown
+from engine.machine import AT_ONCE, EVERY_TICK, LeafNode, RunNode, shown
 from engine.run.errors import escaped
 from engine.run.life import Life
-from engine.signals.board import Board
+from engine.signals import Board
 from engine.state import NEVER_NS, On, Until
 from engine.state_class import WAITS
 

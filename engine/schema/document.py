@@ -11,9 +11,8 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from engine.chart.chart import AUTONOMY, CONTAINERS, Chart, Parameter
-from engine.chart.load import CHART_KEYS, FORMS, KEYS, NODE_KEYS
-from engine.files.declared.values import NAME
+from engine.chart import AUTONOMY, CHART_KEYS, CONTAINERS, FORMS, KEYS, NODE_KEYS, Chart, Parameter
+from engine.files.declared import NAME
 from engine.schema.keys import CHART_SCHEMAS, CHART_SNIPPETS, NODE_SCHEMAS, NODE_SNIPPETS, said
 from engine.schema.value_schemas import ANY_VALUE, Schema, value_schema, written
 from engine.state import Argument, Interface

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from engine.chart.chart import AUTONOMY
-from engine.files.declared.values import NAME
+from engine.chart import AUTONOMY
+from engine.files.declared import NAME
 from engine.schema.value_schemas import Schema, value_schema
 from engine.state_class import RESERVED_OUTCOMES
 from engine.types import Type

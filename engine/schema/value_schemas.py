@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from engine.files.declared.units import UNITS
-from engine.files.declared.values import NAME
+from engine.files import UNITS
+from engine.files.declared import NAME
 from engine.types import Type
 
 Schema = dict[str, Any]

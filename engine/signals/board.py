@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from engine.files.finding import did_you_mean
+from engine.files import did_you_mean
 from engine.signals.signal_kinds import Derived, Measured, Signal, closure
 from engine.signals.slots import DerivedSlot, EstimatedSlot, MeasuredSlot, Slot, compute, union
 from engine.state import NEVER_NS

@@ -15,13 +15,14 @@ parts:
 peers:                      # fakes that start and end with it
   drives: {driver: "rover.fake:FakeDrives", channel: can0}
 
-A driver is a class, written `module:Class`. It is called with the other values of its entry. If it
-has a parameter `now` it gets a function that returns the time of the run, ns, for the stamps of its
-samples; if it has a parameter `opening`, a `RunInfo`. `link: NAME` and `tells: NAME` are replaced
-by the link or peer of that name. Peers are opened first, then links, both in file order, then
-parts; only what is needed is opened, and everything is closed in reverse order. A driver with a
-method `wait` starts in the background; it is waited for before the next group is opened. The text
-`loopback` is replaced by an address of this machine that no other run uses.
+A driver is a class: one of ours by its name, as `UrArm`, one of a project as `module:Class`. It is
+called with the other values of its entry. If it has a parameter `now` it gets a function that
+returns the time of the run, ns, for the stamps of its samples; if it has a parameter `opening`, a
+`RunInfo`. `link: NAME` and `tells: NAME` are replaced by the link or peer of that name. Peers are
+opened first, then links, both in file order, then parts; only what is needed is opened, and
+everything is closed in reverse order. A driver with a method `wait` starts in the background; it is
+waited for before the next group is opened. The text `loopback` is replaced by an address of this
+machine that no other run uses.
 
 A driver that opens ports on this machine has a static method `listens`, which takes the arguments
 of its entry and gives a `Listening` for each, for `cobodeck doctor`.
@@ -32,7 +33,6 @@ of its entry and gives a `Listening` for each, for `cobodeck doctor`.
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -40,24 +40,36 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple
 
-from engine.files.declared.item import Fault, Item, find_file, gather, load_yaml
-from engine.files.declared.named import known_files
-from engine.files.declared.records import Name, record
-from engine.files.declared.units import Acceleration, AngularAcceleration, AngularSpeed, Speed
-from engine.files.declared.values import Range, shown
-from engine.files.source import plain
-from hw.model.robot import MotionLimits, RobotModel, load_robot
-from hw.model.sensor_errors import SensorErrors
-from hw.model.sensor_model import IDEAL, SensorModel
-from hw.model.tracking import Tracking
-from hw.safety.limits import SafetyLimits
-from hw.scene.scene import Scene
+from engine.files import Acceleration, AngularAcceleration, AngularSpeed, Speed, did_you_mean, plain
+from engine.files.declared import (
+    Fault,
+    Item,
+    Name,
+    Range,
+    find_file,
+    gather,
+    known_files,
+    load_yaml,
+    record,
+    shown,
+)
+from hw.connection.driver_names import located, our_drivers, with_located
+from hw.model import (
+    IDEAL,
+    MotionLimits,
+    RobotModel,
+    SensorErrors,
+    SensorModel,
+    Tracking,
+    load_robot,
+)
+from hw.safety import SafetyLimits
+from hw.scene import Scene
 
 FOLDER = Path(__file__).parent.parent / "connections"
 REFERS = ("link", "tells")
 """The arguments that refer to a link or peer."""
 PlantKind = Literal["parts", "mock"]
-_DRIVER = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*\Z")
 
 
 @dataclass(frozen=True, slots=True)
@@ -298,17 +310,19 @@ def _check_limits(item: Item, model: str, limits: Narrowed) -> None:
 def _served(item: Item, links: tuple[str, ...]) -> ServedPart:
     content = item.mapping()
     if "driver" not in content:
-        raise item.error("the key 'driver' is missing", 'write driver: "module:Class"')
+        raise item.error("the key 'driver' is missing", 'write driver: NAME, or "module:Class"')
     named = content.pop("driver")
-    if not isinstance(named.value, str) or not _DRIVER.match(named.value):
-        raise named.error(f"{shown(named.value)} names no driver", "write module:Class")
+    driver = located(named.value)
+    if driver is None:
+        hint = did_you_mean(str(named.value), our_drivers()) or "write module:Class"
+        raise named.error(f"{shown(named.value)} names no driver", hint)
     for key in REFERS:
         if key in content and content[key].value not in links:
             there = ", ".join(links) or "there are none"
             raise content[key].error(f"{shown(content[key].value)} is no link", f"links: {there}")
-    module, _, driver = named.value.partition(":")
-    arguments = {key: plain(inner.value) for key, inner in content.items()}
-    return ServedPart(module, driver, arguments, str(named.place))
+    arguments = {key: with_located(plain(inner.value)) for key, inner in content.items()}
+    module, _, name = driver.partition(":")
+    return ServedPart(module, name, arguments, str(named.place))
 
 
 def _inner(value: Any) -> Iterator[str]:
@@ -316,7 +330,7 @@ def _inner(value: Any) -> Iterator[str]:
     if not isinstance(value, Mapping):
         return
     for key, inner in value.items():
-        if key == "driver" and isinstance(inner, str) and _DRIVER.match(inner):
+        if key == "driver" and located(inner):
             yield inner
         yield from _inner(inner)
 

@@ -2,10 +2,10 @@
 
 links:
   chain: {…}
-  dummy: {driver: "hw.drivers.dummy:Dummy", person: PERSON, tells: chain}
+  dummy: {driver: Dummy, person: PERSON, tells: chain}
 parts:
-  trackers: {driver: "hw.drivers.dummy:DummyTrackers", link: dummy}
-  vr: {driver: "hw.drivers.dummy:DummyVr", link: dummy}
+  trackers: {driver: DummyTrackers, link: dummy}
+  vr: {driver: DummyVr, link: dummy}
 
 This is not written by hand: `run --user RECORD.mcap` puts it in place of the VR link's person. The
 VR link's messages to the chain then pass through the dummy, which drops those that concern a
@@ -20,10 +20,10 @@ from collections import deque
 from collections.abc import Callable
 
 from hw.geometry import Pose2
-from hw.ipc.datagrams import Door, Hearer, Intake, Outlet
-from hw.people.walking.person import Person
+from hw.ipc import Door, Hearer, Intake, Outlet
+from hw.people.walking import Person
 from hw.samples import Sample
-from hw.sim.sensors.devices import SimVr
+from hw.sim.sensors import SimVr
 
 Now = Callable[[], int]
 SOURCE = "vr"

@@ -8,7 +8,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from hw.ipc.datagrams import Datagram, Intake, Outlet
+from hw.ipc import Datagram, Intake, Outlet
 from hw.samples import Sample
 
 OWN = "feed"

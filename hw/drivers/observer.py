@@ -31,7 +31,7 @@ import time
 from collections import deque
 
 from hw.drivers.gates import OBSERVER_HEARD_NS, OBSERVER_STOPS_NS
-from hw.ipc.datagrams import Address, Datagram, Reader, Seal, coded, key_of, received
+from hw.ipc import Address, Datagram, Reader, Seal, coded, key_of, received
 
 PERIOD_S = 0.05
 """Period of the heartbeat, s."""

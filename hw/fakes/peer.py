@@ -5,8 +5,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from hw.ipc.datagrams import Door, Hearer, Outlet
-from hw.ipc.processes import Child
+from hw.ipc import Child, Door, Hearer, Outlet
 
 
 class Peer:

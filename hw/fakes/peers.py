@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from hw.connection.connection import RunInfo
+from hw.connection import RunInfo
 from hw.fakes.peer import Peer
-from hw.ipc.datagrams import Hearer
+from hw.ipc import Hearer
 
 UR10 = (0.0, -1.57, 1.57, -1.57, -1.57, 0.0)
 """Default joints of an arm, rad."""

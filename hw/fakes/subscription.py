@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hw.ipc.datagrams import Door, Outlet
+from hw.ipc import Door, Outlet
 
 EVERY_NS = 200_000_000
 """Period of renewal; a world drops subscriptions after a second."""

@@ -12,15 +12,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from hw.connection.connection import RunInfo
+from hw.connection import RunInfo
 from hw.fakes.subscription import Subscription
 from hw.fakes.world_process import WorldSettings, later
 from hw.geometry import Pose3
-from hw.ipc.datagrams import Address, Datagram, Door, Intake, Outlet
-from hw.ipc.processes import Child
-from hw.model.robot import RobotModel
+from hw.ipc import Address, Child, Datagram, Door, Intake, Outlet
+from hw.model import RobotModel
 from hw.samples import UserPose
-from hw.sim.external_world import EVALUATOR
+from hw.sim import EVALUATOR
 from hw.truth import Truth
 
 NAME = "the world of the fakes"

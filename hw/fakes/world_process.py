@@ -31,13 +31,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from hw.connection.connection import HostedScene
-from hw.ipc.datagrams import Address, Door, Intake, Outlet
-from hw.ipc.datagrams import Datagram as Heard
-from hw.ipc.priority import DEVICES
-from hw.ipc.processes import Parent, Ready, serve
-from hw.model.robot import MotionLimits, RobotModel
-from hw.sim.external_world import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, HostedWorld, PeerMessage
+from hw.connection import HostedScene
+from hw.ipc import DEVICES, Address, Datagram as Heard, Door, Intake, Outlet, Parent, Ready, serve
+from hw.model import MotionLimits, RobotModel
+from hw.sim import DRIVES, EVALUATOR, SCANNERS, STEP_NS, VR, HostedWorld, PeerMessage
 from hw.truth import Truth
 
 SOURCES = (VR, DRIVES, SCANNERS, "cb3")

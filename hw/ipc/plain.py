@@ -13,7 +13,7 @@ from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from hw.geometry import Pose2, Pose3, Twist2
-from hw.safety.cycle_record import ChainStatus, SafetyRecord
+from hw.safety import ChainStatus, SafetyRecord
 from hw.samples import (
     ArmState,
     BumperHit,

@@ -26,12 +26,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
-from engine.files.declared.item import Fault, Item, find_file, load_yaml
-from engine.files.declared.named import known_files
-from engine.files.declared.records import Name, record
-from engine.files.declared.units import AngularSpeed, Length, Mass, Torque
-from engine.files.declared.values import Range, above_0
-from engine.files.finding import did_you_mean
+from engine.files import AngularSpeed, Length, Mass, Torque, did_you_mean
+from engine.files.declared import (
+    Fault,
+    Item,
+    Name,
+    Range,
+    above_0,
+    find_file,
+    known_files,
+    load_yaml,
+    record,
+)
 from hw.model.prop import JOINTS, Capsule, Placement, Point3, Radius, Six
 from hw.places import AnyAngle
 

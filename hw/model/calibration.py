@@ -10,9 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from engine.files.declared.item import find_file, load_yaml
-from engine.files.declared.records import Name, record
-from engine.files.declared.values import Count
+from engine.files.declared import Count, Name, find_file, load_yaml, record
 from hw.model.prop import JOINTS, Placement
 
 FOLDER = Path(__file__).parent.parent / "calibrations"

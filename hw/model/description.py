@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from engine.files.declared.item import Item
-from engine.files.declared.records import reader_of
-from engine.files.text import is_file
+from engine.files import is_file
+from engine.files.declared import Item, reader_of
 from hw.model.prop import Placement
 
 

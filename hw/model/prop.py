@@ -22,11 +22,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
-from engine.files.declared.item import Fault, Item, find_file, load_yaml
-from engine.files.declared.named import known_files
-from engine.files.declared.records import Name, reader_of, record
-from engine.files.declared.units import Force, Length, Mass, Speed, Torque
-from engine.files.declared.values import Range, above_0
+from engine.files import Force, Length, Mass, Speed, Torque
+from engine.files.declared import (
+    Fault,
+    Item,
+    Name,
+    Range,
+    above_0,
+    find_file,
+    known_files,
+    load_yaml,
+    reader_of,
+    record,
+)
 from hw.geometry import Pose3
 from hw.places import AnyAngle
 

@@ -12,10 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
-from engine.files.declared.item import Fault, Item, find_file, load_yaml
-from engine.files.declared.named import known_files
-from engine.files.declared.records import Name, record
-from engine.files.declared.units import (
+from engine.files import (
     Acceleration,
     AngularAcceleration,
     AngularSpeed,
@@ -27,7 +24,18 @@ from engine.files.declared.units import (
     Ratio,
     Speed,
 )
-from engine.files.declared.values import Count, Range, above_0
+from engine.files.declared import (
+    Count,
+    Fault,
+    Item,
+    Name,
+    Range,
+    above_0,
+    find_file,
+    known_files,
+    load_yaml,
+    record,
+)
 from hw.interfaces import DriveMode
 from hw.model.arm import ArmShape, arms_of, load_arm
 from hw.model.calibration import load_calibration

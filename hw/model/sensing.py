@@ -12,9 +12,8 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Annotated
 
-from engine.files.declared.item import Fault
-from engine.files.declared.units import Angle, Dimension, Length
-from engine.files.declared.values import Range
+from engine.files import Angle, Dimension, Length
+from engine.files.declared import Fault, Range
 from hw.geometry import Pose2, Pose3
 from hw.places import AnyAngle
 

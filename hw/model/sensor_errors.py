@@ -12,17 +12,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from engine.files.declared.item import Fault
-from engine.files.declared.units import (
-    Acceleration,
-    Angle,
-    AngularSpeed,
-    Duration,
-    Length,
-    Ratio,
-    Speed,
-)
-from engine.files.declared.values import Range
+from engine.files import Acceleration, Angle, AngularSpeed, Duration, Length, Ratio, Speed
+from engine.files.declared import Fault, Range
 from hw.geometry import Pose2
 from hw.places import Pose
 

@@ -16,10 +16,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
-from engine.files.declared.item import find_file, load_yaml
-from engine.files.declared.records import Name, record
-from engine.files.declared.units import Angle, Length
-from engine.files.declared.values import Range
+from engine.files import Angle, Length
+from engine.files.declared import Name, Range, find_file, load_yaml, record
 from hw.geometry import Pose3
 from hw.model.prop import Placement
 from hw.model.tracking import Tracking

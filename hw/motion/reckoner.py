@@ -13,7 +13,7 @@ from collections import deque
 from typing import NamedTuple
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.model.tracking import Tracking
+from hw.model import Tracking
 from hw.samples import Odometry, PoseSigma, TrackerPose
 
 FRESH_NS = 150_000_000

@@ -17,20 +17,22 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from engine.files.finding import mistake
+from engine.files import mistake
 from hw.geometry import Pose2
 from hw.people.live import LivePerson
-from hw.people.recorded.recorded_walk import Playback
-from hw.people.recorded.walk_file import Heading, Recording, Up, read_recording
-from hw.people.walking import wanderer
-from hw.people.walking.interaction import Interaction
-from hw.people.walking.manner import ATTENTIVE, Manner, manner_named
-from hw.people.walking.person import Person
-from hw.people.walking.script import load_script
-from hw.people.walking.walker import Walker
+from hw.people.recorded import Heading, Playback, Recording, Up, read_recording
+from hw.people.walking import (
+    ATTENTIVE,
+    Interaction,
+    Manner,
+    Person,
+    Walker,
+    load_script,
+    manner_named,
+    wanderer,
+)
 from hw.samples import USER_RADIUS
-from hw.scene.room import Disc, Point, Room
-from hw.scene.scene import Scene
+from hw.scene import Disc, Point, Room, Scene
 
 LIVE = "live"
 OFF_ROBOT = 1.27

@@ -22,7 +22,7 @@ from typing import Protocol, runtime_checkable
 from hw.geometry import STILL, Pose2, Twist2
 from hw.interfaces import Base, DriveMode
 from hw.log import Log
-from hw.motion.reckoner import Reckoner
+from hw.motion import Reckoner
 from hw.safety.chain import SafetyChain
 from hw.safety.cycle_record import SafetyRecord
 from hw.safety.keeper import Hear, Keeper, Keeps, Pull, is_standing

@@ -22,7 +22,7 @@ from typing import Any, Protocol
 from hw.geometry import STILL, Pose2, Twist2
 from hw.interfaces import DriveMode
 from hw.log import Log
-from hw.motion.reckoner import Reckoner
+from hw.motion import Reckoner
 from hw.safety.chain import STANDING, SafetyChain
 from hw.safety.cycle_record import SafetyRecord
 from hw.safety.limits import SafetyLimits

@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hw.model.robot import Footprint, MotionLimits, RobotModel
+from hw.model import Footprint, MotionLimits, RobotModel
 
 LATE_S, OLD_S = 0.05, 0.15
 """Ages of the user's pose, s: fully used up to the first, not used beyond the second (R149)."""

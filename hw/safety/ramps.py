@@ -14,7 +14,7 @@ import math
 
 from hw.geometry import Twist2
 from hw.interfaces import DriveMode
-from hw.model.robot import BaseModel, MotionLimits
+from hw.model import BaseModel, MotionLimits
 
 TURN_SHARE = math.sqrt(0.5)
 """Share of the acceleration that a differential base may spend on curves (centripetal)."""

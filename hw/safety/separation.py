@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from hw.geometry import Twist2
-from hw.motion.velocity_estimator import Motion
+from hw.motion import Motion
 
 QUICK, STEADY = 0.1, 0.3
 """Windows over which the user's speed is estimated, s."""

@@ -16,9 +16,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Literal, NamedTuple
 
-from engine.files.declared.item import Fault
-from engine.files.declared.units import Duration, Length, Speed
-from engine.files.declared.values import Range
+from engine.files import Duration, Length, Speed
+from engine.files.declared import Fault, Range
 from hw.places import PlanePoint
 from hw.samples import USER_RADIUS
 

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated
 
-from engine.files.declared.item import Fault, Item
-from engine.files.declared.records import reader_of
+from engine.files.declared import Fault, Item, reader_of
 from hw.places import PlanePoint
 
 if TYPE_CHECKING:

@@ -33,14 +33,20 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
 
-from engine.files.declared.item import Fault, Item, find_file, load_yaml
-from engine.files.declared.named import YAML, known_files
-from engine.files.declared.records import Name, record
-from engine.files.declared.units import Length
-from engine.files.declared.values import Range
-from engine.files.text import is_file
+from engine.files import Length, is_file
+from engine.files.declared import (
+    YAML,
+    Fault,
+    Item,
+    Name,
+    Range,
+    find_file,
+    known_files,
+    load_yaml,
+    record,
+)
 from hw.geometry import Pose2
-from hw.model.tracking_file import TrackingFile, load_tracking
+from hw.model import TrackingFile, load_tracking
 from hw.places import PlanePoint, Pose
 from hw.scene.objects import Thing
 from hw.scene.room import MIN_WIDTH, Room

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from engine.files.declared.units import Speed
-from engine.files.declared.values import Range
+from engine.files import Speed
+from engine.files.declared import Range
 from hw.scene.room import Polygon, contains, distance_to_segment, edges
 
 

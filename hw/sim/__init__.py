@@ -1,1 +1,5 @@
 """The simulated robot and room."""
+
+from engine.faces import face
+
+__getattr__, __dir__ = face(__name__)

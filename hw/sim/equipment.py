@@ -5,22 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hw.interfaces import RobotPart
-from hw.model.robot import RobotModel
-from hw.model.sensor_errors import SensorErrors
-from hw.model.tracking import Tracking
-from hw.people.walking.person import Person
+from hw.model import RobotModel, SensorErrors, Tracking
+from hw.people.walking import Person
 from hw.samples import USER_RADIUS
-from hw.scene.objects import Body
-from hw.scene.room import Point
-from hw.scene.scene import Scene
-from hw.sim.sensors import coverage, rays
-from hw.sim.sensors.imu import SimImu
-from hw.sim.sensors.lidar import SimLidar
-from hw.sim.sensors.odometry import SimOdometry
-from hw.sim.sensors.person_view import PersonView
-from hw.sim.sensors.scanned_shapes import Shapes
-from hw.sim.sensors.track import Track
-from hw.sim.sensors.vive import SimulatedTrackers
+from hw.scene import Body, Point, Scene
+from hw.sim.sensors import (
+    PersonView,
+    Shapes,
+    SimImu,
+    SimLidar,
+    SimOdometry,
+    SimulatedTrackers,
+    Track,
+    coverage,
+    rays,
+)
 from hw.sim.sim_base import SimBase
 from hw.sim.slip import SlipperyFloor
 

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 from hw.geometry import STILL, Pose2, Twist2
 from hw.interfaces import DriveMode
-from hw.model.robot import BaseModel, MotionLimits, RobotModel
-from hw.safety.guarded import CYCLE_NS
+from hw.model import BaseModel, MotionLimits, RobotModel
+from hw.safety import CYCLE_NS
 from hw.samples import ArmState, Joints, Sample, TimedJoints
 from hw.sim.sim_base import SimBase
 

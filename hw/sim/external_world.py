@@ -10,12 +10,11 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from hw.connection.connection import HostedScene
+from hw.connection import HostedScene
 from hw.geometry import Pose2, Pose3
-from hw.model.robot import MotionLimits, RobotModel
-from hw.people.live import LivePerson
-from hw.people.user import open_user
-from hw.people.walking.person import Person
+from hw.model import MotionLimits, RobotModel
+from hw.people import LivePerson, open_user
+from hw.people.walking import Person
 from hw.samples import Sample, UserPose
 from hw.sim.external_base import HostedArm, HostedBase
 from hw.sim.world import World

@@ -8,13 +8,11 @@ from dataclasses import replace
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
-from hw.model.prop import GripperModel, Prop, WrenchModel
-from hw.model.robot import ArmModel, RobotModel, check_pace
-from hw.people.walking.person import Person
-from hw.safety.guarded import CYCLE_NS, GuardedBase
-from hw.safety.limits import SafetyLimits
+from hw.model import ArmModel, GripperModel, Prop, RobotModel, WrenchModel, check_pace
+from hw.people.walking import Person
+from hw.safety import CYCLE_NS, GuardedBase, SafetyLimits
 from hw.samples import ArmState, GripperState, Joints, Sample, TimedJoints
-from hw.scene.scene import Scene
+from hw.scene import Scene
 from hw.sim.sim_arm import STOPPED, JointCourse, refusal
 from hw.sim.tool import Hand, SimGripper, SimWrench
 from hw.sim.world import World

@@ -11,7 +11,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from hw.model.robot import ArmModel, check_pace
+from hw.model import ArmModel, check_pace
 from hw.samples import ArmState, Joints, Sample, TimedJoints
 
 _NOWHERE = 1e-12

@@ -12,14 +12,12 @@ from typing import TYPE_CHECKING
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
-from hw.model.robot import MotionLimits, RobotModel
-from hw.model.sensor_model import WhiteNoise, added
-from hw.safety.guarded import CYCLE_NS, GuardedBase
-from hw.safety.ramps import PlanarState, Ramps, twist_after
+from hw.model import MotionLimits, RobotModel, WhiteNoise, added
+from hw.safety import CYCLE_NS, GuardedBase, PlanarState, Ramps, twist_after
 from hw.samples import Sample
 
 if TYPE_CHECKING:
-    from hw.sim.sensors.track import Track
+    from hw.sim.sensors import Track
     from hw.sim.slip import SlipperyFloor
 
 _GRAVITY = 9.81

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from hw.geometry import Pose2, wrap
-from hw.model.sensor_errors import Slip
-from hw.sim.sensors.streams import Normals
+from hw.model import Slip
+from hw.sim.sensors import Normals
 
 _LEVER = 0.5
 """Distance that one rad of rotation counts as, m, for the length of floor covered."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from engine.files.declared.item import Item, gather, load_yaml
-from hw.model.robot import load_robot
-from hw.people.user import open_user
-from hw.scene.scene import Scene, scene_from
-from hw.sim.contact.contact import rectangle_segment_distance
+from engine.files.declared import Item, gather, load_yaml
+from hw.model import load_robot
+from hw.people import open_user
+from hw.scene import Scene, scene_from
+from hw.sim.contact import rectangle_segment_distance
 
 
 def check_scene(file: Path) -> None:

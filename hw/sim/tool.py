@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from hw.interfaces import Gripper, Wrench
-from hw.model.prop import GripperModel, Prop, WrenchModel
+from hw.model import GripperModel, Prop, WrenchModel
 from hw.samples import GripperState, Sample, WrenchReading
 
 NO_LOAD = WrenchReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))

@@ -13,19 +13,13 @@ from typing import TYPE_CHECKING, Any
 from hw.geometry import Pose2
 from hw.interfaces import RobotPart
 from hw.log import Log
-from hw.model.robot import MotionLimits, RobotModel
-from hw.model.sensor_errors import SensorErrors
-from hw.model.sensor_model import IDEAL, SensorModel
-from hw.people.walking.person import Person
-from hw.safety.cycle_record import SafetyRecord
-from hw.safety.guarded import CYCLE_NS, GuardedBase
-from hw.safety.limits import SafetyLimits
-from hw.safety.stop_line import StopLatch
+from hw.model import IDEAL, MotionLimits, RobotModel, SensorErrors, SensorModel
+from hw.people.walking import Person
+from hw.safety import CYCLE_NS, GuardedBase, SafetyLimits, SafetyRecord, StopLatch
 from hw.samples import Sample, UserPose
-from hw.scene.scene import Scene
-from hw.sim.contact.collisions import Collisions
-from hw.sim.contact.moving import MovingArm, MovingBase
-from hw.sim.sensors.devices import ScriptedOperator, SimBumper, SimTrackers, SimVr
+from hw.scene import Scene
+from hw.sim.contact import Collisions, MovingArm, MovingBase
+from hw.sim.sensors import ScriptedOperator, SimBumper, SimTrackers, SimVr
 from hw.sim.sim_arm import SimArm
 from hw.sim.sim_base import SimBase
 from hw.sim.tool import Hand

@@ -1,1 +1,5 @@
 """Moving the arm."""
+
+from engine.faces import face
+
+__getattr__, __dir__ = face(__name__)

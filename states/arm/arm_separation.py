@@ -32,16 +32,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hw.geometry import STILL, Pose2, Twist2
-from hw.motion.velocity_estimator import Motion
-from hw.safety.separation import QUICK, STEADY
-from hw.samples import USER_RADIUS
+from hw import STILL, USER_RADIUS, Pose2, Twist2
+from hw.motion import Motion
+from hw.safety import QUICK, STEADY
 from states.arm.arm_situation import slimmed
-from states.arm.kinematics.collision import CollisionModel, Limb
-from states.arm.kinematics.kernels import Array, approaching, approaching_limbs
-from states.arm.kinematics.model import LINKS
-from states.arm.motion.trajectory import Trajectory
-from states.arm.planning.approach import TOUCH_SPEED
+from states.arm.kinematics import LINKS, Array, CollisionModel, Limb, approaching, approaching_limbs
+from states.arm.motion import Trajectory
+from states.arm.planning import TOUCH_SPEED
 
 REACTION_S = 0.1
 """From a new pose of the person to an arm that slows down, s."""

@@ -12,10 +12,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from hw.geometry import Pose2, Pose3, wrap
-from hw.model.prop import Point3
-from hw.samples import USER_RADIUS, Joints, UserPose
-from states.arm.kinematics.collision import Cylinder, Limb, Wall
+from hw import USER_RADIUS, Joints, Pose2, Pose3, UserPose, wrap
+from hw.model import Point3
+from states.arm.kinematics import Cylinder, Limb, Wall
 
 USER_HEIGHT = 2.0
 """Height of the user's cylinder, m."""

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from hw.geometry import Pose3
-from hw.samples import ARM_MOVES, ArmState, Joints
+from hw import ARM_MOVES, ArmState, Joints, Pose3
 
 if TYPE_CHECKING:
     from states.arm.arm_situation import ArmSituation

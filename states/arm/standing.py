@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from hw.geometry import Pose2, wrap
-from hw.samples import PoseSigma
+from hw import Pose2, PoseSigma, wrap
 
 WINDOW_NS = 500_000_000
 """Age of the oldest pose that counts, ns."""

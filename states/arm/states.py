@@ -8,10 +8,9 @@ from importlib.util import find_spec
 from itertools import chain
 from typing import TYPE_CHECKING, Literal
 
-from engine.files.declared.units import Angle, Duration
-from engine.state import NEVER_NS, Action, Context, On, Run, Until, Yielded
-from hw.geometry import Pose3
-from hw.interfaces import Arm
+from engine import NEVER_NS, Action, Context, On, Run, Until, Yielded
+from engine.files import Angle, Duration
+from hw import Arm, Pose3
 from states.arm.following import (
     CORRECTIONS,
     LATE_S,
@@ -26,7 +25,7 @@ from states.arm.following import (
     stopped,
 )
 from states.arm.standing import Standing
-from states.environment.signal_names import (
+from states.environment import (
     ARM_JOINTS,
     BASE_POSE,
     BASE_POSE_SIGMA,
@@ -39,7 +38,7 @@ from states.environment.signal_names import (
 if TYPE_CHECKING:
     from states.arm.arm_separation import Governor
     from states.arm.arm_situation import ArmSituation
-    from states.arm.planning.planning import NoPlan, Plan, Query
+    from states.arm.planning import NoPlan, Plan, Query
 
 AGE_S = 0.2
 """Greatest age of the signals that arm states read, s."""
@@ -160,7 +159,7 @@ def _installed(solver: Solver) -> Solver:
 
 def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Moving:
     """Move to a DEEP (map; None: fold); replan whenever somebody steps into the path."""
-    from states.arm.planning.planning import NoPlan
+    from states.arm.planning import NoPlan
 
     workspace, standing, corrections = environment_of(ctx).workspace, Standing(), 0
     while True:
@@ -218,7 +217,7 @@ def _situation(ctx: Context) -> ArmSituation | None:
 
 def _planned(queries: Iterable[Query], solver: str) -> Generator[Yielded, None, Plan | NoPlan]:
     """Plan the first of these queries that has a plan, a few slices per tick."""
-    from states.arm.planning.planning import in_turn, planner
+    from states.arm.planning import in_turn, planner
 
     work, slices = in_turn(queries, planner(solver)), 0
     while True:

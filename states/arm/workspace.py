@@ -10,10 +10,8 @@ from heapq import heappop, heappush
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.geometry import Pose2, Pose3
-from hw.model.prop import JOINTS
-from hw.model.robot import ArmModel, MotionLimits
-from hw.samples import Joints, TimedJoints
+from hw import Joints, Pose2, Pose3, TimedJoints
+from hw.model import JOINTS, ArmModel, MotionLimits
 from states.arm.arm_separation import Brakes, Governor
 from states.arm.arm_situation import (
     ARM_RADIUS,
@@ -23,38 +21,44 @@ from states.arm.arm_situation import (
     cylinder,
     person_obstacles,
 )
-from states.arm.kinematics.collision import (
+from states.arm.kinematics import (
     MARGIN,
+    Array,
     CollisionChecker,
     CollisionModel,
+    KinematicChain,
     Limb,
+    Manipulator,
     Surroundings,
     Wall,
-)
-from states.arm.kinematics.inverse_kinematics import inverse, inverse_near, nearest_copies
-from states.arm.kinematics.kernels import Array
-from states.arm.kinematics.kinematics import (
-    KinematicChain,
     deviation,
     forward,
+    inverse,
+    inverse_near,
     inverted,
+    nearest_copies,
     pose_matrix,
+    six,
 )
-from states.arm.kinematics.model import Manipulator, six
-from states.arm.motion.joint_path import first_contact
-from states.arm.motion.timing import line_durations
-from states.arm.motion.trajectory import ArmLimits
-from states.arm.planning.approach import (
+from states.arm.motion import ArmLimits, first_contact, line_durations
+from states.arm.planning import (
     TOUCH_SPEED,
+    Plan,
+    Query,
+    Reach,
+    ReachPlace,
     ToolLine,
     WayIn,
     around,
+    disc,
+    goals_at,
     moved_along,
+    plan,
+    rover_from_deep,
     rungs,
     tool_lines,
+    warm_up,
 )
-from states.arm.planning.planning import Plan, Query, goals_at, plan, warm_up
-from states.arm.planning.reach import Reach, ReachPlace, disc, rover_from_deep
 
 ACCEPTED = (0.02, 0.1)
 """A DEEP that is out of reach by less than this, m and rad, is met as closely as possible (R44)."""

@@ -11,12 +11,9 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
-from hw.geometry import Outline, Pose2, Twist2
-from hw.model.robot import MotionLimits, RobotModel
-from hw.model.tracking import Tracking
-from hw.samples import EXACT, Joints, PoseSigma
-from hw.scene.room import Room
-from hw.scene.zones import NO_ZONES, Zones
+from hw import EXACT, Joints, Outline, Pose2, PoseSigma, Twist2
+from hw.model import MotionLimits, RobotModel, Tracking
+from hw.scene import NO_ZONES, Room, Zones
 from states.environment.extrapolated_state import slowed
 from states.subsystems import SUBSYSTEMS, Localization, Navigation, SubsystemName
 
@@ -24,17 +21,13 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from states.arm.workspace import Workspace
-    from states.localization.estimates import Localizes
-    from states.maps.field import Field
-    from states.maps.occupancy import OccupancyMap
-    from states.navigation.exact.visibility import ExactPlanner
-    from states.navigation.grid.costmap import StaticLayer
-    from states.navigation.grid.layers import Costmaps
-    from states.navigation.grid.scanned_obstacles import Obstacles
-    from states.navigation.grid.scanning import ObstacleEstimator
-    from states.navigation.local.local_planner import LocalPlanner
-    from states.navigation.planner_interfaces import GlobalPlanner
+    from states.arm import Workspace
+    from states.localization import Localizes
+    from states.maps import Field, OccupancyMap
+    from states.navigation import GlobalPlanner
+    from states.navigation.exact import ExactPlanner
+    from states.navigation.grid import Costmaps, ObstacleEstimator, Obstacles, StaticLayer
+    from states.navigation.local import LocalPlanner
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +64,7 @@ class Environment:
     def ground(self, resolution: float) -> StaticLayer:
         """The static layer of map or room on cells of this size, shared by all subsystems."""
         if resolution not in self._grounds:
-            from states.navigation.grid.layers import ground_of, map_of
+            from states.navigation.grid import ground_of, map_of
 
             drawn = self.map or map_of(self.room, resolution)
             walls = self.field if self.map is None else None
@@ -96,7 +89,7 @@ class Environment:
     @cached_property
     def static_costmaps(self) -> Mapping[SubsystemName, Costmaps]:
         """Costmaps of each subsystem, from map or room alone."""
-        from states.navigation.grid.layers import costmaps_of
+        from states.navigation.grid import costmaps_of
 
         found = {}
         for name in SUBSYSTEMS:
@@ -123,7 +116,7 @@ class Environment:
     @cached_property
     def _exact(self) -> Mapping[SubsystemName, ExactPlanner]:
         """Planners `exact` of the subsystems that use it, shared by those of the same inflation."""
-        from states.navigation.exact.visibility import ExactPlanner
+        from states.navigation.exact import ExactPlanner
 
         @cache
         def exact(inflation: float) -> ExactPlanner:
@@ -137,7 +130,7 @@ class Environment:
         """The global planner of a subsystem with scanned obstacles."""
         if not obstacles:
             return self.static_planners[name]
-        from states.navigation.grid.layers import exact_among
+        from states.navigation.grid import exact_among
 
         kind = self.navigation.named(name).planner
         if kind == "exact":
@@ -151,8 +144,7 @@ class Environment:
 
     def obstacle_estimator(self) -> ObstacleEstimator:
         """A new estimator of the obstacles that scans show and the map does not; one per run."""
-        from states.navigation.grid.obstacles import ObstacleValues
-        from states.navigation.grid.scanning import ObstacleEstimator, Scanner
+        from states.navigation.grid import ObstacleEstimator, ObstacleValues, Scanner
 
         used = [self.navigation.named(name) for name in SUBSYSTEMS]
         maps = [subsystem.costmap for subsystem in used]
@@ -165,7 +157,7 @@ class Environment:
     @cached_property
     def field(self) -> Field:
         """Distances to the walls: exact in a drawn room, by cells on a scanned map."""
-        from states.maps.field import map_field, room_field
+        from states.maps import map_field, room_field
 
         return room_field(self.room) if self.map is None else map_field(self.map)
 
@@ -173,10 +165,10 @@ class Environment:
         """A new localizer with this start pose, map_from_base; one per run."""
         sensing, tracking = self.robot.sensing, self.tracking
         if self.localization == "amcl":
-            from states.localization.particle_localizer import ParticleLocalizer
+            from states.localization import ParticleLocalizer
 
             return ParticleLocalizer(self.field, sensing, tracking, start, seed)
-        from states.localization.localizer import Localizer
+        from states.localization import Localizer
 
         return Localizer(self.field, sensing, tracking, start, seed)
 
@@ -187,8 +179,8 @@ class Environment:
 
         `keeping` names the subsystem whose distance from walls it keeps; None: its own.
         """
-        from states.navigation.local.profile_planner import ProfilePlanner
-        from states.navigation.planner_interfaces import Limits, Tolerance
+        from states.navigation import Limits, Tolerance
+        from states.navigation.local import ProfilePlanner
 
         subsystem, room = self.navigation.named(name), self.room
         own, base = self.limits, self.robot.base
@@ -204,7 +196,7 @@ class Environment:
         if subsystem.local_planner == "profile":
             driver = ProfilePlanner(planner, limits, tolerance, latency=latency)
         else:
-            from states.navigation.local.teb_planner import TebPlanner
+            from states.navigation.local import TebPlanner
 
             walls = (room.outer, *room.obstacles, *self.zones.keepout)
             driver = TebPlanner(
@@ -267,15 +259,15 @@ class Environment:
         half = Outline(*2 * (footprint.half_length,), *2 * (footprint.half_width,))
         if joints is None or joints == self.robot.parked:
             return half
-        from states.arm.kinematics.collision import extent
+        from states.arm.kinematics import extent
 
         return Outline(*map(max, half, extent(self.workspace.solid, joints)))
 
     @cached_property
     def workspace(self) -> Workspace:
         """The arm in this room, built when first needed."""
-        from states.arm.description.robot_arm import manipulator_of
-        from states.arm.workspace import Workspace
+        from states.arm import Workspace
+        from states.arm.description import manipulator_of
 
         held = manipulator_of(self.robot)
         assert self.robot.arm is not None, "without one there is no manipulator"

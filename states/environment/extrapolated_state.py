@@ -12,9 +12,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.safety.limits import LATE_S, OLD_S
-from hw.samples import UserPose
+from hw import STILL, Pose2, Twist2, UserPose, wrap
+from hw.safety import LATE_S, OLD_S
 from states.environment.signal_names import (
     BASE_POSE,
     BASE_TWIST,

@@ -9,14 +9,12 @@ from __future__ import annotations
 from functools import cache
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from engine.state import Key
-from hw.geometry import Pose2, Pose3, Twist2
-from hw.interfaces import DriveMode
-from hw.samples import ArmState, PoseSigma, UserPose
+from engine import Key
+from hw import ArmState, DriveMode, Pose2, Pose3, PoseSigma, Twist2, UserPose
 
 if TYPE_CHECKING:
     from states.environment.environment import Environment
-    from states.navigation.planner_interfaces import GlobalPlanner
+    from states.navigation import GlobalPlanner
     from states.subsystems import SubsystemName
 
 V = TypeVar("V")

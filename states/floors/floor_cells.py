@@ -13,12 +13,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
+from hw import compiled
 from states.floors.usable_space import LEAST_PIECE, Obstacle, Passage, Quarter, obstacle_in
-from states.maps.cells import Mask
-from states.maps.distance import distances
-from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap
-from states.navigation.exact.clearance import Array
+from states.maps import FREE, OCCUPIED, Mask, OccupancyMap, distances
+from states.navigation.exact import Array
 
 RegionLabels = NDArray[np.int64]
 

@@ -15,10 +15,10 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from hw.scene.room import Room
+from hw.scene import Room
 from states.floors.passages import closed_passages, sides_of
 from states.floors.usable_space import LEAST_PIECE, Corners, Obstacle, Passage, Quarter, obstacle_in
-from states.navigation.exact.clearance import TOLERANCE, Array
+from states.navigation.exact import TOLERANCE, Array
 
 Geometry = Any  # shapely carries no types
 

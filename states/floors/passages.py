@@ -14,9 +14,9 @@ import networkx as nx
 import numpy as np
 import shapely
 
-from hw.scene.room import Point
+from hw.scene import Point
 from states.floors.usable_space import LEAST_PIECE, Passage
-from states.navigation.exact.clearance import TOLERANCE, Array
+from states.navigation.exact import TOLERANCE, Array
 
 Geometry = Any  # shapely carries no types
 

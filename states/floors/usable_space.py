@@ -14,9 +14,9 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.samples import USER_RADIUS
-from hw.scene.room import Point
-from states.navigation.exact.clearance import Array
+from hw import USER_RADIUS
+from hw.scene import Point
+from states.navigation.exact import Array
 from states.subsystems import QUARTER
 
 Corners = Literal["round", "square"]

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
-from hw.geometry import Pose2
-from hw.samples import PoseSigma
-from states.signals.user_motion import StampedPlace
+from hw import Pose2, PoseSigma
+from states.signals import StampedPlace
 
 SENSED = ("base.odometry", "base.imu", "base.scan", "rover.tracker")
 """Inputs of localization; only odometry is required before there is a pose."""

@@ -14,40 +14,38 @@ from typing import Literal
 
 import numpy as np
 
-from hw.finite import is_finite
-from hw.geometry import Pose2, Twist2, wrap
-from hw.model.sensing import Sensing
-from hw.model.tracking import Tracking
-from hw.samples import ImuReading, Odometry, PoseSigma, Scan, TrackerPose
-from states.localization.filter.fusion import (
+from hw import ImuReading, Odometry, Pose2, PoseSigma, Scan, TrackerPose, Twist2, is_finite, wrap
+from hw.model import Sensing, Tracking
+from states.localization.filter import (
     GYRO_NOISE,
+    SLIPPING,
     UNKNOWN,
     Fusion,
     covariance_of,
     inverse,
     sigma_of,
 )
-from states.localization.filter.planar import SLIPPING
-from states.localization.matching.localizer_values import LocalizerValues
-from states.localization.matching.map_search import Search
-from states.localization.matching.match_health import WORSE, LocalizerMode, MatchHealth
-from states.localization.matching.pose_matcher import (
+from states.localization.matching import (
     AROUND,
     LEAP,
+    WORSE,
+    Cloud,
+    LocalizerMode,
+    LocalizerValues,
+    Match,
+    MatchHealth,
     PoseMatcher,
     Prediction,
+    Search,
+    cloud_of,
     is_near,
     is_same,
     is_sure,
     leaps,
+    span_ns,
 )
-from states.localization.matching.scan_tracker import Match
-from states.localization.matching.scans import Cloud, cloud_of, span_ns
-from states.localization.wheels.drift import Drift, TrackerComparison
-from states.localization.wheels.tracker_feed import TrackerFeed
-from states.localization.wheels.wheel_motion import STOOD, WheelMotion
-from states.maps.distance import Array
-from states.maps.field import Field
+from states.localization.wheels import STOOD, Drift, TrackerComparison, TrackerFeed, WheelMotion
+from states.maps import Array, Field
 
 LocalizerStatus = Literal[
     LocalizerMode, "ambiguous", "resting", "odometry wrong", "odometry missing"

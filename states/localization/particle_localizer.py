@@ -13,20 +13,12 @@ from typing import Literal
 
 import numpy as np
 
-from hw.finite import is_finite
-from hw.geometry import Pose2
-from hw.model.sensing import Sensing
-from hw.model.tracking import Tracking
-from hw.samples import Odometry, PoseSigma, Scan, TrackerPose
-from states.localization.filter.fusion import UNKNOWN, covariance_of, sigma_of
-from states.localization.matching.amcl import Amcl, AmclValues
-from states.localization.matching.localizer_values import LocalizerValues
-from states.localization.matching.scans import cloud_of, span_ns
-from states.localization.wheels.tracker_feed import TrackerFeed
-from states.localization.wheels.trail import Trail
-from states.localization.wheels.wheel_motion import MISSING_NS
-from states.maps.distance import Array
-from states.maps.field import Field
+from hw import Odometry, Pose2, PoseSigma, Scan, TrackerPose, is_finite
+from hw.model import Sensing, Tracking
+from states.localization.filter import UNKNOWN, covariance_of, sigma_of
+from states.localization.matching import Amcl, AmclValues, LocalizerValues, cloud_of, span_ns
+from states.localization.wheels import MISSING_NS, TrackerFeed, Trail
+from states.maps import Array, Field
 
 ParticleStatus = Literal["starting", "tracking", "odometry missing"]
 

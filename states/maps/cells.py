@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.geometry import Pose2
-from hw.jit import compiled
-from hw.scene.room import Point
+from hw import Pose2, compiled
+from hw.scene import Point
 from states.maps.distance import Array
 from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
+from hw import compiled
 
 Array = NDArray[np.float64]
 SquaredCells = NDArray[np.int64]

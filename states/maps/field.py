@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from hw.geometry import Pose2
-from hw.jit import compiled
-from hw.scene.room import Room
+from hw import Pose2, compiled
+from hw.scene import Room
 from states.maps.cells import Grid, Mask, fill_rings
 from states.maps.distance import Array, distances
 from states.maps.occupancy import FREE, UNKNOWN, OccupancyMap, Values

@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFile, UnidentifiedImageError
 
-from engine.files.finding import mistake
-from engine.files.text import read_bytes
+from engine.files import mistake, read_bytes
 
 Pixels = NDArray[np.uint8]
 

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.geometry import Pose2
-from hw.jit import compiled
+from hw import Pose2, compiled
 from states.maps.distance import Array
 from states.maps.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap
 

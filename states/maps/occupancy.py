@@ -27,13 +27,10 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from engine.files.declared.item import Fault, Item, load_yaml
-from engine.files.declared.records import record
-from engine.files.declared.units import Length
-from engine.files.declared.values import Range
-from hw.geometry import Pose2
-from hw.places import AnyAngle, Coordinate
-from hw.scene.room import Point
+from engine.files import Length
+from engine.files.declared import Fault, Item, Range, load_yaml, record
+from hw import AnyAngle, Coordinate, Pose2
+from hw.scene import Point
 from states.maps.images import Pixels, read_image, write_image
 
 Convention = Literal["ros1", "nav2"]

@@ -15,9 +15,9 @@ import shapely
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from engine.files.finding import mistake
-from hw.geometry import Pose2
-from hw.scene.room import Point, Ring, Room
+from engine.files import mistake
+from hw import Pose2
+from hw.scene import Point, Ring, Room
 from states.maps.cells import Mask
 from states.maps.distance import Array, distances
 from states.maps.occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyMap, load_map

@@ -9,9 +9,8 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.scene.room import Disc, Point
-from states.navigation.exact.clearance import Array
-from states.navigation.exact.path import Path
+from hw.scene import Disc, Point
+from states.navigation.exact import Array, Path
 
 DriveStatus = Literal["driving", "arrived", "blocked"]
 

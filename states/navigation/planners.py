@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from states.navigation.exact.visibility import ExactPlanner
-from states.navigation.grid import grid_planners, scanning
-from states.navigation.grid.grid_planners import GridPlanner, NavfnPlanner, ThetaStarPlanner
-from states.navigation.local import profile_planner as profile
-from states.navigation.local import teb_planner
-from states.navigation.local.local_planner import LocalPlanner
-from states.navigation.local.profile_planner import ProfilePlanner
-from states.navigation.local.teb_planner import TebPlanner
+from states.navigation.exact import ExactPlanner
+from states.navigation.grid import (
+    GridPlanner,
+    NavfnPlanner,
+    ThetaStarPlanner,
+    grid_planners,
+    scanning,
+)
+from states.navigation.local import (
+    LocalPlanner,
+    ProfilePlanner,
+    TebPlanner,
+    profile_planner as profile,
+    teb_planner,
+)
 
 GLOBAL_PLANNERS: Mapping[str, Callable[..., ExactPlanner | GridPlanner]] = {
     "exact": ExactPlanner,

@@ -6,15 +6,12 @@ import math
 from collections.abc import Generator, Mapping
 from typing import TYPE_CHECKING, Literal
 
-from engine.files.declared.units import Duration
-from engine.state import NEVER_NS, Action, Context, Run, Yielded
-from hw.geometry import Pose2, Twist2, wrap
-from hw.interfaces import DriveMode
-from hw.safety.limits import OLD_S
-from hw.samples import UserPose
-from hw.scene.room import Disc
-from states.environment import extrapolated_state
-from states.environment.signal_names import (
+from engine import NEVER_NS, Action, Context, Run, Yielded
+from engine.files import Duration
+from hw import DriveMode, Pose2, Twist2, UserPose, wrap
+from hw.safety import OLD_S
+from hw.scene import Disc
+from states.environment import (
     BASE_ADMITTED,
     BASE_MODE,
     BASE_POSE,
@@ -23,13 +20,14 @@ from states.environment.signal_names import (
     ENVIRONMENT,
     SignalReader,
     environment_of,
+    extrapolated_state,
     planner_key,
 )
 from states.subsystems import SUBSYSTEMS, Subsystem, SubsystemName
 
 if TYPE_CHECKING:
-    from states.environment.environment import Environment
-    from states.navigation.local.local_planner import LocalPlanner
+    from states.environment import Environment
+    from states.navigation.local import LocalPlanner
     from states.navigation.planner_interfaces import GlobalPlanner
 
 PLANNERS: Mapping[str, float | None] = {planner_key(name): OLD_S for name in SUBSYSTEMS}

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hw.geometry import Pose2, Twist2, wrap
+from hw import Pose2, Twist2, wrap
 
 STRAIGHT = 1e-9
 """A smaller turn, rad, does not shorten a chord in floating point."""

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from engine.files.declared.units import Angle, Duration, Length
-from engine.state import NEVER_NS, Action, Context, Monitor, On, Run
-from hw.geometry import wrap
-from hw.samples import UserPose
-from states.environment.signal_names import ACKNOWLEDGE, STOP_ENGAGED, USER_POSE, USER_STILL_SINCE
+from engine import NEVER_NS, Action, Context, Monitor, On, Run
+from engine.files import Angle, Duration, Length
+from hw import UserPose, wrap
+from states.environment import ACKNOWLEDGE, STOP_ENGAGED, USER_POSE, USER_STILL_SINCE
 
 STALE_S = 0.15
 """Greatest age of the user's pose, s (R149); 0.5 s without one is a latched fault."""

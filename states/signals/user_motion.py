@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from hw.geometry import Twist2
-from hw.motion.velocity_estimator import Motion
-from hw.samples import UserPose
+from hw import Twist2, UserPose
+from hw.motion import Motion
 
 WALKS, STANDS = 0.2, 0.1
 """Hysteresis against noise of the pose, m/s: a person walks from the first speed on, and stands

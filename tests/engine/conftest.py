@@ -13,8 +13,7 @@ from engine.machine.machine import Machine
 from engine.machine.scripted_states import LeafScript
 from engine.operator.operator import Operator
 from engine.run.chart_run import ChartRun
-from engine.state import Action, Context, Interface, Monitor, State, interface
-from engine.state import Run as Steps
+from engine.state import Action, Context, Interface, Monitor, Run as Steps, State, interface
 
 HZ = 10
 

@@ -9,8 +9,8 @@ from typing import Any, ClassVar, Literal
 from hypothesis import strategies as st
 
 from engine.chart.load import Library
-from engine.files.declared.units import Duration, Length, Speed
 from engine.files.source import read
+from engine.files.units import Duration, Length, Speed
 from engine.state import Action, Context, Interface, Monitor, Run, interface
 
 

@@ -6,8 +6,7 @@ from fractions import Fraction
 from typing import ClassVar
 
 import pytest
-from hypothesis import example, given
-from hypothesis import strategies as st
+from hypothesis import example, given, strategies as st
 
 from engine.clock import TickGrid
 from engine.machine.machine import to_ns

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import pytest
 
-from engine.files.declared.units import Duration
+from engine.files.units import Duration
 from engine.flexbe import EventState, UserData
 from engine.machine.node import Substitute
 from engine.state import interface

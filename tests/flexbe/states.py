@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from engine.files.declared.units import Duration, Length, Ratio
+from engine.files.units import Duration, Length, Ratio
 from engine.state import Action, Context, Outcome, Run, State, Until, interface
 from engine.types import from_annotation
 

@@ -2,8 +2,7 @@ import cmath
 import math
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from hw.geometry import Pose2, Pose3, Twist2, unwrap, wrap
 

@@ -14,19 +14,27 @@ from time import perf_counter
 
 import numpy as np
 
-from behaviors.profile.profile import load_profile
+from behaviors.profile import load_profile
 from cobodeck.bench.arm.arm_peers import IK_PEERS, found
-from cobodeck.bench.engine.engine_bench import times
+from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchCase, BenchRow, Work, measure, seconds_of
-from hw.model.robot import load_robot
-from states.arm.description.robot_arm import manipulator_of
-from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Surroundings
-from states.arm.kinematics.inverse_kinematics import inverse
-from states.arm.kinematics.kernels import Array
-from states.arm.kinematics.kinematics import KinematicChain, deviation, forward, inverted
-from states.arm.kinematics.model import Manipulator
-from states.arm.motion.trajectory import ArmLimits
-from states.arm.planning.planning import (
+from hw.model import load_robot
+from states.arm.description import manipulator_of
+from states.arm.kinematics import (
+    Array,
+    CollisionChecker,
+    CollisionModel,
+    KinematicChain,
+    Manipulator,
+    Surroundings,
+    deviation,
+    forward,
+    inverse,
+    inverted,
+)
+from states.arm.motion import ArmLimits
+from states.arm.planning import (
+    ANGLES,
     NoPlan,
     Plan,
     Planner,
@@ -37,7 +45,6 @@ from states.arm.planning.planning import (
     planner,
     warm_up,
 )
-from states.arm.planning.reach import ANGLES
 
 NAME = "arm"
 POSES, PROBLEMS = 10_000, 500

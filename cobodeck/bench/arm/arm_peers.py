@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from states.arm.kinematics.kernels import Array
-from states.arm.kinematics.kinematics import KinematicChain
+from states.arm.kinematics import Array, KinematicChain
 
 MODULES = {
     "ompl": "ompl",

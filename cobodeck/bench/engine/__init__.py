@@ -1,1 +1,5 @@
 """Benchmarks of the engine, beside peers."""
+
+from engine.faces import face
+
+__getattr__, __dir__ = face(__name__)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from typing import ClassVar
 
-from engine.files.declared.units import Length
-from engine.state import Action, Context, Monitor, On, Run, State
+from engine import Action, Context, Monitor, On, Run, State
+from engine.files import Length
 
 
 class Watch(Monitor):

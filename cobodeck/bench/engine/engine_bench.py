@@ -18,8 +18,8 @@ from cobodeck.bench import harness
 from cobodeck.bench.engine import engine_works as works
 from cobodeck.bench.engine.engine_works import started, ticking
 from cobodeck.bench.harness import BenchCase, BenchRow, Work
-from engine.chart.load import load_text
-from engine.machine.machine import Machine
+from engine.chart import load_text
+from engine.machine import Machine
 
 NAME = "engine"
 
@@ -90,7 +90,7 @@ def _edges(beside: Beside) -> Iterator[BenchCase]:
 
 
 def _loading(beside: Beside) -> BenchCase:
-    from engine.check.check_library import check
+    from engine.check import check
 
     text = works.large_chart()
 

@@ -11,14 +11,12 @@ from typing import Any
 
 from cobodeck.bench.engine.bench_states import STATES, Once, Trip, Watch, Working
 from cobodeck.bench.harness import Work
-from engine.chart.load import load_text
-from engine.clock import TickGrid
-from engine.machine.machine import Machine
-from engine.operator.operator import Operator
-from engine.run.chart_run import ChartRun
-from engine.signals.board import Board
-from engine.signals.signal_kinds import Measured, declare
-from engine.state import interface
+from engine import TickGrid, interface
+from engine.chart import load_text
+from engine.machine import Machine
+from engine.operator import Operator
+from engine.run import ChartRun
+from engine.signals import Board, Measured, declare
 
 GRID = TickGrid(30)
 SIGNALS = 20

@@ -17,15 +17,13 @@ from typing import Any
 
 from cobodeck.bench.engine.bench_states import Delay
 from cobodeck.bench.harness import BenchRow
-from cobodeck.loop.clocks import RealTime
-from cobodeck.run.build_run import stage
-from cobodeck.setup.options import Options
-from cobodeck.setup.setup import Setup, open_setup
-from cobodeck.setup.warmup import warm_up
-from engine.chart.load import load_text
-from engine.signals.signal_kinds import Measured
-from engine.state import interface
-from hw.samples import Sample
+from cobodeck.loop import RealTime
+from cobodeck.run import stage
+from cobodeck.setup import Options, Setup, open_setup, warm_up
+from engine import interface
+from engine.chart import load_text
+from engine.signals import Measured
+from hw import Sample
 
 NAME, RATE_HZ = "realtime", 120
 SECONDS = 2.0

@@ -17,33 +17,37 @@ from typing import Any
 
 import numpy as np
 
-from cobodeck.bench.engine.engine_bench import times
+from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
-from hw.geometry import Pose2, Pose3, Twist2
-from hw.model.robot import MotionLimits, load_robot
-from hw.model.sensor_errors import SensorErrors
-from hw.model.sensor_model import SensorModel
-from hw.model.tracking import Tracking
-from hw.samples import Odometry, Sample, Scan
-from hw.scene.scene import load_scene
-from hw.sim.world import World
-from states.localization.filter.fusion import POSE
-from states.localization.filter.measurement_sources import (
+from hw import Odometry, Pose2, Pose3, Sample, Scan, Twist2
+from hw.model import MotionLimits, SensorErrors, SensorModel, Tracking, load_robot
+from hw.scene import load_scene
+from hw.sim import World
+from states.localization import Localizer
+from states.localization.filter import (
+    AXES,
+    POSE,
     FilterConfig,
     Measurement,
     MeasurementSource,
+    PlanarFilter,
     ProcessNoise,
+    SpatialFilter,
+    planar_config,
 )
-from states.localization.filter.planar import PlanarFilter, planar_config
-from states.localization.filter.spatial import AXES, SpatialFilter
-from states.localization.frames.transforms import TransformBuffer
-from states.localization.localizer import Localizer
-from states.localization.matching.amcl import Amcl, AmclValues
-from states.localization.matching.scan_tracker import TrackerValues, match
-from states.localization.matching.scans import Cloud, cloud_of, middle_ns, span_ns
-from states.localization.wheels.trail import Trail
-from states.maps.cells import room_map
-from states.maps.field import Field, map_field, room_field
+from states.localization.frames import TransformBuffer
+from states.localization.matching import (
+    Amcl,
+    AmclValues,
+    Cloud,
+    TrackerValues,
+    cloud_of,
+    match,
+    middle_ns,
+    span_ns,
+)
+from states.localization.wheels import Trail
+from states.maps import Field, map_field, room_field, room_map
 
 NAME = "localization"
 SCENE, ROBOT = "lab_a", "rbkairos_ur10"

@@ -19,12 +19,9 @@ import numpy as np
 from cobodeck.bench.harness import BenchRow
 from cobodeck.bench.localization.localization_peers import LOG_PEERS
 from cobodeck.bench.localization.log_variants import USUAL, VARIANTS, LogDrive, drive_of
-from cobodeck.logs.log_files import open_log
-from cobodeck.logs.log_localization import LocalizedScan
-from cobodeck.logs.mapped import built_ground
-from cobodeck.logs.seen import scans_of
-from engine.files.finding import mistake
-from hw.geometry import Pose2
+from cobodeck.logs import LocalizedScan, built_ground, open_log, scans_of
+from engine.files import mistake
+from hw import Pose2
 
 NAME = "localization"
 OFF = 0.5

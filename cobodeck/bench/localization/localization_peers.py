@@ -12,14 +12,11 @@ from collections.abc import Callable
 import numpy as np
 
 from cobodeck.bench.localization.log_variants import LogDrive
-from cobodeck.logs.log_localization import LocalizedScan, LogClock, localize
-from cobodeck.logs.seen import SeenScan, scans_of
-from hw.geometry import Pose2
-from states.localization.filter.fusion import UNKNOWN, sigma_of
-from states.localization.matching.amcl import Amcl, AmclValues
-from states.localization.matching.particles import log_likelihoods, weigh
-from states.maps.distance import Array
-from states.maps.field import Field
+from cobodeck.logs import LocalizedScan, LogClock, SeenScan, localize, scans_of
+from hw import Pose2
+from states.localization.filter import UNKNOWN, sigma_of
+from states.localization.matching import Amcl, AmclValues, log_likelihoods, weigh
+from states.maps import Array, Field
 
 PARTICLES = 2000
 START = np.diag([0.1**2, 0.1**2, 0.05**2])

@@ -13,11 +13,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from cobodeck.logs.formats.drive_log import ODOMETRY, SCAN, SensorLog, odometry_of
-from cobodeck.logs.mapped import Ground, reference_at
-from cobodeck.logs.seen import scans_of
-from hw.geometry import Pose2
-from hw.samples import Odometry, Sample
+from cobodeck.logs import Ground, reference_at, scans_of
+from cobodeck.logs.formats import ODOMETRY, SCAN, SensorLog, odometry_of
+from hw import Odometry, Pose2, Sample
 
 SCALE, SCALE_SIGMA, SIDEWAYS_SIGMA, TURN_SIGMA = 0.02, 0.05, 0.03, 0.05
 """Slip: mean and standard deviation of the way, of the way sideways and of the turn; shares."""

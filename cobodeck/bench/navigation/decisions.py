@@ -16,18 +16,15 @@ from typing import Any
 import numpy as np
 
 from behaviors import chase, dodge, escape, haptic
-from behaviors.profile.profile import load_profile, profile_names
-from behaviors.situation import chase_space
-from behaviors.situation.chase_cells import grid
-from behaviors.situation.present_situation import Situation
-from cobodeck.bench.engine.engine_bench import times
+from behaviors.profile import load_profile, profile_names
+from behaviors.situation import Situation, chase_space, grid
+from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
-from engine.state import Action
-from hw.geometry import Pose2, Pose3, Twist2
-from hw.model.robot import load_robot
-from hw.samples import USER_RADIUS, UserPose
-from hw.scene.scene import load_scene
-from states.environment.environment import Environment
+from engine import Action
+from hw import USER_RADIUS, Pose2, Pose3, Twist2, UserPose
+from hw.model import load_robot
+from hw.scene import load_scene
+from states.environment import Environment
 
 NAME, SCENE = "navigation", "lab_a"
 SITUATIONS, SEED = 200, 5

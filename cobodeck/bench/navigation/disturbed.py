@@ -14,11 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from cobodeck.bench.navigation.drive_trials import Trial
-from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.samples import UserPose
-from hw.scene.room import Disc, Point
-from states.navigation.local.local_planner import LocalPlanner
-from states.signals.user_motion import VelocityEstimator
+from hw import STILL, Pose2, Twist2, UserPose, wrap
+from hw.scene import Disc, Point
+from states.navigation.local import LocalPlanner
+from states.signals import VelocityEstimator
 
 PARTS = 10
 """Integration steps per cycle."""

@@ -13,9 +13,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.scene.room import Disc, Ring
-from states.navigation.local.local_planner import LocalPlanner
+from hw import STILL, Pose2, Twist2, wrap
+from hw.scene import Disc, Ring
+from states.navigation.local import LocalPlanner
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,10 +18,9 @@ from cobodeck.bench.navigation.disturbed import (
     drive_disturbed,
 )
 from cobodeck.bench.navigation.drive_trials import OPEN_ROOM, TRIALS, Trial, drive
-from states.navigation.exact.visibility import ExactPlanner
-from states.navigation.local.local_planner import LocalPlanner
-from states.navigation.planner_interfaces import Limits, Tolerance
-from states.navigation.planners import LOCAL_PLANNERS
+from states.navigation import LOCAL_PLANNERS, Limits, Tolerance
+from states.navigation.exact import ExactPlanner
+from states.navigation.local import LocalPlanner
 
 NAME = "navigation"
 

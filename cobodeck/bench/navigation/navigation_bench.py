@@ -20,21 +20,23 @@ import numpy as np
 import shapely
 from scipy import ndimage, sparse
 
-from cobodeck.bench.engine.engine_bench import times
+from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 from cobodeck.bench.navigation import decisions, drives
-from cobodeck.terminal.console import complain
-from hw.geometry import Pose2
-from hw.scene.room import Point
-from hw.scene.scene import load_scene
-from states.maps.cells import Grid
-from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap, load_map
-from states.navigation.grid.costmap import Costmap, StaticLayer
-from states.navigation.grid.grid_planners import NavfnPlanner, ThetaStarPlanner
-from states.navigation.grid.inflation import Costs, Inflation
-from states.navigation.local import profile_planner as profile
-from states.navigation.local import teb_planner
-from states.navigation.planners import GLOBAL_PLANNERS
+from cobodeck.terminal import complain
+from hw import Pose2
+from hw.scene import Point, load_scene
+from states.maps import FREE, OCCUPIED, Grid, OccupancyMap, load_map
+from states.navigation import GLOBAL_PLANNERS
+from states.navigation.grid import (
+    Costmap,
+    Costs,
+    Inflation,
+    NavfnPlanner,
+    StaticLayer,
+    ThetaStarPlanner,
+)
+from states.navigation.local import profile_planner as profile, teb_planner
 
 NAME = "navigation"
 ROOMS = ("lab_a", "lab_b", "hall")

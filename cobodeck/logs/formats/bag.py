@@ -15,7 +15,7 @@ from cobodeck.logs.formats.bag_messages import BagMessages
 from cobodeck.logs.formats.content import head, plain_file
 from cobodeck.logs.formats.drive_log import Gathered, SensorLog
 from cobodeck.logs.formats.run_record import MAGIC as MCAP
-from engine.files.finding import mistake
+from engine.files import mistake
 
 _ENDINGS: Mapping[bytes, str] = {
     b"#ROSBAG V": ".bag",

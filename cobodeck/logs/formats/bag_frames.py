@@ -12,9 +12,8 @@ from collections.abc import Sequence
 from cobodeck.logs.formats.bag_messages import BagMessages, BagWheels, Framed
 from cobodeck.logs.formats.drive_log import IMU, ODOMETRY, Gathered, RawScan, is_same, odometry_of
 from cobodeck.logs.formats.stamps import straightened
-from hw.geometry import Pose2, Pose3, Twist2, unit_quaternion
-from hw.samples import ImuReading, Odometry
-from states.localization.frames.transforms import NoTransform, TransformBuffer
+from hw import ImuReading, Odometry, Pose2, Pose3, Twist2, unit_quaternion
+from states.localization.frames import NoTransform, TransformBuffer
 
 _TRUE = ("truth", "gt_", "mocap")
 _ESTIMATED = ("filter", "ekf", "ukf", "amcl", "slam", "visual", "vio", "gps", "global", "map")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from cobodeck.logs.formats.stamps import Stamp
-from hw.geometry import Pose2, Pose3, Twist2, unit_quaternion
+from hw import Pose2, Pose3, Twist2, unit_quaternion
 
 
 class BagWheels(NamedTuple):

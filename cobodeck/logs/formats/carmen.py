@@ -23,7 +23,7 @@ from statistics import median
 from cobodeck.logs.formats.content import content, head
 from cobodeck.logs.formats.drive_log import ODOMETRY, Gathered, RawScan, SensorLog, odometry_of
 from cobodeck.logs.formats.stamps import Stamp, straightened
-from hw.geometry import Pose2, Pose3, wrap
+from hw import Pose2, Pose3, wrap
 
 OLD = ("FLASER", "RLASER", "LASER3", "LASER4", "LASER5")
 RAW = tuple(f"RAWLASER{n}" for n in range(1, 6))

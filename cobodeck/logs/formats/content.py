@@ -14,8 +14,7 @@ from typing import Any
 
 import zstandard
 
-from engine.files.finding import mistake
-from engine.files.text import unreadable
+from engine.files import mistake, unreadable
 
 LARGEST = 2 << 30
 """Largest log that is read into memory, bytes."""

@@ -11,13 +11,11 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
-from engine.files.finding import mistake
-from hw.finite import is_finite
-from hw.geometry import STILL, Pose2, Pose3
-from hw.model.sensing import ImuModel, LidarModel, Mount, OdometryModel, Sensing
-from hw.samples import Odometry, Sample, Scan
-from hw.scene.room import Room
-from states.localization.wheels.trail import velocity_of
+from engine.files import mistake
+from hw import STILL, Odometry, Pose2, Pose3, Sample, Scan, is_finite
+from hw.model import ImuModel, LidarModel, Mount, OdometryModel, Sensing
+from hw.scene import Room
+from states.localization.wheels import velocity_of
 
 SCAN, ODOMETRY, IMU, TRACKER = "base.scan", "base.odometry", "base.imu", "rover.tracker"
 _ORDER = (ODOMETRY, IMU, TRACKER, SCAN)

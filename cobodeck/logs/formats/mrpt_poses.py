@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from hw.geometry import Pose2, Pose3, unit_quaternion, wrap
+from hw import Pose2, Pose3, unit_quaternion, wrap
 
 if TYPE_CHECKING:
     from cobodeck.logs.formats.archive import ArchiveReader

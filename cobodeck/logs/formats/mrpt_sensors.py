@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hw.geometry import Pose2, Pose3
-from hw.samples import ImuReading
+from hw import ImuReading, Pose2, Pose3
 
 if TYPE_CHECKING:
     from cobodeck.logs.formats.archive import ArchiveReader

@@ -31,8 +31,7 @@ from cobodeck.logs.formats.mrpt_sensors import (
     WheelReadings,
 )
 from cobodeck.logs.formats.stamps import Stamp, straightened
-from hw.geometry import Pose2, Pose3
-from hw.samples import ImuReading
+from hw import ImuReading, Pose2, Pose3
 
 _MAPS = ("CSimpleMap", "CSensFrameProbSequence")
 _FRAMES = ("CSensoryFrame", "CSensorialFrame")

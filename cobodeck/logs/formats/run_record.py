@@ -7,16 +7,13 @@ from typing import Any
 
 from cobodeck.logs.formats.content import head, plain_file
 from cobodeck.logs.formats.drive_log import IMU, ODOMETRY, SCAN, TRACKER, Gathered, SensorLog
-from cobodeck.record.format.messages import truth_again
-from cobodeck.record.format.sample_messages import TOPIC, SampleReader
-from cobodeck.record.read.reader import Group, Record
-from cobodeck.record.read.record_replay import texts_of
-from engine.clock import TickGrid
-from engine.files.text import instead
-from hw.model.robot import RobotModel, load_robot
-from hw.scene.room import Room
-from hw.scene.scene import load_scene
-from hw.truth import Truth
+from cobodeck.record.format import TOPIC, SampleReader, truth_again
+from cobodeck.record.read import Group, Record, texts_of
+from engine import TickGrid
+from engine.files import instead
+from hw import Truth
+from hw.model import RobotModel, load_robot
+from hw.scene import Room, load_scene
 
 MAGIC = b"\x89MCAP0\r\n"
 """First bytes of an MCAP file, be it a record of ours or a bag of ROS 2."""

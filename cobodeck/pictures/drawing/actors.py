@@ -9,15 +9,14 @@ from typing import Any
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, Patch, PathPatch
 
-from behaviors.profile.settings import EscapeSettings
+from behaviors.profile import EscapeSettings
 from cobodeck.pictures.drawing.canvas import Sheet
 from cobodeck.pictures.drawing.moment import TRAIL_S
 from cobodeck.pictures.drawing.room_drawing import ring_of
-from engine.draw.style import INK, RED
-from hw.geometry import Pose2
-from hw.model.robot import Footprint
-from hw.samples import USER_RADIUS, UserPose
-from hw.scene.room import Point
+from engine.draw import INK, RED
+from hw import USER_RADIUS, Pose2, UserPose
+from hw.model import Footprint
+from hw.scene import Point
 
 USER = "#123f8c"
 USER_NEAR = "#3f7fd0"

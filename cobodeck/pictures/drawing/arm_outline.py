@@ -8,12 +8,11 @@ import numpy as np
 import shapely
 from matplotlib.lines import Line2D
 
-from cobodeck.evaluate.arm_contact import ArmOutline
+from cobodeck.evaluate import ArmOutline
 from cobodeck.pictures.drawing.canvas import Sheet
 from cobodeck.pictures.drawing.room_drawing import add_area
-from engine.draw.style import INK
-from hw.geometry import Pose2
-from hw.samples import Joints
+from engine.draw import INK
+from hw import Joints, Pose2
 
 ARM, HELD = "#8ea3b8", "#7b5ea7"
 

@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
-from cobodeck.terminal.console import Problem
-from engine.draw.style import GREY, INK
+from cobodeck.terminal import Problem
+from engine.draw import GREY, INK
 
 FORMS = ("svg", "png", "pdf")
 METRE_IN = 0.62
@@ -132,7 +132,7 @@ def form_of(path: Path) -> str:
     Raises:
         Problem: there is no such format.
     """
-    from engine.files.finding import did_you_mean
+    from engine.files import did_you_mean
 
     form = path.suffix.removeprefix(".")
     if form not in FORMS:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from cobodeck.pictures.drawing.canvas import Sheet
-from hw.scene.room import Point
+from hw.scene import Point
 
 _PT = 1.0 / 72.0
 _WIDTH, _HEIGHT = 0.72, 1.2

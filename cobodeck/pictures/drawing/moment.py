@@ -8,27 +8,20 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from typing import cast, get_args
 
-from behaviors.chase import best_cell, tangent_yaw
-from behaviors.haptic import best_pose, poses, reachable
-from behaviors.profile.settings import Settings
-from behaviors.situation.chase_cells import grid
-from behaviors.situation.chase_space import space
-from behaviors.situation.present_situation import Situation
-from cobodeck.loop.plant import Plant
-from cobodeck.run.build_run import stage
-from cobodeck.setup.options import Options
-from cobodeck.setup.setup import Setup
-from engine.machine.machine import Leaf
-from engine.run.chart_run import ChartRun
-from engine.signals.board import Board
-from hw.geometry import STILL, Pose2, Pose3, Twist2, wrap
-from hw.samples import Joints, UserPose
-from hw.scene.room import Point
-from hw.scene.scene import Scene
-from states.environment.environment import Environment
-from states.navigation.planner_interfaces import GlobalPlanner
-from states.navigation.states import user_disc
-from states.subsystems import SubsystemName
+from behaviors import best_cell, best_pose, poses, reachable, tangent_yaw
+from behaviors.profile import Settings
+from behaviors.situation import Situation, grid, space
+from cobodeck.loop import Plant
+from cobodeck.run import stage
+from cobodeck.setup import Options, Setup
+from engine.machine import Leaf
+from engine.run import ChartRun
+from engine.signals import Board
+from hw import STILL, Joints, Pose2, Pose3, Twist2, UserPose, wrap
+from hw.scene import Point, Scene
+from states import SubsystemName
+from states.environment import Environment
+from states.navigation import GlobalPlanner, user_disc
 
 TRAIL_S = 3.0
 """Duration of the past paths of robot and user that are drawn, s."""

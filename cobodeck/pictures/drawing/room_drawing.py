@@ -12,9 +12,8 @@ from matplotlib.patches import Circle, Patch, PathPatch
 from matplotlib.path import Path
 
 from cobodeck.pictures.drawing.canvas import Sheet
-from engine.draw.style import INK
-from hw.scene.objects import Thing
-from hw.scene.room import Point, Room
+from engine.draw import INK
+from hw.scene import Point, Room, Thing
 
 FLOOR = "#ffffff"
 INFLATIONS = ("#e6e9ed", "#cdd3da", "#b4bcc6")

@@ -14,8 +14,8 @@ from matplotlib.path import Path
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from cobodeck.evaluate.metrics import FAR_M, NEAR_M
-from cobodeck.pictures.drawing.canvas import Sheet
+from cobodeck.evaluate import FAR_M, NEAR_M
+from cobodeck.pictures.drawing import Sheet
 from cobodeck.pictures.run.run_course import Course, NodeSpan
 from cobodeck.pictures.run.signs import (
     BEHAVIOURS,
@@ -25,8 +25,8 @@ from cobodeck.pictures.run.signs import (
     lane_colours,
     time_step,
 )
-from engine.draw.style import GREY, INK
-from hw.truth import Contact
+from engine.draw import GREY, INK
+from hw import Contact
 
 Array = NDArray[np.float64]
 

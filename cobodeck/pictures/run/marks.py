@@ -8,14 +8,12 @@ from typing import Any
 
 from matplotlib.lines import Line2D
 
-from cobodeck.pictures.drawing.actors import USER
-from cobodeck.pictures.drawing.canvas import Sheet
-from cobodeck.pictures.drawing.labels import Labels
+from cobodeck.pictures.drawing import USER, Labels, Sheet
 from cobodeck.pictures.run.run_course import Course, TouchRequest
 from cobodeck.pictures.run.signs import BEHAVIOURS, CONTACT, UNSERVED, time_step
 from cobodeck.pictures.run.tracks import draw_disc, draw_outline, person_of, robot_of
-from engine.draw.style import INK
-from hw.scene.room import Point
+from engine.draw import INK
+from hw.scene import Point
 
 PLACE_M = 0.3
 """Events closer to each other than this share a mark, m."""

@@ -6,23 +6,20 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from cobodeck.evaluate.measured_truth import Senses
-from cobodeck.loop.sample_router import Inlet
+from cobodeck.evaluate import Senses
+from cobodeck.loop import Inlet
 from cobodeck.pictures.run.run_course import Course
 from cobodeck.pictures.run.watch import CourseWatch, used_charts
-from cobodeck.project.state_catalogue import catalogue
-from cobodeck.record.format.messages import trace_line, truth_again
-from cobodeck.record.format.sample_messages import TOPIC, SampleReader
-from cobodeck.record.read.reader import Group, Record
-from cobodeck.record.read.record_replay import written_setup
-from cobodeck.setup.setup import Setup
-from cobodeck.terminal.console import OK, Problem, ProgressLine, show
-from cobodeck.terminal.record_names import ENDING
-from engine.files.visible_text import visible
-from engine.run.trace import TraceRecord as Traced
-from engine.signals.board import Board
-from hw.model.robot import Footprint
-from hw.truth import Truth
+from cobodeck.project import catalogue
+from cobodeck.record.format import TOPIC, SampleReader, trace_line, truth_again
+from cobodeck.record.read import Group, Record, written_setup
+from cobodeck.setup import Setup
+from cobodeck.terminal import ENDING, OK, Problem, ProgressLine, show
+from engine.files import visible
+from engine.run import TraceRecord as Traced
+from engine.signals import Board
+from hw import Truth
+from hw.model import Footprint
 
 MEASURED = "poses as measured"
 SENSED = ("base.pose", "user.pose", "arm.joints", "vr.haptic_request")
@@ -36,7 +33,7 @@ def draw_run(
     Raises:
         Problem: there is nothing to draw; FileError: the record cannot be read.
     """
-    from cobodeck.pictures.drawing.canvas import form_of, save
+    from cobodeck.pictures.drawing import form_of, save
     from cobodeck.pictures.run.run_picture import run_picture
 
     to = output or Path(f"{path.name.partition(ENDING)[0]}.svg")

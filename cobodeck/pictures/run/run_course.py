@@ -9,13 +9,10 @@ from functools import cached_property
 from itertools import pairwise
 from operator import attrgetter
 
-from cobodeck.evaluate.arm_contact import ArmOutline
-from hw.geometry import Pose2, Pose3
-from hw.model.robot import Footprint
-from hw.samples import Joints
-from hw.scene.objects import Thing
-from hw.scene.room import Room
-from hw.truth import Contact, Hit
+from cobodeck.evaluate import ArmOutline
+from hw import Contact, Hit, Joints, Pose2, Pose3
+from hw.model import Footprint
+from hw.scene import Room, Thing
 
 
 @dataclass(frozen=True, slots=True)

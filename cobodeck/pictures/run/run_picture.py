@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from cobodeck.pictures.drawing.canvas import Sheet, sheet
-from cobodeck.pictures.drawing.room_drawing import draw_objects, draw_room, draw_tracked_area
+from cobodeck.pictures.drawing import Sheet, draw_objects, draw_room, draw_tracked_area, sheet
 from cobodeck.pictures.run.lanes import draw_lanes, height_in
 from cobodeck.pictures.run.marks import draw_marks
 from cobodeck.pictures.run.run_course import Course
 from cobodeck.pictures.run.tracks import bounds_of, draw_tracks
-from engine.draw.style import GREY
+from engine.draw import GREY
 
 NOWHERE = "no poses are known"
 _NO_PLACE, _MIDDLE = (0.0, 0.0, 8.0, 2.0), (4.0, 1.0)

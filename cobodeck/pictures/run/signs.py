@@ -6,7 +6,7 @@ from itertools import cycle
 from typing import Any
 
 from cobodeck.pictures.run.run_course import Course
-from engine.draw.style import INK
+from engine.draw import INK
 
 BEHAVIOURS = {"chase": "#0072b2", "haptic": "#009e73", "escape": "#d55e00", "inform": "#cc79a7"}
 OTHERS = ("#e69f00", "#56b4e9", "#882255", "#999933", "#332288", "#44aa99")

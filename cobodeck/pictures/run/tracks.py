@@ -11,17 +11,13 @@ import shapely
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, PathPatch
 
-from cobodeck.pictures.drawing.actors import FOAM, USER
-from cobodeck.pictures.drawing.arm_outline import draw_arm
-from cobodeck.pictures.drawing.canvas import Sheet
-from cobodeck.pictures.drawing.room_drawing import ring_of
+from cobodeck.pictures.drawing import FOAM, USER, Sheet, draw_arm, ring_of
 from cobodeck.pictures.run.run_course import Course, Instant
 from cobodeck.pictures.run.signs import lane_colours
-from engine.draw.style import INK
-from hw.geometry import Pose2
-from hw.model.robot import Footprint
-from hw.samples import USER_RADIUS
-from hw.scene.room import Point
+from engine.draw import INK
+from hw import USER_RADIUS, Pose2
+from hw.model import Footprint
+from hw.scene import Point
 
 _FINE_M = 0.008
 _ARROW_M = 1.6

@@ -5,18 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
-from cobodeck.evaluate.arm_contact import ArmWatch
-from cobodeck.evaluate.evaluators import arm_outline, prop_of
-from cobodeck.evaluate.metrics import NOBODY, Evaluator
-from cobodeck.evaluate.requests import RequestWatch
+from cobodeck.evaluate import NOBODY, ArmWatch, Evaluator, RequestWatch, arm_outline, prop_of
 from cobodeck.pictures.run.run_course import Course, Instant, NodeSpan, TouchRequest
-from engine.chart.chart import Chart, Node
-from engine.run.trace import TraceRecord
-from hw.geometry import Pose3
-from hw.model.robot import RobotModel
-from hw.scene.scene import Scene
-from hw.sim.contact.contact import gap
-from hw.truth import Truth
+from engine.chart import Chart, Node
+from engine.run import TraceRecord
+from hw import Pose3, Truth
+from hw.model import RobotModel
+from hw.scene import Scene
+from hw.sim.contact import gap
 
 
 class CourseWatch:

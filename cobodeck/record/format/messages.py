@@ -8,21 +8,16 @@ from functools import cache
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from cobodeck.project.library import reached
+from cobodeck.project import reached
 from cobodeck.record.format import value_codec as values
 from cobodeck.record.format.schemas import time_of
 from cobodeck.record.format.value_codec import Unknown, class_of, name_of, quoted, text
-from engine.chart.chart import Chart
-from engine.chart.load import load_text
-from engine.machine.machine import Machine
-from engine.operator import commands
-from engine.operator.commands import Replace
-from engine.run.command import Command
-from engine.run.errors import Raised
-from hw.finite import is_finite
-from hw.geometry import Twist2
-from hw.safety.cycle_record import SafetyRecord
-from hw.truth import Truth
+from engine.chart import Chart, load_text
+from engine.machine import Machine
+from engine.operator import Replace, commands
+from engine.run import Command, Raised
+from hw import Truth, Twist2, is_finite
+from hw.safety import SafetyRecord
 
 Replaced = Callable[[Mapping[str, Any]], Machine]
 ERROR_LEVEL = 4

@@ -12,16 +12,13 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from cobodeck.loop.loop import Loop
-from cobodeck.project.library import reached
-from cobodeck.project.named_files import KINDS
-from cobodeck.setup.options import Options
-from cobodeck.setup.setup import Setup
-from cobodeck.terminal.record_names import behind_record
-from engine.files.declared.named import own_files
-from engine.files.finding import FileError
-from engine.files.text import noted, read_bytes
-from hw.people.user import is_recording
+from cobodeck.loop import Loop
+from cobodeck.project import KINDS, reached
+from cobodeck.setup import Options, Setup
+from cobodeck.terminal import behind_record
+from engine.files import FileError, noted, read_bytes
+from engine.files.declared import own_files
+from hw.people import is_recording
 
 FORMAT = "cobodeck record 1"
 ROOT = Path(__file__).parent.parent.parent.parent

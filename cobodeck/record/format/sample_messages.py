@@ -14,8 +14,7 @@ from typing import Any
 from cobodeck.record.format import schemas, value_codec
 from cobodeck.record.format.scan_messages import read_scan, write_scan
 from cobodeck.record.format.schemas import MessageSchema, stamp_of, time_of
-from hw.geometry import Pose2, Pose3
-from hw.samples import ArmState, Sample, Scan, UserPose
+from hw import ArmState, Pose2, Pose3, Sample, Scan, UserPose
 
 TOPIC = "signal/"
 UR_JOINTS = (

@@ -11,7 +11,7 @@ import struct
 from array import array
 from typing import Any
 
-from hw.samples import Scan
+from hw import Scan
 
 _STEP, _REPEAT, _BEAM_TIME = 1000, 1001, 1002
 _VARINT, _DOUBLE, _SIZED = range(3)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from typing import Any, NamedTuple
 
-from hw.truth import Truth
+from hw import Truth
 
 NUMBER, INTEGER, TEXT, FLAG = ({"type": t} for t in ("number", "integer", "string", "boolean"))
 ANY: dict[str, Any] = {}

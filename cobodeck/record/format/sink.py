@@ -11,7 +11,7 @@ from io import BytesIO, FileIO
 from itertools import count
 from pathlib import Path
 
-from cobodeck.terminal.record_names import PART
+from cobodeck.terminal import PART
 
 
 class Taken(Exception):

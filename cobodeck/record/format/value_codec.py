@@ -27,7 +27,7 @@ from collections.abc import Callable
 from enum import Enum
 from typing import Any
 
-from engine.run.trace import encode
+from engine.run import encode
 
 Encode = Callable[[Any], str]
 quoted = json.encoder.encode_basestring_ascii

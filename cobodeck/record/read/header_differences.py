@@ -7,7 +7,7 @@ from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from cobodeck.record.format.record_header import sha256
+from cobodeck.record.format import sha256
 from cobodeck.record.read.reader import Record
 
 LEFT_OUT = {"format", "began", "command", "given", "named", "charts", "files"}

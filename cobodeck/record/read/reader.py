@@ -19,15 +19,10 @@ from mcap.reader import make_reader
 from mcap.records import Attachment, Channel, Chunk, DataEnd, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 
-from cobodeck.loop.loop import Kind, Ticked
-from cobodeck.record.format.chunks import records_of
-from cobodeck.record.format.record_header import FORMAT
-from cobodeck.record.format.schemas import MessageSchema
-from cobodeck.record.format.seal import damage, has_end
-from cobodeck.record.format.shape import misfit
-from cobodeck.terminal.record_names import PART
-from engine.files.finding import FileError, mistake
-from engine.files.text import unreadable
+from cobodeck.loop import Kind, Ticked
+from cobodeck.record.format import FORMAT, MessageSchema, damage, has_end, misfit, records_of
+from cobodeck.terminal import PART
+from engine.files import FileError, mistake, unreadable
 
 LARGEST = 1 << 28
 """Records of the file larger than this, bytes, are refused; ours are smaller."""

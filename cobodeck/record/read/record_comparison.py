@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Any
 
-from cobodeck.record.format.messages import trace_line, truth_again
+from cobodeck.record.format import trace_line, truth_again
 from cobodeck.record.read.header_differences import HeaderDifference, header_differences
 from cobodeck.record.read.reader import Group, Record
-from engine.run.trace import encode
-from hw.geometry import Pose2, wrap
+from engine.run import encode
+from hw import Pose2, wrap
 
 NEAR_M, NEAR_RAD = 1e-3, 1e-3
 """Poses within these tolerances count as equal, m, rad."""

@@ -14,20 +14,11 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from behaviors.signal_table import ESTIMATE
-from cobodeck.evaluate.evaluators import watchers
-from cobodeck.loop.clocks import Clock, Virtual
-from cobodeck.loop.loop import Loop, Ticked
-from cobodeck.loop.tier0 import wander
-from cobodeck.loop.wiring import ValueTap, wire
-from cobodeck.project.library import findings_of
-from cobodeck.project.state_catalogue import Catalogue, catalogue
-from cobodeck.record.format.messages import (
-    charts_again,
-    command_again,
-)
-from cobodeck.record.format.record_header import ROOT
-from cobodeck.record.format.value_codec import value
+from behaviors import ESTIMATE
+from cobodeck.evaluate import watchers
+from cobodeck.loop import Clock, Loop, Ticked, ValueTap, Virtual, wander, wire
+from cobodeck.project import Catalogue, catalogue, findings_of
+from cobodeck.record.format import ROOT, charts_again, command_again, value
 from cobodeck.record.read.reader import Record
 from cobodeck.record.read.replayed_plant import (
     RECORD,
@@ -37,17 +28,15 @@ from cobodeck.record.read.replayed_plant import (
     call_of,
 )
 from cobodeck.record.read.sample_feed import ALTERED, RecordFeed, ReplayMismatch
-from cobodeck.setup.setup import Setup, open_setup
-from cobodeck.terminal.console import FAILED, Problem
-from engine.chart.load import Library, load_text
-from engine.clock import TickGrid
-from engine.files.declared.named import with_own_files
-from engine.files.finding import FileError, mistake
-from engine.files.text import instead
-from engine.machine.machine import Machine
-from engine.reports import text
-from engine.run.chart_run import ChartRun
-from hw.connection.connection import load_connection
+from cobodeck.setup import Setup, open_setup
+from cobodeck.terminal import FAILED, Problem
+from engine import TickGrid, text
+from engine.chart import Library, load_text
+from engine.files import FileError, instead, mistake
+from engine.files.declared import with_own_files
+from engine.machine import Machine
+from engine.run import ChartRun
+from hw.connection import load_connection
 
 
 @dataclass(slots=True)

@@ -5,19 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from cobodeck.record.format.messages import truth_again
-from cobodeck.record.format.sample_messages import TOPIC, SampleReader
+from cobodeck.record.format import TOPIC, SampleReader, truth_again
 from cobodeck.record.read.reader import Group, Record
-from cobodeck.terminal.console import Problem
-from cobodeck.terminal.record_names import behind_record
-from engine.clock import TickGrid
-from engine.files.finding import mistake
-from hw.geometry import wrap
-from hw.people.recorded.from_run_record import Asked, Past, Recalled, SeenPerson, Stood
-from hw.people.recorded.walk_file import Heading, Recording, Up
-from hw.samples import UserPose
-from hw.scene.room import Room
-from hw.truth import Truth
+from cobodeck.terminal import Problem, behind_record
+from engine import TickGrid
+from engine.files import mistake
+from hw import Truth, UserPose, wrap
+from hw.people.recorded import Asked, Heading, Past, Recalled, Recording, SeenPerson, Stood, Up
+from hw.scene import Room
 
 POSE, REQUEST = "user.pose", "vr.haptic_request"
 

@@ -7,15 +7,12 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any, ClassVar
 
-from cobodeck.loop.plant import Inert
-from cobodeck.record.format.messages import arguments_text, raised_again
-from cobodeck.record.format.value_codec import Unknown, value
+from cobodeck.loop import Inert
+from cobodeck.record.format import Unknown, arguments_text, raised_again, value
 from cobodeck.record.read.sample_feed import RecordFeed
-from engine.state import NEVER_NS
-from hw.log import Log
-from hw.safety.cycle_record import SafetyRecord
-from hw.samples import Sample
-from hw.truth import Truth
+from engine import NEVER_NS
+from hw import Log, Sample, Truth
+from hw.safety import SafetyRecord
 
 KEPT = 4096
 """Number of unread cycles of the safety chain that are kept."""

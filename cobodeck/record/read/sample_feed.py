@@ -9,13 +9,19 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from cobodeck.record.format.messages import cycle_again, raised_again, trace_line, truth_again
-from cobodeck.record.format.sample_messages import TOPIC, SampleReader
-from cobodeck.record.format.value_codec import Unknown, value
+from cobodeck.record.format import (
+    TOPIC,
+    SampleReader,
+    Unknown,
+    cycle_again,
+    raised_again,
+    trace_line,
+    truth_again,
+    value,
+)
 from cobodeck.record.read.reader import Group, RecordedMessage
-from hw.safety.cycle_record import SafetyRecord
-from hw.samples import Sample
-from hw.truth import Truth
+from hw import Sample, Truth
+from hw.safety import SafetyRecord
 
 ALTERED = "the messages of this tick are not those that were written"
 

@@ -10,8 +10,7 @@ import foxglove
 from foxglove import Channel, Context, Schema
 from foxglove.mcap import MCAPCompression, MCAPWriteOptions
 
-from cobodeck.record.format.schemas import MessageSchema
-from cobodeck.record.format.sink import Sink
+from cobodeck.record.format import MessageSchema, Sink
 
 FLUSH_NS = 900_000_000
 """Run time after which a chunk ends with the next tick, ns: a kill loses less than a second."""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from cobodeck.record.format.record_header import sha256
-from cobodeck.record.format.sink import Sink
-from cobodeck.record.read.reader import Record, RecordedMessage
+from cobodeck.record.format import Sink, sha256
+from cobodeck.record.read import Record, RecordedMessage
 from cobodeck.record.write.mcap_file import McapFile, WriteBytes
 
 

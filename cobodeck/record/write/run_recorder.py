@@ -13,26 +13,27 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from cobodeck.loop.loop import Loop, Ticked
-from cobodeck.record.format import schemas
-from cobodeck.record.format.messages import (
+from cobodeck.loop import Loop, Ticked
+from cobodeck.record.format import (
+    TOPIC,
+    MessageSchema,
+    SampleWriter,
+    Sink,
     TruthWriter,
     call_text,
     command_text,
     cycle_text,
     failure_text,
     log_text,
+    quoted,
+    schema_of,
+    schemas,
+    text,
 )
-from cobodeck.record.format.sample_messages import TOPIC, SampleWriter, schema_of
-from cobodeck.record.format.schemas import MessageSchema
-from cobodeck.record.format.sink import Sink
-from cobodeck.record.format.value_codec import quoted, text
 from cobodeck.record.write.mcap_file import McapFile, WriteBytes
 from cobodeck.record.write.taps import Tapped
-from hw.log import LogReader
-from hw.safety.cycle_record import SafetyRecord
-from hw.samples import Sample
-from hw.truth import Truth
+from hw import LogReader, Sample, Truth
+from hw.safety import SafetyRecord
 
 
 class RunDescription(NamedTuple):

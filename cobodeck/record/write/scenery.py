@@ -6,10 +6,9 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from hw.model.robot import Footprint
-from hw.samples import USER_RADIUS
-from hw.scene.room import Point
-from hw.scene.scene import Scene
+from hw import USER_RADIUS
+from hw.model import Footprint
+from hw.scene import Point, Scene
 
 LOOP = 1
 """The type of a closed line in foxglove.LinePrimitive (LINE_LOOP)."""

@@ -8,16 +8,21 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
-from cobodeck.loop.loop import Loop
-from cobodeck.record.format.record_header import attachments, header, header_of_replay, kind_of
-from cobodeck.record.format.sink import Sink, Taken, open_free
-from cobodeck.record.read.reader import Record
+from cobodeck.loop import Loop
+from cobodeck.record.format import (
+    Sink,
+    Taken,
+    attachments,
+    header,
+    header_of_replay,
+    kind_of,
+    open_free,
+)
+from cobodeck.record.read import Record
 from cobodeck.record.write.run_recorder import Describe, Recorder, RunDescription
 from cobodeck.record.write.scenery import scene_update
-from cobodeck.setup.options import Options
-from cobodeck.setup.setup import Setup
-from cobodeck.terminal.console import USAGE, Problem
-from cobodeck.terminal.record_names import ENDING
+from cobodeck.setup import Options, Setup
+from cobodeck.terminal import ENDING, USAGE, Problem
 
 TellLine = Callable[[str], None]
 FOLDER = Path("out")

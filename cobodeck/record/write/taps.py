@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from cobodeck.record.format.messages import arguments_text
+from cobodeck.record.format import arguments_text
 
 Told = Callable[[str, str, str, object, object], None]
 """Takes the names of part and method, the arguments as JSON, the answer, and the exception."""

@@ -27,7 +27,6 @@ from types import FunctionType, UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union
 
 from engine.files.declared.item import Item, gather, noted
-from engine.files.declared.units import Dimension
 from engine.files.declared.values import (
     PLAIN,
     Count,
@@ -42,6 +41,7 @@ from engine.files.declared.values import (
 )
 from engine.files.finding import CODE, FileError, Finding, did_you_mean
 from engine.files.suggestions import nearest
+from engine.files.units import Dimension
 
 T = TypeVar("T")
 Read = Callable[[Item], Any]

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from engine.files.declared.units import UNITS, quantity, respelt, si_unit
 from engine.files.finding import did_you_mean
 from engine.files.suggestions import plain_word
+from engine.files.units import UNITS, quantity, respelt, si_unit
 
 PLAIN, ANY = "", "number"
 """In place of a dimension: numbers without a unit, and numbers with any unit."""

@@ -23,7 +23,7 @@ import can
 
 from hw.drivers.access import can_advice, serial_advice
 from hw.drivers.gates import CAN_ERRORS, CAN_ERRORS_NS
-from hw.ipc.near import keep_near
+from hw.ipc import keep_near
 
 BITRATE = 500_000
 REMEMBERED = 256

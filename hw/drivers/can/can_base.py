@@ -1,7 +1,7 @@
 """Wheels and bumper on a CAN bus, as hardware of the chain's process (`hw.drivers.hardware`).
 
     hardware:
-      driver: "hw.drivers.can.can_base:CanBase"
+      driver: CanBase
       bus: {interface: socketcan, channel: can0, bitrate: 500000}
       wheels: {nodes: [1, 2, 3, 4], signs: [1, -1, 1, -1], gear: 12.52, increments: 4096}
                                   # see `hw.drivers.can.wheel_setting`
@@ -26,7 +26,7 @@ from hw.drivers.can.mecanum import Mecanum, Reckoning, filled
 from hw.drivers.can.wheel_setting import DriveNodes
 from hw.drivers.gates import VELOCITY_NS
 from hw.geometry import STILL, Twist2
-from hw.model.robot import BaseModel
+from hw.model import BaseModel
 from hw.samples import BumperHit, Odometry
 
 NAMES = ("front left", "front right", "rear left", "rear right")

@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hw.geometry import Pose2, Twist2, wrap
-from hw.model.robot import BaseModel
+from hw.model import BaseModel
 from hw.samples import Odometry
 
 Rates = tuple[float, float, float, float]

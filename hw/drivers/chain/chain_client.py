@@ -2,14 +2,14 @@
 
 links:
   chain:
-    driver: "hw.drivers.chain.chain_client:ChainLink"
+    driver: ChainLink
     port: 7400
     hardware: {driver: "module:Class", …}
   arm: {…, tells: chain}
 parts:
-  base: {driver: "hw.drivers.chain.chain_client:ChainBase", link: chain}
-  stop_line: {driver: "hw.drivers.chain.chain_client:ChainStopLine", link: chain}
-  bumper: {driver: "hw.drivers.chain.chain_client:ChainBumper", link: chain}
+  base: {driver: ChainBase, link: chain}
+  stop_line: {driver: ChainStopLine, link: chain}
+  bumper: {driver: ChainBumper, link: chain}
 
 Commands of the engine go there as datagrams that age. A thread receives its datagrams and stops all
 other parts as soon as the chain has stopped the wheels, or falls silent. A chain that was silent is
@@ -27,7 +27,7 @@ from dataclasses import replace
 from itertools import count
 from typing import Any
 
-from hw.connection.connection import Listening, RunInfo
+from hw.connection import Listening, RunInfo
 from hw.drivers.chain.chain_settings import (
     SOURCES,
     ChainSettings,
@@ -41,8 +41,7 @@ from hw.drivers.feed import DatagramFeed, up_to
 from hw.drivers.gates import CHAIN_SILENT_NS
 from hw.geometry import STILL, Twist2
 from hw.interfaces import DriveMode
-from hw.ipc.datagrams import LOOPBACK, Address, Datagram, Door, Outlet, is_loopback
-from hw.ipc.processes import AGAIN, Child
+from hw.ipc import AGAIN, LOOPBACK, Address, Child, Datagram, Door, Outlet, is_loopback
 from hw.samples import BumperHit, Odometry, Sample
 
 MODULE = "hw.drivers.chain.process"

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hw.drivers.observer_key import key_in
-from hw.ipc.datagrams import Address, Door, is_loopback
-from hw.model.robot import BaseModel, MotionLimits
-from hw.model.tracking import Tracking
-from hw.safety.limits import SafetyLimits
+from hw.ipc import Address, Door, is_loopback
+from hw.model import BaseModel, MotionLimits, Tracking
+from hw.safety import SafetyLimits
 
 LEAST_HZ, MOST_HZ = 100, 1000
 OBSERVER_S = 0.5

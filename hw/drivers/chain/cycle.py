@@ -26,10 +26,9 @@ from hw.drivers.hardware import Hardware
 from hw.finite import is_finite
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.interfaces import DriveMode
-from hw.ipc.datagrams import Datagram, Outlet
-from hw.motion.reckoner import Reckoner
-from hw.safety.keeper import Keeper, is_standing
-from hw.safety.ramps import STANDSTILL, Ramps, Velocity, twist_after
+from hw.ipc import Datagram, Outlet
+from hw.motion import Reckoner
+from hw.safety import STANDSTILL, Keeper, Ramps, Velocity, is_standing, twist_after
 from hw.samples import PoseSigma, Sample, TrackerPose, UserPose
 
 RESET_NS = 400 * MS

@@ -8,12 +8,10 @@ from typing import Any
 
 from hw.geometry import Pose2, Twist2
 from hw.interfaces import DriveMode
-from hw.ipc.datagrams import Datagram, Outlet
+from hw.ipc import Datagram, Outlet
 from hw.log import Log
-from hw.motion.reckoner import Reckoner
-from hw.safety.chain import KEPT
-from hw.safety.cycle_record import ChainStatus, SafetyRecord
-from hw.safety.limits import SafetyLimits
+from hw.motion import Reckoner
+from hw.safety import KEPT, ChainStatus, SafetyLimits, SafetyRecord
 from hw.samples import PoseSigma, Sample
 
 

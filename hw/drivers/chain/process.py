@@ -22,10 +22,8 @@ from hw.drivers.chain.cycle import ChainCycle
 from hw.drivers.gates import MS
 from hw.drivers.hardware import Hardware
 from hw.drivers.observer import ObserverPort
-from hw.ipc.datagrams import Address, Datagram, Intake, Outlet
-from hw.ipc.priority import CHAIN
-from hw.ipc.processes import Parent, Ready, serve
-from hw.safety.cycle_record import ChainStatus
+from hw.ipc import CHAIN, Address, Datagram, Intake, Outlet, Parent, Ready, serve
+from hw.safety import ChainStatus
 
 STATUS_NS, LEVEL_NS = 20 * MS, 100 * MS
 """Periods of the status, and of the reason of a stop."""

@@ -1,7 +1,7 @@
 """The wheels of a stock RB-KAIROS through rosbridge, for the process of the safety chain.
 
 hardware:
-  driver: "hw.drivers.kairos.kairos_base:KairosBase"
+  driver: KairosBase
   host: 192.168.0.200
   port: 9090
   ros: 1                 # or 2: how message types are named
@@ -31,9 +31,9 @@ from collections import deque
 from collections.abc import Mapping
 
 from hw.drivers.kairos.kairos_link import TYPES, KairosLink
-from hw.drivers.ros.rosbridge import Version, reachable, topic_of
+from hw.drivers.ros import Version, reachable, topic_of
 from hw.geometry import STILL, Pose2, Twist2
-from hw.model.robot import BaseModel
+from hw.model import BaseModel
 from hw.samples import BumperHit, Odometry
 
 STOP_M = 0.5

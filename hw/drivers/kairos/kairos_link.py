@@ -11,7 +11,7 @@ from typing import Any
 
 from hw.drivers.clock_offsets import StampedClock, set_by
 from hw.drivers.gates import ODOMETRY_OLD_NS, SETTLING_NS
-from hw.drivers.ros.rosbridge import (
+from hw.drivers.ros import (
     CONNECTING_S,
     FIRST_S,
     RosbridgeClient,

@@ -16,9 +16,7 @@ from typing import Any
 from hw.drivers.clock_offsets import StampedClock, set_by
 from hw.drivers.gates import SCAN_SILENT_NS
 from hw.drivers.ros.rosbridge import FIRST_S, RosbridgeClient, kind_of, reachable, stamp_of
-from hw.ipc.datagrams import Outlet
-from hw.ipc.priority import SENSES
-from hw.ipc.processes import Parent, Ready, serve
+from hw.ipc import SENSES, Outlet, Parent, Ready, serve
 from hw.samples import Scan
 
 KIND = "sensor_msgs/LaserScan"

@@ -2,7 +2,7 @@
 
 parts:
   lidar:
-    driver: "hw.drivers.ros.ros_lidar:RosLidar"
+    driver: RosLidar
     host: 192.168.0.200
     port: 9090
     ros: 1                 # or 2: how message types are named
@@ -27,11 +27,10 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from hw.connection.connection import RunInfo
+from hw.connection import RunInfo
 from hw.drivers.feed import DatagramFeed, by_stamps
 from hw.drivers.gates import LINK_SILENT_NS
-from hw.ipc.datagrams import Datagram
-from hw.ipc.processes import Child
+from hw.ipc import Child, Datagram
 from hw.samples import Sample, Scan
 
 KEPT = 16

@@ -2,7 +2,7 @@
 
 parts:
   lidar:
-    driver: "hw.drivers.sick.s300:S300"
+    driver: S300
     scanners:
       front_laser: {host: 192.168.0.31, port: 4001}
       rear_laser: {device: /dev/serial/by-id/usb-…, upside_down: true}
@@ -28,12 +28,12 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from hw.connection.connection import RunInfo
+from hw.connection import RunInfo
 from hw.drivers.access import serial_advice
 from hw.drivers.feed import by_stamps
 from hw.drivers.gates import SCAN_SILENT_NS
 from hw.drivers.sick.telegram import Telegram, Telegrams
-from hw.model.sensing import LidarModel
+from hw.model import LidarModel
 from hw.samples import Sample, Scan
 
 AGAIN_S = 0.5

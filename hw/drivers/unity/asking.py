@@ -9,10 +9,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from hw.drivers import gates
-from hw.drivers.unity.protocol.ros_messages import SECOND, Messages, time_of
-from hw.drivers.unity.protocol.session import Session
-from hw.drivers.unity.protocol.topics import UnityTopic
-from hw.drivers.unity.protocol.wire import frame
+from hw.drivers.unity.protocol import SECOND, Messages, Session, UnityTopic, frame, time_of
 from hw.samples import ClockState
 
 EVERY_NS, FIRST = 1_000 * gates.MS, 20

@@ -14,16 +14,21 @@ from typing import Any
 from hw.drivers import gates
 from hw.drivers.unity.asking import ClockQuestions, clock_state
 from hw.drivers.unity.inbox import Checks, Inbox, TellUser
-from hw.drivers.unity.protocol.ros_messages import BUILDS, Messages, stamp_of
-from hw.drivers.unity.protocol.services import Services
-from hw.drivers.unity.protocol.session import Session
-from hw.drivers.unity.protocol.topics import Topics, UnityTopic, plain_name, plain_type
-from hw.drivers.unity.protocol.wire import (
+from hw.drivers.unity.protocol import (
+    BUILDS,
     MalformedFrame,
+    Messages,
+    Services,
+    Session,
+    Topics,
     UnityFrame,
+    UnityTopic,
     frame,
     handshake,
     legible,
+    plain_name,
+    plain_type,
+    stamp_of,
     text_in,
     too_long,
 )

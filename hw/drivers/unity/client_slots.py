@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from ipaddress import ip_address, ip_network
 
-from hw.drivers.unity.protocol.session import Session
-from hw.ipc.datagrams import is_loopback
+from hw.drivers.unity.protocol import Session
+from hw.ipc import is_loopback
 
 MOST_CLIENTS, MOST_OF_ONE = 8, 4
 """Clients at a time, and of one address."""

@@ -13,8 +13,7 @@ from hw.drivers import gates
 from hw.drivers.clock_offsets import PeerClock
 from hw.drivers.unity.bridge import UnityBridge
 from hw.drivers.unity.client_slots import FULL, first_to_go, is_crowded, is_peer
-from hw.drivers.unity.protocol.session import Session
-from hw.drivers.unity.protocol.wire import KEEPALIVE, MalformedFrame
+from hw.drivers.unity.protocol import KEEPALIVE, MalformedFrame, Session
 
 MOST_PARTING = 16
 """So many links are half open at most; of more, the oldest are closed at once."""

@@ -15,10 +15,9 @@ from typing import Any
 
 from hw.drivers import gates
 from hw.drivers.clock_offsets import PeerClock, Stamps
-from hw.drivers.unity.protocol.ros_messages import frame_of, is_upright, pose_of, stamp_of
-from hw.drivers.unity.protocol.topics import TRACKER
+from hw.drivers.unity.protocol import TRACKER, frame_of, is_upright, pose_of, stamp_of
 from hw.geometry import Pose3
-from hw.model.tracking import Tracking
+from hw.model import Tracking
 from hw.samples import TrackerPose, UserPose
 
 TellUser = Callable[[str, int, Any], None]

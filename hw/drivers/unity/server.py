@@ -15,10 +15,8 @@ from typing import Any
 
 from hw.drivers.unity.bridge import Bridged, UnityBridge
 from hw.drivers.unity.clients import Clients
-from hw.drivers.unity.protocol.session import Session
-from hw.ipc.datagrams import Door, Intake, Outlet
-from hw.ipc.priority import SENSES
-from hw.ipc.processes import Parent, Ready, serve
+from hw.drivers.unity.protocol import Session
+from hw.ipc import SENSES, Door, Intake, Outlet, Parent, Ready, serve
 from hw.samples import RobotView
 
 WAIT_S = 0.05

@@ -9,7 +9,7 @@ other for CLIENT_QUIET_NS. Two clients that are both alive never exchange places
 
 from __future__ import annotations
 
-from hw.drivers.unity.protocol.session import Session
+from hw.drivers.unity.protocol import Session
 
 
 class TopicSources:

@@ -1,11 +1,11 @@
 """The VR link, to which a Unity project connects by the unmodified ROS-TCP-Connector.
 
 links:
-  vr: {driver: "hw.drivers.unity.unity_link:Unity", port: 10000, tells: chain}
+  vr: {driver: Unity, port: 10000, tells: chain}
 parts:
-  trackers: {driver: "hw.drivers.unity.unity_link:UnityTrackers", link: vr}
-  rover_trackers: {driver: "hw.drivers.unity.unity_link:UnityRoverTrackers", link: vr}
-  vr: {driver: "hw.drivers.unity.unity_link:UnityVr", link: vr}
+  trackers: {driver: UnityTrackers, link: vr}
+  rover_trackers: {driver: UnityRoverTrackers, link: vr}
+  vr: {driver: UnityVr, link: vr}
 
 A process of its own serves the clients (`server.py`). Topics are in `topics.py`; UNITY.md has all
 that a Unity project needs to know.
@@ -18,18 +18,17 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from engine.files.declared.values import number
-from hw.connection.connection import Listening, RunInfo
+from engine.files.declared import number
+from hw.connection import Listening, RunInfo
 from hw.drivers import gates
 from hw.drivers.feed import DatagramFeed
 from hw.drivers.unity.bridge import Bridged
 from hw.drivers.unity.client_slots import ANYBODY, peers_of
 from hw.drivers.unity.inbox import Checks
-from hw.drivers.unity.protocol.topics import Topics
+from hw.drivers.unity.protocol import Topics
 from hw.drivers.unity.server import ServerSetup
 from hw.geometry import Pose2, Twist2
-from hw.ipc.datagrams import Address, Datagram, Door, Outlet
-from hw.ipc.processes import Child
+from hw.ipc import Address, Child, Datagram, Door, Outlet
 from hw.samples import ArmState, RobotView, Sample
 from hw.sign import StopSign
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from hw.drivers.unity.inbox import MAP, VIVE
-from hw.drivers.unity.protocol.ros_messages import Messages
+from hw.drivers.unity.protocol import Messages
 from hw.geometry import Pose3
 from hw.samples import RobotView
 

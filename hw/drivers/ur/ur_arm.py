@@ -10,13 +10,12 @@ from dataclasses import replace
 from importlib.util import find_spec
 from typing import Protocol
 
-from hw.connection.connection import RunInfo
+from hw.connection import RunInfo
 from hw.drivers.feed import DatagramFeed, up_to
 from hw.drivers.gates import JOINTS_LATE_NS, WORKER_SILENT_NS
 from hw.drivers.ur.ur_settings import Servo, WorkerSettings
-from hw.ipc.datagrams import Datagram, Door, Hearer, Outlet
-from hw.ipc.processes import Child
-from hw.model.robot import check_pace
+from hw.ipc import Child, Datagram, Door, Hearer, Outlet
+from hw.model import check_pace
 from hw.samples import ArmState, Sample, TimedJoints
 
 SOURCE = "arm"

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from hw.ipc.datagrams import Door
-from hw.model.robot import ArmModel
+from hw.ipc import Door
+from hw.model import ArmModel
 
 SERVO = {"lookahead": (0.03, 0.2), "gain": (100.0, 2000.0)}
 """What the controller takes: s, and a factor."""

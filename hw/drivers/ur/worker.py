@@ -21,9 +21,7 @@ from hw.drivers.gates import CONTROLLER_STALE_NS, ENGINE_GONE_NS, TICK_FRESH_NS
 from hw.drivers.ur.course import CourseRun, mode_of
 from hw.drivers.ur.probe import OTHER_DRIVER, DashboardClient, probe, require_running
 from hw.drivers.ur.ur_settings import WorkerSettings
-from hw.ipc.datagrams import Datagram, Intake, Outlet
-from hw.ipc.priority import ARM
-from hw.ipc.processes import Parent, Ready, serve
+from hw.ipc import ARM, Datagram, Intake, Outlet, Parent, Ready, serve
 from hw.samples import ARM_MOVES, ArmState, Joints, TimedJoints
 
 LOOK_S = 0.002

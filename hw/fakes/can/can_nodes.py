@@ -14,9 +14,7 @@ from hw.fakes.can.can_wire import Bus, Hub, open_wire, wait
 from hw.fakes.can.drive import Traits
 from hw.fakes.can.nodes import Nodes
 from hw.fakes.subscription import Subscription
-from hw.ipc.datagrams import Door, Intake, Outlet
-from hw.ipc.priority import DEVICES
-from hw.ipc.processes import Parent, Ready, serve
+from hw.ipc import DEVICES, Door, Intake, Outlet, Parent, Ready, serve
 from hw.samples import BumperHit
 
 TELL_NS = 10_000_000

@@ -2,7 +2,7 @@
 
 peers:
   nodes:
-    driver: "hw.fakes.can.can_peer:CanNodes"
+    driver: CanNodes
     bus: {interface: local, channel: loopback}
     wheels: {nodes: [1, 2, 3, 4], signs: [1, -1, 1, -1], gear: 12.52, increments: 4096}
     tells: world
@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hw.fakes.peer import Peer
-from hw.ipc.datagrams import LOOPBACK, Hearer
+from hw.ipc import LOOPBACK, Hearer
 
 
 class CanNodes(Peer):

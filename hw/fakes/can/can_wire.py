@@ -15,7 +15,7 @@ from typing import Any
 
 import can
 
-from hw.ipc.near import keep_near
+from hw.ipc import keep_near
 
 QUICK_ACK = getattr(socket, "TCP_QUICKACK", None)
 LONGEST = 32

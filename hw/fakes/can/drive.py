@@ -16,8 +16,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import canopen
-from canopen.objectdictionary import INTEGER8, INTEGER16, INTEGER32, UNSIGNED8, UNSIGNED16
-from canopen.objectdictionary import UNSIGNED32 as U32
+from canopen.objectdictionary import (
+    INTEGER8,
+    INTEGER16,
+    INTEGER32,
+    UNSIGNED8,
+    UNSIGNED16,
+    UNSIGNED32 as U32,
+)
 
 from hw.fakes.can.can_network import FakeNetwork
 

@@ -1,14 +1,14 @@
 """The fake RB-KAIROS as a peer of a connection.
 
 peers:
-  kairos: {driver: "hw.fakes.kairos.kairos_peer:Kairos", host: loopback, port: 9090, tells: world}
+  kairos: {driver: Kairos, host: loopback, port: 9090, tells: world}
 """
 
 from __future__ import annotations
 
-from hw.connection.connection import RunInfo
+from hw.connection import RunInfo
 from hw.fakes.peer import Peer
-from hw.ipc.datagrams import Hearer
+from hw.ipc import Hearer
 
 
 class Kairos(Peer):

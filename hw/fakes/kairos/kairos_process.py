@@ -27,9 +27,7 @@ from typing import Any
 from hw.fakes.kairos.kairos_robot import KairosWheels, Message, header, laser_scan, odometry
 from hw.fakes.kairos.rosbridge_server import FakeTopic, RosbridgeServer
 from hw.fakes.subscription import Subscription, outlet_as
-from hw.ipc.datagrams import Intake
-from hw.ipc.priority import DEVICES
-from hw.ipc.processes import Parent, Ready, serve
+from hw.ipc import DEVICES, Intake, Parent, Ready, serve
 from hw.samples import Scan
 
 PERIOD_S = 0.01

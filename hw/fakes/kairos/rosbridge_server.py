@@ -18,8 +18,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from websockets.asyncio.server import Server as Listener
-from websockets.asyncio.server import ServerConnection, serve
+from websockets.asyncio.server import Server as Listener, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
 Receive = Callable[[Mapping[str, Any]], None]

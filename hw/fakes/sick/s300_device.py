@@ -28,9 +28,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hw.fakes.subscription import Subscription, outlet_as
-from hw.ipc.datagrams import Intake
-from hw.ipc.priority import DEVICES
-from hw.ipc.processes import Parent, Ready, serve
+from hw.ipc import DEVICES, Intake, Parent, Ready, serve
 from hw.samples import Scan
 
 FAULTS = ("", "drop", "mute", "freeze", "corrupt", "garbage", "cut", "standby", "lockout", "beams")

@@ -2,7 +2,7 @@
 
 peers:
   scanners:
-    driver: "hw.fakes.sick.scanners:S300Peer"
+    driver: S300Peer
     tells: world
     scanners: {front_laser: {host: loopback, port: 4001}, rear_laser: {host: loopback, port: 4002}}
 """
@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from hw.fakes.peer import Peer
-from hw.ipc.datagrams import Hearer
+from hw.ipc import Hearer
 
 
 class S300Peer(Peer):

@@ -14,8 +14,8 @@ import time
 
 from hw.fakes.unity.vr_application import FRAME_NS, Application
 from hw.fakes.unity.vr_plays import Alone
-from hw.people.user import open_user
-from hw.scene.scene import load_scene
+from hw.people import open_user
+from hw.scene import load_scene
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -6,9 +6,9 @@ import time
 from typing import Any, NamedTuple
 
 from hw.geometry import Pose2
-from hw.ipc.datagrams import Door, Intake, Outlet
-from hw.people.walking.person import Person
-from hw.sim.sensors.devices import SimTrackers, SimVr
+from hw.ipc import Door, Intake, Outlet
+from hw.people.walking import Person
+from hw.sim.sensors import SimTrackers, SimVr
 
 AGAIN_NS = 100_000_000
 """Period at which the subscription, and whether the robot is shown, are repeated."""

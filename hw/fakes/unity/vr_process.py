@@ -9,9 +9,7 @@ from typing import Any
 
 from hw.fakes.unity.vr_application import FAULTS, FRAME_NS, Application
 from hw.fakes.unity.vr_plays import HostedPerson
-from hw.ipc.datagrams import Intake
-from hw.ipc.priority import DEVICES
-from hw.ipc.processes import Parent, Ready, serve
+from hw.ipc import DEVICES, Intake, Parent, Ready, serve
 
 
 def main(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None:

@@ -35,9 +35,7 @@ from typing import Any
 from hw.fakes.subscription import outlet_as
 from hw.fakes.ur.cb3_controller import EMERGENCY, PLAYING, PROTECTIVE, SAFEGUARD, FakeController
 from hw.fakes.ur.cb3_rtde import Rtde
-from hw.ipc.datagrams import Intake
-from hw.ipc.priority import DEVICES
-from hw.ipc.processes import Parent, Ready, serve
+from hw.ipc import DEVICES, Intake, Parent, Ready, serve
 
 DASHBOARD, SCRIPTS, RTDE = 29999, (30001, 30002, 30003), 30004
 CYCLE_NS = 8_000_000

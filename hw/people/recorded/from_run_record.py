@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from engine.files.finding import mistake
+from engine.files import mistake
 from hw.geometry import Pose2, Pose3, wrap
 from hw.people.recorded.gaps import drop_out_ns
 from hw.people.recorded.repeats_path import Replayed
-from hw.people.walking.manner import ATTENTIVE, Manner
+from hw.people.walking import ATTENTIVE, Manner
 from hw.samples import Sample, UserPose
-from hw.scene.room import Room
+from hw.scene import Room
 
 
 class Stood(NamedTuple):

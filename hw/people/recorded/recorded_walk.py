@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from hw.geometry import Pose2, wrap
 from hw.people.recorded.repeats_path import Replayed
 from hw.people.recorded.walk_file import Heading, Recording
-from hw.people.walking.manner import ATTENTIVE, Manner
-from hw.people.walking.person import Touch
+from hw.people.walking import ATTENTIVE, Manner, Touch
 from hw.samples import Sample
-from hw.scene.room import Room
+from hw.scene import Room
 
 SPARSE_NS = 100_000_000
 """Between rows farther apart than this, ns, but without a gap, tracking sees the person on the

@@ -7,10 +7,8 @@ import random
 from collections.abc import Iterator
 
 from hw.geometry import Pose2
-from hw.people.walking.leaving import Leaving, turned, walked
-from hw.people.walking.manner import Manner
-from hw.people.walking.person import Actor
-from hw.scene.room import Room
+from hw.people.walking import Actor, Leaving, Manner, turned, walked
+from hw.scene import Room
 
 TURN_RATE, PACE = 3.0, 1.0
 """How fast they turn to leave and to return, rad/s, and walk back, m/s."""

@@ -18,8 +18,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
-from engine.files.finding import mistake
-from engine.files.text import read_text
+from engine.files import mistake, read_text
 from hw.people.recorded.gaps import Gap, across_jumps, drop_out_ns
 from hw.places import FAR
 

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from hw.geometry import Pose2, Pose3
 from hw.people.walking.person import Person
 from hw.samples import UserPose
-from hw.scene.room import Point
-from hw.scene.surface import Surface
+from hw.scene import Point, Surface
 
 NEAR, AWAY = 1.5, 1.8
 """Distances from a surface at which a touch is requested, and beyond which it is given up, m."""

@@ -7,7 +7,7 @@ import random
 
 from hw.geometry import Pose2, wrap
 from hw.samples import USER_RADIUS
-from hw.scene.room import Point, Room
+from hw.scene import Point, Room
 
 BEFORE, ENOUGH, CLOSE = 2.5, 3.0, 1.27
 """Who stands nearer than BEFORE to the shown robot walks away to ENOUGH, and on that way comes no

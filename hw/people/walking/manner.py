@@ -6,7 +6,7 @@ import random
 from dataclasses import dataclass
 from typing import Literal
 
-from engine.files.finding import did_you_mean, mistake
+from engine.files import did_you_mean, mistake
 
 Errand = Literal["wander", "pursue", "look"]
 """What a random person does between requests: walk about, walk at the robot, look at things."""

@@ -12,7 +12,7 @@ from hw.people.walking.manner import ATTENTIVE, Manner
 from hw.people.walking.person import Actor
 from hw.people.walking.script import WalkStep
 from hw.samples import USER_RADIUS
-from hw.scene.room import Point, Room, distance_to_segment
+from hw.scene import Point, Room, distance_to_segment
 
 NEARLY, ROOM, MORE_ROOM = 1.27, 1.5, 2.5
 """A person who is shown the robot closer than NEARLY steps back to ROOM; if it is shown again at

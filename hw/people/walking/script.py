@@ -27,13 +27,28 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from engine.files.declared.item import Item, find_file, gather, load_yaml
-from engine.files.declared.named import known_files
-from engine.files.declared.records import Name, reader_of, record
-from engine.files.declared.units import Angle, AngularSpeed, Duration, Length, Speed
-from engine.files.declared.values import Count, Range
-from engine.files.finding import Place, did_you_mean
-from engine.files.suggestions import plain_word
+from engine.files import (
+    Angle,
+    AngularSpeed,
+    Duration,
+    Length,
+    Place,
+    Speed,
+    did_you_mean,
+    plain_word,
+)
+from engine.files.declared import (
+    Count,
+    Item,
+    Name,
+    Range,
+    find_file,
+    gather,
+    known_files,
+    load_yaml,
+    reader_of,
+    record,
+)
 from hw.geometry import Pose2, wrap
 from hw.places import AnyAngle, Coordinate, Pose
 

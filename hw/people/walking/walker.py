@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from engine.files.finding import CODE, FileError, Finding, mistake
+from engine.files import CODE, FileError, Finding, mistake
 from hw.geometry import Pose2
 from hw.people.walking.manner import ATTENTIVE, Manner
 from hw.people.walking.pedestrian import Pedestrian
@@ -20,7 +20,7 @@ from hw.people.walking.script import (
     Turn,
     WalkStep,
 )
-from hw.scene.room import Room
+from hw.scene import Room
 
 
 class Walker(Pedestrian):

@@ -13,14 +13,14 @@ import math
 import random
 from collections.abc import Iterator
 
-from engine.files.finding import mistake
+from engine.files import mistake
 from hw.geometry import Pose2, wrap
 from hw.people.walking.manner import ATTENTIVE, Manner
 from hw.people.walking.pedestrian import Pedestrian
 from hw.people.walking.person import Touch
 from hw.people.walking.script import WalkStep
 from hw.samples import USER_RADIUS
-from hw.scene.room import Point, Room
+from hw.scene import Point, Room
 
 NAME = "random"
 ABOUT = "Walks at random, by --seed: places, headings, speeds, pauses and requests; attentive."

@@ -9,16 +9,16 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from engine.files.finding import mistake
+from engine.files import mistake
 from hw.geometry import Pose2, wrap
-from hw.model.robot import RobotModel
-from hw.people.walking.person import Person
-from hw.scene.scene import Scene
+from hw.model import RobotModel
+from hw.people.walking import Person
+from hw.scene import Scene
 from hw.sim.contact.meeting import Bystanders, Meeting
 from hw.sim.contact.moving import MovingBase
 from hw.sim.contact.nearby import Nearby
 from hw.sim.contact.walls import Walls
-from hw.sim.sensors.devices import SimBumper
+from hw.sim.sensors import SimBumper
 from hw.truth import USER, Contact, Hit
 
 PUSHED_OFF, PUSHING = 0.3, 0.3

@@ -16,8 +16,8 @@ import math
 from typing import NamedTuple
 
 from hw.geometry import Pose2, Twist2, wrap
-from hw.model.robot import Footprint
-from hw.safety.separation import nearness
+from hw.model import Footprint
+from hw.safety import nearness
 from hw.samples import USER_RADIUS
 
 _TURN = 0.02

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 
 from hw.geometry import Pose2
-from hw.model.robot import Footprint
+from hw.model import Footprint
 from hw.samples import USER_RADIUS
-from hw.scene.objects import Thing, named
+from hw.scene import Thing, named
 from hw.sim.contact.contact import Sweep, first_touch, gap, swept_gap
 from hw.sim.contact.nearby import Nearby
 from hw.truth import BASE, Contact

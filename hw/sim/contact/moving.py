@@ -6,7 +6,7 @@ from typing import Protocol
 
 from hw.geometry import Pose2, Twist2
 from hw.interfaces import Arm, Base
-from hw.safety.guarded import GuardedBase
+from hw.safety import GuardedBase
 from hw.samples import ArmState
 
 

@@ -6,11 +6,9 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from hw.geometry import Pose2
-from hw.model.robot import Footprint
+from hw.model import Footprint
 from hw.samples import USER_RADIUS
-from hw.scene.objects import named
-from hw.scene.room import Room, Segment, foot
-from hw.scene.scene import Scene
+from hw.scene import Room, Scene, Segment, foot, named
 from hw.sim.contact.contact import gap, rectangle_segment_distance
 from hw.truth import USER, Truth
 

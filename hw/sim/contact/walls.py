@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from hw.geometry import Pose2
-from hw.model.robot import RobotModel
-from hw.scene.room import Room
+from hw.model import RobotModel
+from hw.scene import Room
 from hw.sim.contact.nearby import Nearby, nearest_wall
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hw.jit import compiled
-from hw.model.sensor_errors import ViveErrors
-from hw.scene.room import Room, edges
+from hw.model import ViveErrors
+from hw.scene import Room, edges
 from hw.sim.sensors.scanned_shapes import Shapes
 
 Floats = NDArray[np.float64]

@@ -8,11 +8,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from hw.geometry import Pose2, Pose3, wrap
-from hw.model.sensor_model import WhiteNoise
-from hw.people.walking.person import Person
-from hw.safety.stop_line import StopLatch
+from hw.model import WhiteNoise
+from hw.people.walking import Person
+from hw.safety import StopLatch
 from hw.samples import BumperHit, Sample, UserPose
-from hw.scene.room import Room
+from hw.scene import Room
 from hw.sign import StopSign
 
 if TYPE_CHECKING:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hw.model.sensing import ImuModel
-from hw.model.sensor_errors import ImuErrors
+from hw.model import ImuErrors, ImuModel
 from hw.samples import ImuReading, Sample
 from hw.sim.sensors.streams import Normals, Rhythm
 from hw.sim.sensors.track import Track

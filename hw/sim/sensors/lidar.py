@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hw.model.sensing import LidarModel
-from hw.model.sensor_errors import LidarErrors
+from hw.model import LidarErrors, LidarModel
 from hw.samples import Sample, Scan
 from hw.sim.sensors.rays import beams, cast, measured
 from hw.sim.sensors.scanned_shapes import Shapes

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 from hw.geometry import Pose2, Twist2, wrap
-from hw.model.sensing import OdometryModel
-from hw.model.sensor_errors import OdometryErrors
+from hw.model import OdometryErrors, OdometryModel
 from hw.samples import Odometry, Sample
 from hw.sim.sensors.streams import Normals, Rhythm
 from hw.sim.sensors.track import Track, TrackPose

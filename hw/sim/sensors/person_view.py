@@ -6,8 +6,7 @@ import math
 from dataclasses import replace
 
 from hw.geometry import Pose2, Pose3, wrap
-from hw.model.sensor_errors import ViveErrors
-from hw.model.sensor_model import WhiteNoise
+from hw.model import ViveErrors, WhiteNoise
 from hw.samples import Sample, UserPose
 from hw.sim.sensors.coverage import Coverage
 from hw.sim.sensors.streams import Stream

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.scene.objects import Body
-from hw.scene.room import Room
+from hw.scene import Body, Room
 
 _GRID_NS = 20_000_000
 

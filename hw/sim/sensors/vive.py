@@ -10,10 +10,7 @@ import math
 from collections.abc import Mapping
 
 from hw.geometry import Pose2, Pose3
-from hw.model.robot import RobotModel
-from hw.model.sensing import TrackerModel
-from hw.model.sensor_errors import ViveErrors
-from hw.model.tracking import Tracking
+from hw.model import RobotModel, TrackerModel, Tracking, ViveErrors
 from hw.samples import Sample, TrackerPose
 from hw.sim.sensors.coverage import Column, Coverage
 from hw.sim.sensors.streams import Normals, Rhythm, Stream

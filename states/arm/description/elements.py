@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from xml.parsers import expat
 
-from engine.files.finding import FileError, mistake
+from engine.files import FileError, mistake
 
 
 @dataclass(frozen=True, slots=True)

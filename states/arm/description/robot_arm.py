@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from hw.model.robot import RobotModel
+from hw.model import RobotModel
 from states.arm.description.urdf_arm import described_arm
-from states.arm.kinematics.collision import OUTSIDE, CollisionChecker, CollisionModel, Surroundings
-from states.arm.kinematics.model import Manipulator
+from states.arm.kinematics import (
+    OUTSIDE,
+    CollisionChecker,
+    CollisionModel,
+    Manipulator,
+    Surroundings,
+)
 
 
 def manipulator_of(robot: RobotModel) -> Manipulator:

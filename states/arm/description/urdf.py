@@ -15,12 +15,10 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from engine.files.finding import did_you_mean
-from engine.files.text import read_text
-from hw.model.prop import Placement, Point3
+from engine.files import did_you_mean, read_text
+from hw.model import Placement, Point3
 from states.arm.description.elements import Element, elements
-from states.arm.kinematics.kernels import Array
-from states.arm.kinematics.kinematics import matrix
+from states.arm.kinematics import Array, matrix
 
 JointKind = Literal["fixed", "revolute", "continuous", "prismatic", "floating", "planar"]
 

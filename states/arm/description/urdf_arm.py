@@ -12,14 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from engine.files.finding import mistake
-from hw.model.arm import ALIKE, nearest_arm
-from hw.model.description import UrdfDescription
-from hw.model.prop import Capsule, Placement
+from engine.files import mistake
+from hw.model import ALIKE, Capsule, Placement, UrdfDescription, nearest_arm
 from states.arm.description.urdf import Joint, Urdf, read_urdf
-from states.arm.kinematics.kernels import Array
-from states.arm.kinematics.kinematics import inverted, matrix
-from states.arm.kinematics.model import Dh, Manipulator, six
+from states.arm.kinematics import Array, Dh, Manipulator, inverted, matrix, six
 
 _ALIKE = 0.1
 """Largest angle between a joint axis and that of a UR arm, rad."""

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hw.geometry import Pose2
-from hw.model.prop import Capsule, Point3
+from hw import Pose2
+from hw.model import Capsule, Point3
 from states.arm.kinematics.kernels import (
     SEEN,
     ArmObstacles,

@@ -18,8 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.model.arm import LinkMass
-from hw.model.prop import FLANGE, Prop
+from hw.model import FLANGE, LinkMass, Prop
 from states.arm.kinematics.kernels import Array, place_links
 from states.arm.kinematics.kinematics import KinematicChain
 

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hw.jit import compiled
+from hw import compiled
 from states.arm.kinematics.kernels import Array
 from states.arm.kinematics.kinematics import (
     KinematicChain,

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled, compiled_like_numpy
+from hw import compiled, compiled_like_numpy
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hw.geometry import Pose3
-from hw.model.prop import FLANGE, Placement
+from hw import Pose3
+from hw.model import FLANGE, Placement
 from states.arm.kinematics.kernels import (
     Array,
     Integers,

@@ -14,9 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from hw.model.arm import LINKS, ArmShape, Dh, LinkMass, six
-from hw.model.prop import Capsule, Placement, Prop, Six
-from hw.model.robot import ChassisBox
+from hw.model import LINKS, ArmShape, Capsule, ChassisBox, Dh, LinkMass, Placement, Prop, Six, six
 
 __all__ = ["LINKS", "Dh", "Manipulator", "six"]
 

@@ -21,8 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from states.arm.kinematics.collision import CollisionChecker
-from states.arm.kinematics.kernels import Array
+from states.arm.kinematics import Array, CollisionChecker
 
 _SHORTEST = 1e-12
 _SMALLEST_CUT = 1e-6

@@ -18,8 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from states.arm.kinematics.kernels import Array, Integers
-from states.arm.kinematics.kinematics import KinematicChain, fastest_point, forward, tcp_speed
+from states.arm.kinematics import Array, Integers, KinematicChain, fastest_point, forward, tcp_speed
 from states.arm.motion.joint_path import JointPath
 from states.arm.motion.timing_kernels import line_times, passes
 from states.arm.motion.trajectory import ArmLimits, SlowZone, Trajectory, with_rates

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from hw.jit import compiled
-from states.arm.kinematics.kernels import Array
+from hw import compiled
+from states.arm.kinematics import Array
 
 _TINY = 1e-12
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from states.arm.kinematics.kernels import Array
+from states.arm.kinematics import Array
 from states.arm.motion.joint_path import JointPath
 
 

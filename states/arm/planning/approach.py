@@ -16,13 +16,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from states.arm.kinematics.inverse_kinematics import BRANCHES, EXACT, inverse
-from states.arm.kinematics.kernels import Array
-from states.arm.kinematics.kinematics import KinematicChain, forward, jacobian
-from states.arm.kinematics.newton import ALONG_STEPS, descended
-from states.arm.motion.joint_path import JointPath
-from states.arm.motion.timing_kernels import line_times
-from states.arm.motion.trajectory import ArmLimits, SlowZone
+from states.arm.kinematics import (
+    ALONG_STEPS,
+    BRANCHES,
+    EXACT,
+    Array,
+    KinematicChain,
+    descended,
+    forward,
+    inverse,
+    jacobian,
+)
+from states.arm.motion import ArmLimits, JointPath, SlowZone, line_times
 
 STEP = 0.01
 """Distance between two knots of a line, m."""

@@ -12,9 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from states.arm.kinematics.collision import CollisionChecker
-from states.arm.kinematics.kernels import Array
-from states.arm.kinematics.kinematics import KinematicChain
+from states.arm.kinematics import Array, CollisionChecker, KinematicChain
 from states.arm.planning.rrt import STEP, drawing_box
 
 

@@ -13,17 +13,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.geometry import Pose2, Pose3
-from hw.model.prop import Six
-from hw.model.robot import RobotModel
-from states.arm.description.robot_arm import manipulator_of
-from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Surroundings
-from states.arm.kinematics.inverse_kinematics import nearest_copies
-from states.arm.kinematics.kernels import Array, room_within
-from states.arm.kinematics.kinematics import KinematicChain, forward
-from states.arm.kinematics.model import six
-from states.arm.motion.timing import line_durations
-from states.arm.motion.trajectory import ArmLimits
+from hw import Pose2, Pose3
+from hw.model import RobotModel, Six
+from states.arm.description import manipulator_of
+from states.arm.kinematics import (
+    Array,
+    CollisionChecker,
+    CollisionModel,
+    KinematicChain,
+    Surroundings,
+    forward,
+    nearest_copies,
+    room_within,
+    six,
+)
+from states.arm.motion import ArmLimits, line_durations
 from states.arm.planning.planning import goals_at
 from states.arm.planning.reach import rover_from_deep
 

@@ -17,17 +17,31 @@ from importlib.util import find_spec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Surroundings
-from states.arm.kinematics.collision import warm_up as collision_warm_up
-from states.arm.kinematics.inverse_kinematics import inverse, inverse_near, nearest_copies
-from states.arm.kinematics.inverse_kinematics import warm_up as inverse_warm_up
-from states.arm.kinematics.kernels import Array, Integers
-from states.arm.kinematics.kinematics import KinematicChain
-from states.arm.kinematics.model import Manipulator
-from states.arm.motion.joint_path import JointPath, first_contact, rounded
-from states.arm.motion.timing import line_durations, time_path
-from states.arm.motion.timing import warm_up as timing_warm_up
-from states.arm.motion.trajectory import ArmLimits, SlowZone, Trajectory
+from states.arm.kinematics import (
+    Array,
+    CollisionChecker,
+    CollisionModel,
+    Integers,
+    KinematicChain,
+    Manipulator,
+    Surroundings,
+    inverse,
+    inverse_kinematics,
+    inverse_near,
+    nearest_copies,
+    warm_up as collision_warm_up,
+)
+from states.arm.motion import (
+    ArmLimits,
+    JointPath,
+    SlowZone,
+    Trajectory,
+    first_contact,
+    line_durations,
+    rounded,
+    time_path,
+    warm_up as timing_warm_up,
+)
 from states.arm.planning.approach import WayIn
 from states.arm.planning.rrt import connect, shortened
 
@@ -375,7 +389,7 @@ def _given_up(query: Query, checks: int) -> NoPlan:
 def warm_up(model: Manipulator) -> None:
     """Compile what planning needs, so that no control tick does."""
     chain, solid = KinematicChain.of(model), CollisionModel.of(model)
-    inverse_warm_up(chain)
+    inverse_kinematics.warm_up(chain)
     collision_warm_up(solid)
     timing_warm_up()
     checker = CollisionChecker.of(solid, Surroundings.empty())

@@ -14,17 +14,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hw.geometry import Pose2, Pose3, wrap
-from states.arm.kinematics.collision import (
+from hw import Pose2, Pose3, wrap
+from states.arm.kinematics import (
     MARGIN,
+    Array,
     CollisionChecker,
     CollisionModel,
     Cylinder,
+    KinematicChain,
+    Solutions,
     Surroundings,
+    free_from,
+    inverse,
+    pose_matrix,
 )
-from states.arm.kinematics.inverse_kinematics import Solutions, inverse
-from states.arm.kinematics.kernels import Array, free_from
-from states.arm.kinematics.kinematics import KinematicChain, pose_matrix
 
 ANGLES = tuple(math.radians(degrees) for degrees in (0, 30, -30, 60, -60, 90, -90))
 """The paper's seven directions around the DEEP; 0 is straight behind it (R75)."""

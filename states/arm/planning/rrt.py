@@ -10,9 +10,7 @@ from collections.abc import Generator
 
 import numpy as np
 
-from states.arm.kinematics.collision import CollisionChecker
-from states.arm.kinematics.kernels import Array
-from states.arm.kinematics.kinematics import KinematicChain
+from states.arm.kinematics import Array, CollisionChecker, KinematicChain
 
 STEP = 1.0
 """Longest edge of a tree towards a random joint set, rad."""

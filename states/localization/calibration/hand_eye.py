@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hw.geometry import Pose2, Pose3
+from hw import Pose2, Pose3
 from states.localization.calibration.pose_pairs import Array, Pairs
 
 STEPS = 50

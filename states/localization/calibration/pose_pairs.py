@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from hw.geometry import Pose2, Pose3
+from hw import Pose2, Pose3
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from hw.geometry import Pose2, Pose3
+from hw import Pose2, Pose3
 from states.localization.calibration.hand_eye import (
     CalibrationProblem,
     Frames,

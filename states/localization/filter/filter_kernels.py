@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
+from hw import compiled
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

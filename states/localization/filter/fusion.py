@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from hw.geometry import Pose2, Twist2
-from hw.samples import PoseSigma
+from hw import Pose2, PoseSigma, Twist2
 from states.localization.filter.measurement_sources import (
     Measurement,
     MeasurementSource,
@@ -15,7 +14,7 @@ from states.localization.filter.measurement_sources import (
     Verdict,
 )
 from states.localization.filter.planar import SLIPPING, PlanarFilter, planar_config
-from states.maps.distance import Array
+from states.maps import Array
 
 GYRO_NOISE = ProcessNoise(
     SLIPPING.per_second,

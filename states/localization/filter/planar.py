@@ -8,7 +8,7 @@ metre and per radian: wheels measure their own velocity well while the body slid
 
 from __future__ import annotations
 
-from hw.geometry import Pose2, Twist2
+from hw import Pose2, Twist2
 from states.localization.filter.filter_kernels import Array, planar_step
 from states.localization.filter.kalman import KalmanFilter
 from states.localization.filter.measurement_sources import (

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from hw.geometry import Pose3
+from hw import Pose3
 from states.localization.filter.filter_kernels import spatial_step
 from states.localization.filter.kalman import KalmanFilter
 from states.localization.filter.measurement_sources import FilterConfig

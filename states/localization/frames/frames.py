@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hw.geometry import Pose2, Pose3
-from hw.model.robot import RobotModel
-from hw.model.tracking import Tracking
-from hw.samples import UserPose
-from states.signals.user_motion import StampedPlace
+from hw import Pose2, Pose3, UserPose
+from hw.model import RobotModel, Tracking
+from states.signals import StampedPlace
 
 if TYPE_CHECKING:
     from states.localization.frames.transforms import TransformBuffer

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from hw.geometry import Pose3, unit_quaternion
+from hw import Pose3, unit_quaternion
 
 RigidMotion = tuple[float, float, float, float, float, float, float]
 IDENTITY: RigidMotion = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)

@@ -12,7 +12,7 @@ from bisect import bisect_left
 from dataclasses import dataclass
 from typing import Literal
 
-from hw.geometry import Pose3
+from hw import Pose3
 from states.localization.frames.se3 import IDENTITY, RigidMotion, between, checked, inverse, product
 
 CACHE_S = 10.0

@@ -15,10 +15,9 @@ from typing import Annotated
 
 import numpy as np
 
-from engine.files.declared.item import Fault
-from engine.files.declared.units import Angle, Length
-from engine.files.declared.values import Range
-from hw.geometry import Pose2, wrap
+from engine.files import Angle, Length
+from engine.files.declared import Fault, Range
+from hw import Pose2, wrap
 from states.localization.matching.particles import (
     Integers,
     bin_count,
@@ -31,8 +30,7 @@ from states.localization.matching.particles import (
     normalise,
     weigh,
 )
-from states.maps.distance import Array
-from states.maps.field import Field
+from states.maps import Array, Field
 
 _Share = Annotated[float, Range(0.0, 1.0)]
 _Alpha = Annotated[float, Range(0.0, 10.0)]

@@ -10,10 +10,8 @@ from __future__ import annotations
 
 import math
 
-from hw.geometry import Pose2
-from hw.jit import compiled
-from states.maps.distance import Array
-from states.maps.field import Field, Table, distance_at, is_floor
+from hw import Pose2, compiled
+from states.maps import Array, Field, Table, distance_at, is_floor
 
 BEYOND, EXPLAINED = 0.15, 0.6
 """Least share of beams that lead off the map, and of those that do or end on walls, from a place at

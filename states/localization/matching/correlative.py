@@ -22,13 +22,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hw.geometry import Pose2, wrap
-from hw.jit import compiled
-from states.localization.filter.fusion import inverse
+from hw import Pose2, compiled, wrap
+from states.localization.filter import inverse
 from states.localization.matching.particles import wrapped
 from states.localization.matching.scan_tracker import rotated
-from states.maps.distance import Array
-from states.maps.field import Field, Table, distance_at
+from states.maps import Array, Field, Table, distance_at
 
 ALIKE = 0.1
 """Independent beams per beam of a scan: errors of neighbours correlate."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from engine.files.declared.units import Duration
-from engine.files.declared.values import Range
-from hw.geometry import Twist2
-from hw.samples import PoseSigma
+from engine.files import Duration
+from engine.files.declared import Range
+from hw import PoseSigma, Twist2
 from states.localization.matching.amcl import AmclValues
 from states.localization.matching.scan_tracker import TrackerValues
 

@@ -22,16 +22,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hw.geometry import Pose2, wrap
-from hw.jit import compiled
-from hw.samples import PoseSigma
-from states.localization.filter.fusion import covariance_of, inverse
+from hw import Pose2, PoseSigma, compiled, wrap
+from states.localization.filter import covariance_of, inverse
 from states.localization.matching.amcl import AmclValues
 from states.localization.matching.correlative import ALIKE, CARRIED, Window, correlated
 from states.localization.matching.proposals import Proposals
 from states.localization.matching.scan_tracker import Match, TrackerValues, match
-from states.maps.distance import Array
-from states.maps.field import Field, Table, distance_at, is_floor
+from states.maps import Array, Field, Table, distance_at, is_floor
 
 REFINED = 20
 """Most hypotheses that are refined at once."""

@@ -11,9 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
-from states.maps.distance import Array
-from states.maps.field import Table, distance_at
+from hw import compiled
+from states.maps import Array, Table, distance_at
 
 Integers = NDArray[np.int64]
 

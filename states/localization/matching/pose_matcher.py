@@ -9,17 +9,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from hw.geometry import Pose2
-from hw.samples import PoseSigma
-from states.localization.filter.fusion import covariance_of
+from hw import Pose2, PoseSigma
+from states.localization.filter import covariance_of
 from states.localization.matching.beyond import is_leaving
 from states.localization.matching.correlative import Window, correlated, score_of
 from states.localization.matching.localizer_values import LocalizerValues
 from states.localization.matching.match_health import MatchHealth
 from states.localization.matching.scan_tracker import Match, match
 from states.localization.matching.scans import Cloud
-from states.maps.distance import Array
-from states.maps.field import Field
+from states.maps import Array, Field
 
 LEAP = 3.0
 """A match this many standard deviations from its prediction must be repeated to be believed."""

@@ -12,11 +12,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from hw.geometry import Pose2, wrap
-from hw.jit import compiled
+from hw import Pose2, compiled, wrap
 from states.localization.matching.correlative import apart, fit_of
-from states.maps.distance import Array
-from states.maps.field import Field, Table, distance_at
+from states.maps import Array, Field, Table, distance_at
 
 SPACING, TURN = 0.25, math.radians(10.0)
 """Steps of the lattice, m and rad."""

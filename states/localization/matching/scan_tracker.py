@@ -24,12 +24,10 @@ from typing import Annotated
 
 import numpy as np
 
-from engine.files.declared.units import Length
-from engine.files.declared.values import Range
-from hw.geometry import Pose2, wrap
-from hw.jit import compiled
-from states.maps.distance import Array
-from states.maps.field import Field, Table, distance_at, is_floor
+from engine.files import Length
+from engine.files.declared import Range
+from hw import Pose2, compiled, wrap
+from states.maps import Array, Field, Table, distance_at, is_floor
 
 FEW = 4.0
 """A direction that fewer beams than this show is as open as that along a corridor."""

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.geometry import STILL, Pose2, Twist2
-from hw.jit import compiled
-from hw.model.sensing import Sensing
-from hw.samples import Scan
-from states.maps.distance import Array
+from hw import STILL, Pose2, Scan, Twist2, compiled
+from hw.model import Sensing
+from states.maps import Array
 
 FARTHEST = 1000.0
 """Largest range of a scanner that the robot file does not name, m."""

@@ -11,14 +11,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hw.geometry import Pose2, wrap
-from hw.jit import compiled
-from states.localization.matching.correlative import ALIKE, Window, correlated
-from states.localization.matching.scan_tracker import Match, TrackerValues, match, rotated
-from states.maps.cells import Mask
-from states.maps.distance import Array
-from states.maps.field import Field, Table
-from states.maps.mapping import FARTHEST, RESOLUTION, Corner, covering
+from hw import Pose2, compiled, wrap
+from states.localization.matching import (
+    ALIKE,
+    Match,
+    TrackerValues,
+    Window,
+    correlated,
+    match,
+    rotated,
+)
+from states.maps import FARTHEST, RESOLUTION, Array, Corner, Field, Mask, Table, covering
 
 _REACH = 1.0
 """Distances to walls are capped at this, m."""

@@ -15,17 +15,15 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import cKDTree
 
-from hw.geometry import Pose2
-from states.localization.matching.correlative import Window, correlated
-from states.localization.matching.scan_tracker import Match, TrackerValues, match
+from hw import Pose2
+from states.localization.matching import Match, TrackerValues, Window, correlated, match
 from states.localization.slam.incremental_mapping import (
     GrowingWalls,
     matched_information,
     points_in,
 )
 from states.localization.slam.pose_graph import PoseEdge
-from states.maps.distance import Array
-from states.maps.mapping import RESOLUTION
+from states.maps import RESOLUTION, Array
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hw.geometry import Pose2, wrap
-from states.localization.filter.fusion import inverse
-from states.localization.matching.scan_tracker import TrackerValues, match, rotated
+from hw import Pose2, wrap
+from states.localization.filter import inverse
+from states.localization.matching import TrackerValues, match, rotated
 from states.localization.slam.incremental_mapping import (
     Growing,
     GrowingValues,
@@ -25,9 +25,7 @@ from states.localization.slam.incremental_mapping import (
 )
 from states.localization.slam.loop_closure import Loops, LoopValues
 from states.localization.slam.pose_graph import PoseEdge, solved
-from states.maps.distance import Array
-from states.maps.field import Field
-from states.maps.mapping import RESOLUTION
+from states.maps import RESOLUTION, Array, Field
 
 Progress = Callable[[str, float], None]
 """Told what is done, and its share, 0 to 1."""

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import spsolve
 
-from hw.geometry import Pose2, wrap
-from states.maps.distance import Array
+from hw import Pose2, wrap
+from states.maps import Array
 
 BARRIER = 16.27
 """c^2: the squared error of a right loop is below it in 99.9 % of cases (chi^2, 3 axes)."""

@@ -26,10 +26,9 @@ import math
 
 import numpy as np
 
-from hw.geometry import Pose2
-from hw.jit import compiled
-from states.localization.filter.measurement_sources import ProcessNoise
-from states.maps.distance import Array
+from hw import Pose2, compiled
+from states.localization.filter import ProcessNoise
+from states.maps import Array
 
 USUAL, WORST = 4.0, 100.0
 """Slip before anything is known, and at most, in multiples of the floor's variance."""

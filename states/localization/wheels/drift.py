@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Literal
 
-from hw.geometry import Pose2, wrap
-from hw.model.tracking import Tracking
-from hw.samples import TrackerPose
+from hw import Pose2, TrackerPose, wrap
+from hw.model import Tracking
 from states.localization.wheels.tracker_feed import TrackerFeed
 
 MOVED = (0.05, math.radians(0.8))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from hw.geometry import Pose2, wrap
+from hw import Pose2, wrap
 from states.localization.wheels.trail import Trail
 
 WINDOW_NS = 1_000_000_000

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from hw.geometry import Pose2
-from hw.model.tracking import Tracking
-from hw.samples import TrackerPose
+from hw import Pose2, TrackerPose
+from hw.model import Tracking
 
 FRESH_NS = 50_000_000
 """Largest difference of stamps of tracker poses that are averaged, ns."""

@@ -6,7 +6,7 @@ import math
 from bisect import bisect_left
 from collections import deque
 
-from hw.geometry import STILL, Pose2, Twist2, wrap
+from hw import STILL, Pose2, Twist2, wrap
 
 REMEMBERED = 4.0
 """Length of the trail, s; the newest two poses are kept in any case."""

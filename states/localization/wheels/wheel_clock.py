@@ -19,9 +19,9 @@ from collections import deque
 
 import numpy as np
 
-from hw.geometry import wrap
+from hw import wrap
 from states.localization.wheels.trail import Trail
-from states.maps.distance import Array
+from states.maps import Array
 
 STEP_NS, MOST = 100_000_000, 5
 """Step of the grid, ns, and the number of steps to either side."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from hw.geometry import Pose2, Twist2
-from states.localization.filter.measurement_sources import ProcessNoise
+from hw import Pose2, Twist2
+from states.localization.filter import ProcessNoise
 from states.localization.wheels.dead_reckoning import DeadReckoning
 from states.localization.wheels.gyro import Gyro
 from states.localization.wheels.odometry_watch import OdometryWatch
 from states.localization.wheels.trail import Trail
 from states.localization.wheels.wheel_clock import WheelClock
-from states.maps.distance import Array
+from states.maps import Array
 
 MISSING_NS = 300_000_000
 """Wheels whose newest sample is this much older than the newest scan count as missing, ns."""

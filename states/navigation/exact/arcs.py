@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hw.jit import compiled
+from hw import compiled
 from states.navigation.exact.clearance import TOLERANCE, Array, is_clear
 from states.navigation.exact.tangent_search import PathQuery, make_query, shortest
 from states.navigation.exact.tangents import InflatedRoom, Integers, UserDisc, sweep_between

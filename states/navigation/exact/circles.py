@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hw.jit import compiled
+from hw import compiled
 from states.navigation.exact.clearance import (
     TOLERANCE,
     TURN,

@@ -16,8 +16,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
-from states.maps.cells import is_inside_rings as is_inside_rings
+from hw import compiled
+from states.maps import is_inside_rings as is_inside_rings
 
 Array = NDArray[np.float64]
 

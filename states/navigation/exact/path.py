@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.scene.room import Point
+from hw.scene import Point
 
 
 @dataclass(frozen=True, eq=False)

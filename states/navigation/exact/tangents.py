@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
+from hw import compiled
 from states.navigation.exact.circles import arc_is_free
 from states.navigation.exact.clearance import TOLERANCE, TURN, Array, passes_disc, sees
 

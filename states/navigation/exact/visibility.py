@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.scene.room import Disc, Point
+from hw.scene import Disc, Point
 from states.navigation.exact.arcs import shortest_path
 from states.navigation.exact.circles import blocked_arcs
 from states.navigation.exact.clearance import (

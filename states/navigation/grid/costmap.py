@@ -14,12 +14,9 @@ from functools import cached_property
 
 import numpy as np
 
-from hw.geometry import Pose2
-from hw.scene.room import Point
-from states.maps.cells import Grid, Mask, fill_rings
-from states.maps.distance import Array, distances
-from states.maps.field import Field
-from states.maps.occupancy import UNKNOWN, OccupancyMap
+from hw import Pose2
+from hw.scene import Point
+from states.maps import UNKNOWN, Array, Field, Grid, Mask, OccupancyMap, distances, fill_rings
 from states.navigation.grid.inflation import FREE, LETHAL, NO_INFORMATION, Costs, Inflation, inflate
 from states.navigation.grid.scanned_obstacles import Obstacles
 

@@ -14,14 +14,19 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
-from hw.scene.room import Disc, Point
-from states.maps.cells import Grid, room_map
-from states.maps.distance import distances
-from states.navigation.exact.clearance import TOLERANCE, Array, passes_disc
-from states.navigation.exact.path import Path
-from states.navigation.exact.tangents import UserDisc
-from states.navigation.exact.visibility import as_disc, as_floats, separating_ray
+from hw import compiled
+from hw.scene import Disc, Point
+from states.maps import Grid, distances, room_map
+from states.navigation.exact import (
+    TOLERANCE,
+    Array,
+    Path,
+    UserDisc,
+    as_disc,
+    as_floats,
+    passes_disc,
+    separating_ray,
+)
 from states.navigation.grid.costmap import Costmap, StaticLayer
 from states.navigation.grid.inflation import INSCRIBED, LETHAL, NO_INFORMATION, Costs, Inflation
 from states.navigation.grid.navfn import crossing_costs, descend, potential_from

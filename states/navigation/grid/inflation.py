@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
-from states.navigation.exact.clearance import Array, check_radius
+from hw import compiled
+from states.navigation.exact import Array, check_radius
 
 FREE = 0
 INSCRIBED = 253

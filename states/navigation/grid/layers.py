@@ -11,12 +11,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from hw.scene.room import Ring, Room
-from states.maps.cells import Grid, grid_over, room_map
-from states.maps.field import Field
-from states.maps.occupancy import OccupancyMap
-from states.navigation.exact.clearance import TOLERANCE, Array
-from states.navigation.exact.visibility import ExactPlanner
+from hw.scene import Ring, Room
+from states.maps import Field, Grid, OccupancyMap, grid_over, room_map
+from states.navigation.exact import TOLERANCE, Array, ExactPlanner
 from states.navigation.grid.costmap import Costmap, StaticLayer
 from states.navigation.grid.grid_planners import GridPlanner, NavfnPlanner, ThetaStarPlanner
 from states.navigation.grid.inflation import Costs, Inflation

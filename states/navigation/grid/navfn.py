@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from hw.jit import compiled
-from states.navigation.exact.clearance import Array
+from hw import compiled
+from states.navigation.exact import Array
 from states.navigation.grid.inflation import NO_INFORMATION, Costs
 
 NEUTRAL_COST = 50.0

@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.geometry import Outline
-from hw.jit import compiled
-from states.navigation.exact.clearance import Array
+from hw import Outline, compiled
+from states.navigation.exact import Array
 
 Cells = NDArray[np.int64]
 

@@ -15,11 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.geometry import Outline, Pose2, wrap
-from hw.samples import EXACT, PoseSigma, Scan
-from hw.scene.room import Disc
-from states.maps.cells import Grid
-from states.navigation.exact.clearance import Array
+from hw import EXACT, Outline, Pose2, PoseSigma, Scan, wrap
+from hw.scene import Disc
+from states.maps import Grid
+from states.navigation.exact import Array
 from states.navigation.grid.obstacle_kernels import (
     SURE,
     Cells,

@@ -16,14 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from hw.jit import compiled
-from hw.scene.room import Ring
-from states.maps.cells import Grid, Mask
-from states.maps.distance import distances
-from states.navigation.exact.clearance import Array
+from hw import compiled
+from hw.scene import Ring
+from states.maps import Grid, Mask, distances
+from states.navigation.exact import Array
 
 if TYPE_CHECKING:
-    from states.navigation.exact.visibility import ExactPlanner
+    from states.navigation.exact import ExactPlanner
 
 Cells = NDArray[np.int64]
 CellWindow = tuple[slice, slice]

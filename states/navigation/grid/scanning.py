@@ -9,19 +9,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.geometry import Outline, Pose2, wrap
-from hw.safety.limits import OLD_S
-from hw.samples import EXACT, USER_RADIUS, PoseSigma, Scan, UserPose
-from hw.scene.room import Disc, Room
-from states.localization.estimates import PoseEstimate
-from states.maps.cells import Grid
-from states.maps.field import room_field
+from hw import EXACT, USER_RADIUS, Outline, Pose2, PoseSigma, Scan, UserPose, wrap
+from hw.safety import OLD_S
+from hw.scene import Disc, Room
+from states.localization import PoseEstimate
+from states.maps import Grid, room_field
 from states.navigation.grid import obstacles
 from states.navigation.grid.costmap import Costmap, StaticLayer
 from states.navigation.grid.inflation import FREE, Inflation
 from states.navigation.grid.obstacles import NOBODY, KnownObstacles, ObstacleLayer, ObstacleValues
 from states.navigation.grid.scanned_obstacles import Obstacles, ShownObstacles
-from states.signals.user_motion import StampedPlace
+from states.signals import StampedPlace
 
 SCAN_GAP_NS = 300_000_000
 """Longest interval between scans of a scanner, ns; costmap_2d's `expected_update_rate`."""

@@ -13,9 +13,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
-from states.navigation.exact.clearance import TOLERANCE, Array, passes_disc
-from states.navigation.exact.tangents import UserDisc, line_crosses_ray
+from hw import compiled
+from states.navigation.exact import TOLERANCE, Array, UserDisc, line_crosses_ray, passes_disc
 
 Mask = NDArray[np.bool_]
 Integers = NDArray[np.int64]

@@ -15,9 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hw.jit import compiled
-from states.navigation.exact.clearance import Array
-from states.navigation.exact.tangents import sweep_between, tangent
+from hw import compiled
+from states.navigation.exact import Array, sweep_between, tangent
 from states.navigation.local.speed_profile import SpeedLimits, travel_time
 
 ARC_PARTS = 8

@@ -10,12 +10,10 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import replace
 
-from hw.geometry import Pose2, Twist2, wrap
-from hw.interfaces import DriveMode
-from hw.scene.room import Disc, Point
-from hw.scene.zones import NO_ZONES
-from states.environment.extrapolated_state import slowed
-from states.navigation.exact.path import Path
+from hw import DriveMode, Pose2, Twist2, wrap
+from hw.scene import NO_ZONES, Disc, Point
+from states.environment import slowed
+from states.navigation.exact import Path
 from states.navigation.local.corner_rounding import time_from
 from states.navigation.local.reckoning import ReckonedPlace, ReckonedPose
 from states.navigation.local.speed_profile import SpeedLimits

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-from hw.jit import compiled
-from hw.scene.room import Disc, Point
-from states.navigation.exact.clearance import Array, distance_to_segment
+from hw import compiled
+from hw.scene import Disc, Point
+from states.navigation.exact import Array, distance_to_segment
 from states.navigation.local.speed_profile import (
     SpeedLimits,
     braking_speeds,

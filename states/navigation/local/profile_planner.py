@@ -11,12 +11,9 @@ import math
 
 import numpy as np
 
-from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.scene.room import Disc
-from states.navigation.exact import visibility
-from states.navigation.exact.clearance import Array
-from states.navigation.exact.path import Path
-from states.navigation.exact.visibility import ExactPlanner
+from hw import STILL, Pose2, Twist2, wrap
+from hw.scene import Disc
+from states.navigation.exact import Array, ExactPlanner, Path, visibility
 from states.navigation.local.corner_rounding import (
     ARC_PARTS,
     fastest_circles,

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import math
 
-from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.scene.room import Point
+from hw import STILL, Pose2, Twist2, wrap
+from hw.scene import Point
 
 MEMORY = 1.0 / 3.0
 """Time constant with which measured poses are averaged, s."""

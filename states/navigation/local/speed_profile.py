@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hw.jit import compiled
-from states.navigation.exact.clearance import Array, turn_between
+from hw import compiled
+from states.navigation.exact import Array, turn_between
 
 TOO_FAST = 4.0
 """Penalty factor for starting too fast to brake in time: times the time that slowing down takes."""

@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
-from states.navigation.exact.clearance import Array, distance_to_side, turn_between
+from hw import compiled
+from states.navigation.exact import Array, distance_to_side, turn_between
 
 Integers = NDArray[np.int64]
 

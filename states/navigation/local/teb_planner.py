@@ -13,12 +13,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hw.geometry import STILL, Pose2, Twist2, wrap
-from hw.interfaces import DriveMode
-from hw.scene.room import Disc, Point
-from states.navigation.exact.clearance import Array
-from states.navigation.exact.path import Path
-from states.navigation.exact.visibility import ExactPlanner
+from hw import STILL, DriveMode, Pose2, Twist2, wrap
+from hw.scene import Disc, Point
+from states.navigation.exact import Array, ExactPlanner, Path
 from states.navigation.local.local_planner import USER_MARGIN
 from states.navigation.local.profile_planner import ProfilePlanner
 from states.navigation.local.teb import TebValues

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from hw.jit import compiled
-from states.navigation.exact.clearance import Array, turn_between
+from hw import compiled
+from states.navigation.exact import Array, turn_between
 from states.navigation.local.teb import (
     NEAR,
     ROWS,

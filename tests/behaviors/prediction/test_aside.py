@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from behaviors.prediction.aside import SETS_OFF_S, time_aside, turns_at_it
 from behaviors.prediction.costs import lateness

@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
-from hypothesis import assume, example, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, example, given, settings, strategies as st
 
 from cobodeck.avoidable import motion_search as search
 from cobodeck.avoidable.envelope import (

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from cobodeck.__main__ import main
-from cobodeck.avoidable import escape_report as told
-from cobodeck.avoidable import judged
+from cobodeck.avoidable import escape_report as told, judged
 from cobodeck.avoidable.escape_report import JudgedRun, judged_run, text
 from cobodeck.avoidable.futures import sign_at, unwarned, walking_since
 from cobodeck.avoidable.judged import decision_before, gap_between, judge, question_at

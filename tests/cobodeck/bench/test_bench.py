@@ -5,15 +5,13 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import cobodeck.__main__
 import cobodeck.commands.bench
 from cobodeck.__main__ import main
 from cobodeck.bench import harness, peers
-from cobodeck.bench.engine import engine_bench
-from cobodeck.bench.engine import engine_works as works
+from cobodeck.bench.engine import engine_bench, engine_works as works
 from cobodeck.bench.harness import BenchCase, BenchRow, Work
 from cobodeck.commands.bench import slower
 from cobodeck.terminal.console import FAILED, OK, USAGE

@@ -18,8 +18,7 @@ from engine.machine.machine import Machine
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board
 from engine.signals.signal_kinds import Measured, declare
-from engine.state import Action, Context, Monitor, On, interface
-from engine.state import Run as Steps
+from engine.state import Action, Context, Monitor, On, Run as Steps, interface
 from hw.samples import Sample
 from tests.cobodeck.loop.test_loop import Stepped
 

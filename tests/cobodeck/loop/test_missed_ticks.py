@@ -16,8 +16,7 @@ from engine.machine.machine import Machine
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board
 from engine.signals.signal_kinds import Estimated, Measured, declare
-from engine.state import Action, Context, interface
-from engine.state import Run as Steps
+from engine.state import Action, Context, Run as Steps, interface
 from hw.samples import Sample
 
 MS = 10**6

@@ -29,8 +29,7 @@ from engine.machine.machine import Machine
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board
 from engine.signals.signal_kinds import Measured, declare
-from engine.state import Action, Context, interface
-from engine.state import Run as Steps
+from engine.state import Action, Context, Run as Steps, interface
 from hw.connection.connection import Connection, RunInfo, ServedPart
 from hw.geometry import STILL, Pose2, Twist2
 from hw.ipc.processes import Child

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from cobodeck.__main__ import main
 from cobodeck.real.release_stages import WORDS, Stage, Tried, Wanted, found_for, stages_of

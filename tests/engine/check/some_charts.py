@@ -8,8 +8,8 @@ import random
 from typing import Any
 
 from engine.chart.load import Library
-from engine.files.declared.units import Duration
 from engine.files.source import read
+from engine.files.units import Duration
 from engine.state import Action, Context, Interface, Monitor, Run, interface
 
 

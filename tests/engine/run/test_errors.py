@@ -13,8 +13,7 @@ import pytest
 
 from engine.signals.board import Board
 from engine.signals.signal_kinds import Derived, Measured, declare
-from engine.state import Action, Context
-from engine.state import Run as Steps
+from engine.state import Action, Context, Run as Steps
 
 CHART = """
 chart: c

@@ -6,8 +6,7 @@ import random
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from engine.clock import TickGrid
 from engine.machine.machine import Leaf, Machine
@@ -16,8 +15,7 @@ from engine.operator.operator import Operator
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board
 from engine.signals.signal_kinds import Derived, Estimated, Measured, declare
-from engine.state import NEVER_NS, Action, Context, On, Until
-from engine.state import Run as Steps
+from engine.state import NEVER_NS, Action, Context, On, Run as Steps, Until
 from tests.engine.conftest import Bench, Part
 from tests.engine.run.test_lifecycle import INTERFACES, bother, decorate
 from tests.engine.valid_charts import chart_texts

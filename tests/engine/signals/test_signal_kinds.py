@@ -6,8 +6,7 @@ import random
 from traceback import walk_tb
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from engine.signals.board import CATCH_UP, Board
 from engine.signals.signal_kinds import Derived, Estimated, Measured, closure, declare

@@ -6,8 +6,7 @@ import pickle
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from engine.files.finding import FileError
 from hw.connection.connection import FOLDER, Narrowed, connection_names, load_connection

@@ -3,8 +3,7 @@
 import random
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from hw.drivers import gates
 from hw.drivers.clock_offsets import Envelope, PeerClock, RoundTrips, StampedClock, Stamps, set_by

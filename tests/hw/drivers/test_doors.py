@@ -11,6 +11,7 @@ import threading
 import time
 
 import pytest
+from tests.hw.drivers.test_chain import stays_stopped
 
 from hw.drivers.chain.chain_settings import SOURCES
 from hw.drivers.feed import DatagramFeed
@@ -20,7 +21,6 @@ from hw.ipc.plain import plain
 from hw.samples import PoseSigma, TrackerPose, UserPose
 from tests.hw.drivers.chain_rig import AHEAD, Rig
 from tests.hw.drivers.rigs import OBSERVER_KEY, PATIENCE_S
-from tests.hw.drivers.test_chain import stays_stopped
 
 TAKEN = {
     "engine": {"command", "mode", "grant", "estimate"},

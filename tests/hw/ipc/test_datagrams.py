@@ -7,8 +7,7 @@ import threading
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.ipc.datagrams import Door, Intake, Outlet, Seal, coded, is_loopback, key_of

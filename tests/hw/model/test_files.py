@@ -8,12 +8,9 @@ from pathlib import Path
 import pytest
 
 from engine.files.finding import FileError
-from hw.model.robot import FOLDER as ROBOTS
-from hw.model.robot import load_robot
-from hw.people.walking.script import FOLDER as USERS
-from hw.people.walking.script import load_script
-from hw.scene.scene import FOLDER as SCENES
-from hw.scene.scene import load_scene
+from hw.model.robot import FOLDER as ROBOTS, load_robot
+from hw.people.walking.script import FOLDER as USERS, load_script
+from hw.scene.scene import FOLDER as SCENES, load_scene
 
 FILES = [
     *((path, load_scene) for path in sorted(SCENES.glob("*.yaml"))),

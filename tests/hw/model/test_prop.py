@@ -3,8 +3,7 @@
 import pytest
 
 from engine.files.finding import FileError
-from hw.model.calibration import FOLDER as CALIBRATIONS
-from hw.model.calibration import load_calibration
+from hw.model.calibration import FOLDER as CALIBRATIONS, load_calibration
 from hw.model.prop import FOLDER, load_prop, prop_names
 
 TEXT = (FOLDER / "gripped.yaml").read_text()

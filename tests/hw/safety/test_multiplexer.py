@@ -2,8 +2,7 @@ import math
 from dataclasses import dataclass
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from hw.geometry import STILL, Twist2
 from hw.safety.multiplexer import Lock, Multiplexer, Selected, VelocitySource

@@ -7,15 +7,17 @@ import math
 import re
 
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
 from hw.geometry import STILL, Pose2, Twist2
 from hw.model.robot import MotionLimits, load_robot
-from hw.safety import chain as safety
-from hw.safety import cycle_record as safety_record
-from hw.safety import guarded, separation
-from hw.safety import limits as safety_limits
+from hw.safety import (
+    chain as safety,
+    cycle_record as safety_record,
+    guarded,
+    limits as safety_limits,
+    separation,
+)
 from hw.safety.chain import KEPT, SafetyChain
 from hw.safety.limits import SafetyLimits, Stopping
 from tests.repeats import examples

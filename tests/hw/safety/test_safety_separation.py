@@ -4,8 +4,7 @@ import math
 import random
 
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 from shapely import affinity
 from shapely.geometry import Point, box
 

@@ -7,8 +7,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from hw.connection.connection import HostedScene
 from hw.geometry import STILL, Pose2, Pose3, Twist2

@@ -6,8 +6,7 @@ from dataclasses import replace
 from itertools import pairwise as pairs
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.model.robot import MotionLimits, load_robot

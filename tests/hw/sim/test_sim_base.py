@@ -3,8 +3,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from hw.geometry import Pose2, Twist2, wrap
 from hw.model.robot import MotionLimits, load_robot

@@ -1,8 +1,7 @@
 """Simulated fingers move evenly; a simulated sensor has an end of its scale."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from hw.model.prop import GripperModel, WrenchModel
 from hw.samples import WrenchReading

@@ -14,8 +14,7 @@ from cobodeck.bench.arm.arm_bench import SETS, joint_sets
 from engine.files.finding import FileError
 from hw.model.arm import LINKS, arm_names, load_arm, nearest_arm
 from hw.model.prop import Placement, load_prop
-from hw.model.robot import FOLDER as ROBOTS
-from hw.model.robot import load_robot
+from hw.model.robot import FOLDER as ROBOTS, load_robot
 from states.arm.description.robot_arm import manipulator_of
 from states.arm.kinematics.inverse_kinematics import inverse
 from states.arm.kinematics.kinematics import KinematicChain, deviation

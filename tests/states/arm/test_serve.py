@@ -15,8 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from hw.geometry import Pose2, Pose3, wrap
 from hw.model.calibration import load_calibration
-from hw.model.robot import FOLDER as ROBOTS
-from hw.model.robot import load_robot
+from hw.model.robot import FOLDER as ROBOTS, load_robot
 from hw.samples import EXACT, UserPose
 from hw.sim.sim_arm import SimArm
 from states.arm.arm_situation import ArmSituation

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from hw.geometry import Pose2, Pose3
 from states.localization.calibration.tracker_calibration import _upright

@@ -6,8 +6,7 @@ the text of Nav2's `map_io` and of ROS 1's `map_server`.
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from PIL import Image
 
 from engine.files.finding import FileError

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from hw.geometry import Pose2, Twist2, wrap
 from states.signals.prediction import PREDICTORS, chord, time_to_contact

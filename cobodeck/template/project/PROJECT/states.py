@@ -1,7 +1,6 @@
 """States that charts can name."""
 
-from engine.files.declared.units import Length
-from engine.state import Context, Monitor, On, Run
+from engine import Context, Length, Monitor, On, Run
 
 
 class PersonNear(Monitor):

@@ -6,7 +6,7 @@ Each sample is of the type that `SIGNALS` declares; another one fails the run.
 
 from collections.abc import Callable
 
-from engine.signals.signal_kinds import Measured
+from engine import Measured
 from hw.samples import Sample
 
 

@@ -2,8 +2,7 @@
 
 import math
 
-from engine.files.declared.units import Length, Speed
-from engine.state import Action, Context, Monitor, On, Run
+from engine import Action, Context, Length, Monitor, On, Run, Speed
 from hw.geometry import Twist2
 
 

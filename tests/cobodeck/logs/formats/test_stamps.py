@@ -1,7 +1,6 @@
 """Stamps of clocks that jump, wrap, repeat or are unset, against the times that they stand for."""
 
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from cobodeck.logs.formats.stamps import LONGEST_PAUSE_NS, Stamp, straightened
 

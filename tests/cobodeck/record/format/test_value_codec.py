@@ -13,8 +13,7 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 import pytest
 from foxglove.messages import LaserScan, Timestamp
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from cobodeck.record.format import messages
 from cobodeck.record.format.sample_messages import SampleReader, SampleWriter

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from engine.files.declared.item import Item, find_file, gather, load_yaml, parse_yaml
 from engine.files.finding import FileError, Place, mistake

@@ -11,9 +11,9 @@ import pytest
 
 from engine.files.declared.item import Fault, Item, parse_yaml
 from engine.files.declared.records import Name, reader_of, record
-from engine.files.declared.units import UNITS, Angle, Length, Mass, quantity, respelt, si_unit
 from engine.files.declared.values import Count, Range, above_0
 from engine.files.finding import FileError
+from engine.files.units import UNITS, Angle, Length, Mass, quantity, respelt, si_unit
 
 
 def upper(item: Item) -> str:
@@ -190,7 +190,7 @@ def test_only_the_digits_0_to_9_make_a_number(written: str):
 
 @pytest.mark.parametrize("unit", sorted(UNITS))
 def test_every_unit_is_read_in_its_dimension(unit):
-    from engine.files.declared.units import Dimension
+    from engine.files.units import Dimension
 
     dimension, numerator, denominator = UNITS[unit]
     read_it = reader_of(Annotated[float, Dimension(dimension)])

@@ -6,8 +6,7 @@ import socket
 
 import can
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from hw.drivers import gates
 from hw.drivers.can.bus import CanBus, CanFrame, local_address

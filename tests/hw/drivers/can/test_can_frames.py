@@ -3,8 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from hw.drivers.can.can_bumper import ZONES, CanBumper, crc8
 from hw.drivers.can.ds402 import Ds402Drive, Setting, state_of

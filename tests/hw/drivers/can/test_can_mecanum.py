@@ -3,8 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from hw.drivers.can.mecanum import Mecanum, Reckoning, along, filled
 from hw.geometry import Pose2, Twist2

@@ -17,8 +17,7 @@ from hw.ipc.datagrams import Intake, Outlet
 from hw.model.robot import MotionLimits, load_robot
 from hw.model.tracking import Tracking
 from hw.safety.limits import SafetyLimits
-from tests.hw.drivers.chain_rig import EVERY_MS
-from tests.hw.drivers.chain_rig import Rig as ChainRig
+from tests.hw.drivers.chain_rig import EVERY_MS, Rig as ChainRig
 from tests.hw.drivers.rigs import OBSERVER_KEY, own_address
 
 pytest.importorskip("roslibpy", reason="the extra 'ros' is not installed")

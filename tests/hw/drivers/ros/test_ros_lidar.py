@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 
 import pytest
+from tests.hw.drivers.test_kairos import Rig as BaseRig
 
 from cobodeck.real.health import fault_of
 from hw.drivers.ros.lidar_process import scan_of
@@ -21,7 +22,6 @@ from hw.ipc.datagrams import Intake, Outlet
 from hw.model.robot import load_robot
 from hw.samples import Scan
 from tests.hw.drivers.rigs import Listener, opening, own_address
-from tests.hw.drivers.test_kairos import Rig as BaseRig
 
 pytest.importorskip("roslibpy", reason="the extra 'ros' is not installed")
 

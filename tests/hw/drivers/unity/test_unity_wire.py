@@ -5,8 +5,7 @@ import random
 import struct
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from hw.drivers.unity.protocol.wire import (
     KEEPALIVE,

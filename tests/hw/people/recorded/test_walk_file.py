@@ -2,8 +2,7 @@ import math
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from engine.files.finding import FileError
 from hw.people.recorded.walk_file import Recording, read_recording

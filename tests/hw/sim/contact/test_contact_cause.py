@@ -4,8 +4,7 @@ import cmath
 import math
 
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.model.robot import load_robot

@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 from engine.files.finding import FileError
 from hw.model.calibration import load_calibration
 from hw.model.prop import Placement, load_prop
-from hw.model.robot import FOLDER as ROBOTS
-from hw.model.robot import load_robot
+from hw.model.robot import FOLDER as ROBOTS, load_robot
 from states.arm.description.robot_arm import manipulator_of
 from states.arm.description.urdf import parse_urdf, read_urdf
 from states.arm.description.urdf_arm import manipulator_from_urdf, placement

@@ -8,8 +8,7 @@ from engine.files.declared.item import parse_yaml
 from engine.files.finding import FileError
 from hw.model.arm import FOLDER, arm_from
 from hw.model.calibration import load_calibration
-from hw.model.robot import FOLDER as ROBOTS
-from hw.model.robot import load_robot
+from hw.model.robot import FOLDER as ROBOTS, load_robot
 from states.arm.description.robot_arm import manipulator_of
 
 TEXT = (FOLDER / "ur10.yaml").read_text()

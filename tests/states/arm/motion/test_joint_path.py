@@ -2,8 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Surroundings
 from states.arm.motion.joint_path import JointPath, first_contact, rounded

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from hw.geometry import STILL, Pose2, Twist2
 from states.localization.wheels.gyro import Gyro

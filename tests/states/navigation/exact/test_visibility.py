@@ -6,10 +6,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
-from shapely import LineString, Point, affinity
-from shapely import box as box_of
+from hypothesis import assume, given, settings, strategies as st
+from shapely import LineString, Point, affinity, box as box_of
 
 from hw.scene.room import Disc
 from states.navigation.exact.visibility import ExactPlanner

@@ -2,8 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from cobodeck.bench.navigation.drive_trials import OPEN_ROOM
 from hw.geometry import STILL, Pose2, Twist2, wrap

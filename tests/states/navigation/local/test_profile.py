@@ -1,8 +1,7 @@
 import math
 
 import pytest
-from hypothesis import assume, example, given, settings
-from hypothesis import strategies as st
+from hypothesis import assume, example, given, settings, strategies as st
 
 from cobodeck.bench.navigation.drive_trials import OPEN_ROOM, TRIALS, Trial, drive
 from hw.geometry import STILL, Pose2, Twist2, wrap

@@ -6,8 +6,7 @@ import math
 import random
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from states.navigation.local.reckoning import BAND, DelayEstimator, ReckonedPlace, ReckonedPose

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from states.navigation.exact.tangents import tangent
 from states.navigation.local.speed_profile import SpeedLimits, corner_speed, reachable_speed

@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from cobodeck.project.project import projects
-from cobodeck.project.shadowed import PACKAGES, explained, shadows
+from cobodeck.shadowed import PACKAGES, explained, shadows
 from cobodeck.terminal.console import OK, USAGE, Problem
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[2]
 ENTRY = '[project.entry-points."cobodeck.states"]\nown = "{}"\n'
 
 

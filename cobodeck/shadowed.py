@@ -13,7 +13,7 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 
 PACKAGES = ("engine", "states", "behaviors", "hw", "cobodeck")
-ROOT = Path(__file__).parent.parent.parent
+ROOT = Path(__file__).parent.parent
 
 
 def shadows(names: Iterable[str] = PACKAGES, path: Sequence[str] | None = None) -> dict[str, Path]:

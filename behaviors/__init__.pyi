@@ -1,0 +1,24 @@
+from behaviors import (
+    chase as chase,
+    dodge as dodge,
+    escape as escape,
+    haptic as haptic,
+)
+from behaviors.chase import (
+    best_cell as best_cell,
+    out_of_the_way as out_of_the_way,
+    tangent_yaw as tangent_yaw,
+)
+from behaviors.haptic import (
+    all_poses as all_poses,
+    best_pose as best_pose,
+    poses as poses,
+    reachable as reachable,
+    round_poses as round_poses,
+)
+from behaviors.signal_table import (
+    ESTIMATE as ESTIMATE,
+    MEASURED as MEASURED,
+    planning as planning,
+    signals as signals,
+)

@@ -1,0 +1,12 @@
+from behaviors.profile.profile import (
+    Profile as Profile,
+    load_profile as load_profile,
+    profile_names as profile_names,
+)
+from behaviors.profile.settings import (
+    ChaseSettings as ChaseSettings,
+    CloseSettings as CloseSettings,
+    EscapeSettings as EscapeSettings,
+    HapticSettings as HapticSettings,
+    Settings as Settings,
+)

@@ -1,0 +1,3 @@
+from cobodeck.bench.engine.engine_bench import (
+    times as times,
+)

@@ -1,0 +1,35 @@
+from cobodeck.loop.clocks import (
+    Clock as Clock,
+    RealTime as RealTime,
+    Virtual as Virtual,
+)
+from cobodeck.loop.loop import (
+    Kind as Kind,
+    Loop as Loop,
+    Observer as Observer,
+    Ticked as Ticked,
+)
+from cobodeck.loop.operators import (
+    ConsoleOperator as ConsoleOperator,
+)
+from cobodeck.loop.plant import (
+    Inert as Inert,
+    Nothing as Nothing,
+    Plant as Plant,
+)
+from cobodeck.loop.sample_router import (
+    Inlet as Inlet,
+)
+from cobodeck.loop.tier0 import (
+    wander as wander,
+)
+from cobodeck.loop.watchdog import (
+    ending_on_signals as ending_on_signals,
+    naming_what_blocks as naming_what_blocks,
+)
+from cobodeck.loop.wiring import (
+    ValueTap as ValueTap,
+    Wired as Wired,
+    refuse_slow_ticks as refuse_slow_ticks,
+    wire as wire,
+)

@@ -1,0 +1,21 @@
+from cobodeck.pictures import (
+    render_scene as render_scene,
+)
+from cobodeck.pictures.benched import (
+    draw_bench as draw_bench,
+)
+from cobodeck.pictures.envelope_picture import (
+    draw_envelope as draw_envelope,
+)
+from cobodeck.pictures.judged_picture import (
+    draw_judged as draw_judged,
+)
+from cobodeck.pictures.localization_picture import (
+    localized_picture as localized_picture,
+)
+from cobodeck.pictures.reach_plot import (
+    reach_picture as reach_picture,
+)
+from cobodeck.pictures.space_plot import (
+    space_picture as space_picture,
+)

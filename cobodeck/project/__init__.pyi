@@ -1,0 +1,36 @@
+from cobodeck.project.editor_schema import (
+    schema_for as schema_for,
+    schema_notes as schema_notes,
+)
+from cobodeck.project.library import (
+    chart_file as chart_file,
+    chart_names as chart_names,
+    errors_in_used as errors_in_used,
+    files_in as files_in,
+    findings_of as findings_of,
+    load_beside as load_beside,
+    open_chart as open_chart,
+    reached as reached,
+    read_source as read_source,
+    strictly as strictly,
+)
+from cobodeck.project.named_files import (
+    KINDS as KINDS,
+    kind_of as kind_of,
+    own_files_around as own_files_around,
+)
+from cobodeck.project.part_check import (
+    made as made,
+    told as told,
+    why_no_part as why_no_part,
+    wrong_parts as wrong_parts,
+)
+from cobodeck.project.project import (
+    is_there as is_there,
+    names_in as names_in,
+)
+from cobodeck.project.state_catalogue import (
+    CHARTS as CHARTS,
+    Catalogue as Catalogue,
+    catalogue as catalogue,
+)

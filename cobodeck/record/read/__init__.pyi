@@ -1,0 +1,26 @@
+from cobodeck.record.read.header_differences import (
+    HeaderDifference as HeaderDifference,
+)
+from cobodeck.record.read.reader import (
+    Group as Group,
+    Record as Record,
+    RecordedMessage as RecordedMessage,
+)
+from cobodeck.record.read.record_comparison import (
+    Comparison as Comparison,
+    Figure as Figure,
+    compare as compare,
+)
+from cobodeck.record.read.record_replay import (
+    Replay as Replay,
+    setup_of as setup_of,
+    stage_replay as stage_replay,
+    texts_of as texts_of,
+    written_setup as written_setup,
+)
+from cobodeck.record.read.replayed_person import (
+    recalled as recalled,
+)
+from cobodeck.record.read.sample_feed import (
+    ReplayMismatch as ReplayMismatch,
+)

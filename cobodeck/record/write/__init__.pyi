@@ -1,0 +1,14 @@
+from cobodeck.record.write.record_recovery import (
+    Extent as Extent,
+    extent as extent,
+    recover as recover,
+)
+from cobodeck.record.write.run_recorder import (
+    Recorder as Recorder,
+)
+from cobodeck.record.write.start import (
+    FOLDER as FOLDER,
+    default_name as default_name,
+    recorder as recorder,
+    replay_recorder as replay_recorder,
+)

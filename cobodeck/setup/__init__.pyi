@@ -1,0 +1,35 @@
+from cobodeck.setup.compiled_code import (
+    described as described,
+    keep_compiled_code as keep_compiled_code,
+)
+from cobodeck.setup.open_scene import (
+    RunPlace as RunPlace,
+    environment_at as environment_at,
+    is_map as is_map,
+    open_place as open_place,
+)
+from cobodeck.setup.options import (
+    FULL as FULL,
+    LONGEST_S as LONGEST_S,
+    Options as Options,
+)
+from cobodeck.setup.run_checks import (
+    latency_ns as latency_ns,
+    refuse_blind_robot as refuse_blind_robot,
+    refuse_small_floor as refuse_small_floor,
+    small_floor as small_floor,
+)
+from cobodeck.setup.setup import (
+    CHART as CHART,
+    PROFILE as PROFILE,
+    SCENE as SCENE,
+    TICK_HZ as TICK_HZ,
+    Setup as Setup,
+    Uses as Uses,
+    open_setup as open_setup,
+    profile_with as profile_with,
+    reachable as reachable,
+)
+from cobodeck.setup.warmup import (
+    warm_up as warm_up,
+)

@@ -1,0 +1,55 @@
+from engine.clock import (
+    TickGrid as TickGrid,
+)
+from engine.files.declared.values import Range as Range
+from engine.files.units import (
+    Acceleration as Acceleration,
+    Angle as Angle,
+    AngularSpeed as AngularSpeed,
+    Duration as Duration,
+    Force as Force,
+    Length as Length,
+    Mass as Mass,
+    Ratio as Ratio,
+    Speed as Speed,
+)
+from engine.reports import (
+    FORMATS as FORMATS,
+    report as report,
+    text as text,
+)
+from engine.signals.signal_kinds import (
+    Derived as Derived,
+    Estimated as Estimated,
+    Estimator as Estimator,
+    Measured as Measured,
+)
+from engine.state import (
+    NEVER_NS as NEVER_NS,
+    Action as Action,
+    Context as Context,
+    Interface as Interface,
+    Key as Key,
+    Monitor as Monitor,
+    On as On,
+    Outcome as Outcome,
+    Run as Run,
+    Stamped as Stamped,
+    State as State,
+    Until as Until,
+    Yielded as Yielded,
+    interface as interface,
+)
+from engine.state_class import (
+    StateError as StateError,
+)
+from engine.state_code import (
+    doubts_in_code as doubts_in_code,
+    mistakes_in_code as mistakes_in_code,
+)
+from engine.types import (
+    Type as Type,
+    builtin_types as builtin_types,
+    convert as convert,
+    from_annotation as from_annotation,
+)

@@ -1,0 +1,16 @@
+from engine.draw.dot_text import (
+    dot as dot,
+)
+from engine.draw.layout import (
+    FILE_FORMS as FILE_FORMS,
+    CannotRender as CannotRender,
+    render as render,
+)
+from engine.draw.mermaid_text import (
+    mermaid as mermaid,
+)
+from engine.draw.style import (
+    GREY as GREY,
+    INK as INK,
+    RED as RED,
+)

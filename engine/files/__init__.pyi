@@ -1,0 +1,61 @@
+from engine.files import (
+    source as source,
+)
+from engine.files.finding import (
+    CODE as CODE,
+    FileError as FileError,
+    Finding as Finding,
+    NotFound as NotFound,
+    Place as Place,
+    Severity as Severity,
+    did_you_mean as did_you_mean,
+    in_order as in_order,
+    mistake as mistake,
+)
+from engine.files.source import (
+    MAX_BYTES as MAX_BYTES,
+    Map as Map,
+    Mark as Mark,
+    Seq as Seq,
+    SourceFile as SourceFile,
+    plain as plain,
+    read as read,
+    read_file as read_file,
+)
+from engine.files.suggestions import (
+    help_with_name as help_with_name,
+    plain_word as plain_word,
+)
+from engine.files.text import (
+    instead as instead,
+    is_file as is_file,
+    noted as noted,
+    noting as noting,
+    read_bytes as read_bytes,
+    read_text as read_text,
+    unreadable as unreadable,
+)
+from engine.files.units import (
+    DIMENSIONS as DIMENSIONS,
+    UNITS as UNITS,
+    Acceleration as Acceleration,
+    Angle as Angle,
+    AngularAcceleration as AngularAcceleration,
+    AngularJerk as AngularJerk,
+    AngularSpeed as AngularSpeed,
+    Dimension as Dimension,
+    Duration as Duration,
+    Force as Force,
+    Length as Length,
+    Mass as Mass,
+    Momentum as Momentum,
+    Power as Power,
+    Ratio as Ratio,
+    Speed as Speed,
+    Torque as Torque,
+    quantity as quantity,
+)
+from engine.files.visible_text import (
+    escaped as escaped,
+    visible as visible,
+)

@@ -1,0 +1,38 @@
+from engine.files.declared.item import (
+    Fault as Fault,
+    Item as Item,
+    find_file as find_file,
+    gather as gather,
+    load_yaml as load_yaml,
+)
+from engine.files.declared.merge import (
+    merged as merged,
+    single as single,
+)
+from engine.files.declared.named import (
+    YAML as YAML,
+    OwnFiles as OwnFiles,
+    known_files as known_files,
+    no_files as no_files,
+    own_files as own_files,
+    with_own_files as with_own_files,
+)
+from engine.files.declared.records import (
+    Name as Name,
+    reader_of as reader_of,
+    record as record,
+)
+from engine.files.declared.values import (
+    NAME as NAME,
+    Count as Count,
+    Mismatch as Mismatch,
+    Range as Range,
+    above_0 as above_0,
+    boolean as boolean,
+    choice as choice,
+    is_name as is_name,
+    number as number,
+    shown as shown,
+    text as text,
+    whole as whole,
+)

@@ -1,0 +1,15 @@
+from engine.run.chart_run import (
+    ChartRun as ChartRun,
+)
+from engine.run.command import (
+    Command as Command,
+)
+from engine.run.errors import (
+    Raised as Raised,
+    raised as raised,
+    text_of as text_of,
+)
+from engine.run.trace import (
+    TraceRecord as TraceRecord,
+    encode as encode,
+)

@@ -1,0 +1,3 @@
+from engine.schema.document import (
+    schema_text as schema_text,
+)

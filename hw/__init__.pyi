@@ -1,0 +1,54 @@
+from hw.finite import (
+    is_finite as is_finite,
+)
+from hw.geometry import (
+    STILL as STILL,
+    Outline as Outline,
+    Pose2 as Pose2,
+    Pose3 as Pose3,
+    Twist2 as Twist2,
+    unit_quaternion as unit_quaternion,
+    wrap as wrap,
+)
+from hw.interfaces import (
+    PARTS as PARTS,
+    Arm as Arm,
+    DriveMode as DriveMode,
+    RobotPart as RobotPart,
+    StopLine as StopLine,
+)
+from hw.jit import (
+    compiled as compiled,
+    compiled_like_numpy as compiled_like_numpy,
+)
+from hw.log import (
+    Log as Log,
+    LogReader as LogReader,
+)
+from hw.places import (
+    AnyAngle as AnyAngle,
+    Coordinate as Coordinate,
+)
+from hw.samples import (
+    ARM_MOVES as ARM_MOVES,
+    EXACT as EXACT,
+    USER_RADIUS as USER_RADIUS,
+    ArmState as ArmState,
+    BumperHit as BumperHit,
+    ImuReading as ImuReading,
+    Joints as Joints,
+    Odometry as Odometry,
+    PoseSigma as PoseSigma,
+    Sample as Sample,
+    Scan as Scan,
+    TimedJoints as TimedJoints,
+    TrackerPose as TrackerPose,
+    UserPose as UserPose,
+)
+from hw.truth import (
+    BASE as BASE,
+    USER as USER,
+    Contact as Contact,
+    Hit as Hit,
+    Truth as Truth,
+)

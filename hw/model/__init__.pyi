@@ -1,0 +1,75 @@
+from hw.model.arm import (
+    ALIKE as ALIKE,
+    LINKS as LINKS,
+    ArmShape as ArmShape,
+    Dh as Dh,
+    LinkMass as LinkMass,
+    arm_names as arm_names,
+    load_arm as load_arm,
+    nearest_arm as nearest_arm,
+    six as six,
+)
+from hw.model.calibration import (
+    load_calibration as load_calibration,
+)
+from hw.model.description import (
+    UrdfDescription as UrdfDescription,
+)
+from hw.model.prop import (
+    ANY as ANY,
+    FLANGE as FLANGE,
+    JOINTS as JOINTS,
+    Capsule as Capsule,
+    GripperModel as GripperModel,
+    Placement as Placement,
+    Point3 as Point3,
+    Prop as Prop,
+    Six as Six,
+    WrenchModel as WrenchModel,
+    by_arm as by_arm,
+    load_prop as load_prop,
+)
+from hw.model.robot import (
+    FOLDER as FOLDER,
+    ArmModel as ArmModel,
+    BaseModel as BaseModel,
+    ChassisBox as ChassisBox,
+    Footprint as Footprint,
+    MotionLimits as MotionLimits,
+    RobotModel as RobotModel,
+    check_pace as check_pace,
+    load_robot as load_robot,
+    robot_from as robot_from,
+    robot_names as robot_names,
+)
+from hw.model.sensing import (
+    ImuModel as ImuModel,
+    LidarModel as LidarModel,
+    Mount as Mount,
+    OdometryModel as OdometryModel,
+    Sensing as Sensing,
+    TrackerModel as TrackerModel,
+)
+from hw.model.sensor_errors import (
+    ImuErrors as ImuErrors,
+    LidarErrors as LidarErrors,
+    OdometryErrors as OdometryErrors,
+    SensorErrors as SensorErrors,
+    Slip as Slip,
+    ViveErrors as ViveErrors,
+)
+from hw.model.sensor_model import (
+    IDEAL as IDEAL,
+    SensorModel as SensorModel,
+    WhiteNoise as WhiteNoise,
+    added as added,
+)
+from hw.model.tracking import (
+    Tracking as Tracking,
+)
+from hw.model.tracking_file import (
+    Residual as Residual,
+    TrackingFile as TrackingFile,
+    load_tracking as load_tracking,
+    placement_of as placement_of,
+)

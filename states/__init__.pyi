@@ -1,0 +1,7 @@
+from states.subsystems import (
+    QUARTER as QUARTER,
+    SUBSYSTEMS as SUBSYSTEMS,
+    Localization as Localization,
+    Navigation as Navigation,
+    SubsystemName as SubsystemName,
+)

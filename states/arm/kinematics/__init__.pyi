@@ -1,0 +1,57 @@
+from states.arm.kinematics import inverse_kinematics as inverse_kinematics
+from states.arm.kinematics.collision import (
+    MARGIN as MARGIN,
+    OUTSIDE as OUTSIDE,
+    CollisionChecker as CollisionChecker,
+    CollisionModel as CollisionModel,
+    Cylinder as Cylinder,
+    Limb as Limb,
+    Surroundings as Surroundings,
+    Wall as Wall,
+    extent as extent,
+    outline as outline,
+    warm_up as warm_up,
+)
+from states.arm.kinematics.dynamics import (
+    Bodies as Bodies,
+    Effort as Effort,
+    effort as effort,
+)
+from states.arm.kinematics.inverse_kinematics import (
+    BRANCHES as BRANCHES,
+    EXACT as EXACT,
+    Solutions as Solutions,
+    inverse as inverse,
+    inverse_near as inverse_near,
+    nearest_copies as nearest_copies,
+)
+from states.arm.kinematics.kernels import (
+    Array as Array,
+    Integers as Integers,
+    approaching as approaching,
+    approaching_limbs as approaching_limbs,
+    free_from as free_from,
+    meets_disc as meets_disc,
+    room_within as room_within,
+)
+from states.arm.kinematics.kinematics import (
+    KinematicChain as KinematicChain,
+    deviation as deviation,
+    fastest_point as fastest_point,
+    forward as forward,
+    inverted as inverted,
+    jacobian as jacobian,
+    matrix as matrix,
+    pose_matrix as pose_matrix,
+    tcp_speed as tcp_speed,
+)
+from states.arm.kinematics.model import (
+    LINKS as LINKS,
+    Dh as Dh,
+    Manipulator as Manipulator,
+    six as six,
+)
+from states.arm.kinematics.newton import (
+    ALONG_STEPS as ALONG_STEPS,
+    descended as descended,
+)

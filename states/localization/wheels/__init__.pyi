@@ -1,0 +1,17 @@
+from states.localization.wheels.drift import (
+    Drift as Drift,
+    TrackerComparison as TrackerComparison,
+)
+from states.localization.wheels.tracker_feed import (
+    TrackerFeed as TrackerFeed,
+)
+from states.localization.wheels.trail import (
+    Trail as Trail,
+    displacement_of as displacement_of,
+    velocity_of as velocity_of,
+)
+from states.localization.wheels.wheel_motion import (
+    MISSING_NS as MISSING_NS,
+    STOOD as STOOD,
+    WheelMotion as WheelMotion,
+)

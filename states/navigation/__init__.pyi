@@ -1,0 +1,18 @@
+from states.navigation.planner_interfaces import (
+    GlobalPlanner as GlobalPlanner,
+    Limits as Limits,
+    Tolerance as Tolerance,
+)
+from states.navigation.planners import (
+    GLOBAL_PLANNERS as GLOBAL_PLANNERS,
+    LOCAL_PLANNERS as LOCAL_PLANNERS,
+)
+from states.navigation.states import (
+    DRIVES as DRIVES,
+    PLANNERS as PLANNERS,
+    command_of as command_of,
+    is_there as is_there,
+    planner_of as planner_of,
+    user_disc as user_disc,
+    wide_disc as wide_disc,
+)

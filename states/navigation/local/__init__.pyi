@@ -1,0 +1,16 @@
+from states.navigation.local import (
+    profile_planner as profile_planner,
+    teb_planner as teb_planner,
+)
+from states.navigation.local.local_planner import (
+    LocalPlanner as LocalPlanner,
+)
+from states.navigation.local.profile_planner import (
+    ProfilePlanner as ProfilePlanner,
+)
+from states.navigation.local.speed_profile import (
+    rest_to_rest as rest_to_rest,
+)
+from states.navigation.local.teb_planner import (
+    TebPlanner as TebPlanner,
+)
