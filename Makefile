@@ -67,9 +67,9 @@ INSTALL = @echo "installing into .venv, some minutes the first time"; \
   $$pip install -qq --disable-pip-version-check
 
 .venv/installed: .venv/bin/python pyproject.toml
-	$(INSTALL) -e .
+	$(INSTALL) -e ".[record,plots]"
 	@touch $@
 
 .venv/installed-dev: .venv/bin/python pyproject.toml
-	$(INSTALL) -e ".[dev,peers,ros]"
+	$(INSTALL) -e ".[dev,peers,all]"
 	@touch $@ .venv/installed

@@ -1,6 +1,5 @@
 from behaviors import (
     chase as chase,
-    dodge as dodge,
     escape as escape,
     haptic as haptic,
 )

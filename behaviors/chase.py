@@ -9,7 +9,6 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from behaviors.situation import (
-    AGE_S,
     CHANGES,
     CHASE_SPACE,
     READS,
@@ -21,7 +20,7 @@ from behaviors.situation import (
 )
 from engine import Action, Context, Monitor, On, Run
 from engine.files import Duration, Length
-from hw import Pose2, Pose3, UserPose, wrap
+from hw import OLD_S, Pose2, Pose3, UserPose, wrap
 from hw.scene import Point
 from states.environment import BASE_REFUSAL, HAPTIC_REQUEST, planner_key
 from states.navigation import DRIVES, command_of, user_disc
@@ -163,7 +162,7 @@ class ChooseChasePose(Action):
 
     outcomes = ("chosen", "none")
     outputs = {"chosen": {"pose": Pose2, "user": UserPose}, "none": {"user": UserPose}}
-    reads = {**WAYS, CHASE_SPACE: AGE_S}
+    reads = {**WAYS, CHASE_SPACE: OLD_S}
 
     def run(self, ctx: Context) -> Run:
         while True:
@@ -223,6 +222,8 @@ class Approach(Action):
         self.near, self.ahead = near, ahead
 
     def run(self, ctx: Context) -> Run:
+        from states.navigation import driver_of
+
         base, driver = ctx.part("base"), None
         try:
             while (now := situation(ctx, "chase")) is not None:
@@ -231,7 +232,7 @@ class Approach(Action):
                 goal = self._goal(now)
                 if goal is None:
                     return "no_path"
-                driver = driver or now.environment.driver("chase", now.planners["chase"])
+                driver = driver or driver_of(now.environment, "chase", now.planners["chase"])
                 driver.planner = now.planners["chase"]
                 driver.go_to(goal)
                 disc = user_disc(now.user, now.environment.navigation.chase)

@@ -21,9 +21,9 @@ LOOK_S = 1.0
 
 
 class GiveUp(Monitor):
-    """`failed` when Chase has had nowhere to go for so long; never if the profile `stays`.
+    """`failed` when Chase has had no free place for `after`; never if the profile `stays`.
 
-    That no place is free is no danger; whoever walks into the robot's way raises one (R66, R101).
+    Having no free place is not a danger in itself; the Escape trigger still applies (R66, R101).
     """
 
     outcomes = ("failed",)
@@ -153,8 +153,10 @@ def _drive_to(
     LOOK_S `better` is asked again: of two ways of the same length the robot may have taken the
     other one.
     """
+    from states.navigation import driver_of
+
     base, navigation = ctx.part("base"), begun.environment.navigation
-    driver = begun.environment.driver("escape", begun.planners["escape"])
+    driver = driver_of(begun.environment, "escape", begun.planners["escape"])
     driver.go_to(Pose2(*place, begun.pose.yaw))
     again = NEVER_NS if better is None else ctx.after(LOOK_S)
     try:

@@ -33,13 +33,13 @@ KEEP_S, KEEP_M = 0.2, 0.05
 every drive ends in a contact, leave a larger gap by this, m."""
 
 CAUGHT_S = STOPPED_S + 0.3
-"""A user who walks at the robot is warned so long before a touch, s: until they have stopped, and
-what it takes to see their walk."""
+"""Time before a predicted touch at which an approaching user is warned, s: their stopping time, and
+the delay until their walk is detected."""
 HEADING = math.radians(20.0)
-"""Whoever walks within this of the direction to the robot walks at it, rad."""
+"""A user whose heading is within this of the bearing to the robot counts as approaching, rad."""
 TURNING_S, BEND = 0.5, 1.2
-"""Whoever will do so after so long, s, of the bend that they walk walks at it, too; no bend of a
-walker is tighter than BEND, rad/s, what is more is left of a turn on the spot."""
+"""Look-ahead along the user's arc, s. Turn rates are clamped to BEND, rad/s; anything faster is the
+tail of a turn on the spot."""
 
 RINGS = (0.6, 1.2, 2.0)
 DIRECTIONS = 16
@@ -47,16 +47,15 @@ DIRECTIONS = 16
 TOUCH, DREAD = 1.8, 10.0
 """For distances to the user below TOUCH, m, the squared deficit is added DREAD times."""
 HASTE = 4.0
-"""What closing in too fast on where the user is costs."""
+"""Weight of approaching the user faster than the robot can brake."""
 LATE, EARLY_S = 30.0, 0.4
-"""Lack of time, squared, to move out of the line that the user walks; how early the robot should
-be, s."""
+"""Weight of squared lateness in clearing the user's path; desired time margin, s."""
 PACE, SETS_OFF = 1.3, 0.2
-"""Speed of a user who has turned and sets off, m/s, and below which they do not yet walk, m/s."""
+"""Assumed speed of a user who sets off after a turn, m/s; and below which they stand, m/s."""
 STRAIGHT = ("constant_velocity",)
-"""How somebody walks who has turned on the spot."""
+"""Predictors of a user who sets off after a turn on the spot."""
 BENDS = 0.25
-"""A walking user who turns faster than this may turn still faster, rad/s."""
+"""Turn rate of a walking user above which a tighter bend is predicted, too, rad/s."""
 AROUND = np.array(
     [
         (radius * math.cos(angle), radius * math.sin(angle))
@@ -75,9 +74,9 @@ def safest_goal(
     """The Escape pose with which the user is safe soonest, without a touch on the way.
 
     If every drive ends in a touch, the one with the largest gap; None if all come too near to
-    walls. Besides, the time until a touch is predicted on the drive that delays it most, s;
-    infinite if there is one without a touch. `present` is the current goal, one of `goals`;
-    `outline` that of rover and arm, None for the rover alone.
+    walls. Also returned: the time until a touch on the drive that delays it most, s; infinite if
+    there is one without a touch. `present` is the current goal, one of `goals`; `outline` that of
+    rover and arm, None for the rover alone.
     """
     if not goals:
         return None, math.inf
@@ -112,9 +111,9 @@ def is_caught(
 ) -> bool:
     """True if a user who keeps walking at the robot touches it within CAUGHT_S on every drive.
 
-    They walk at it now, or soon will by the bend that they walk; prediction alone would hope for
-    each of their turns to be the last. The `goals` are looked at only if braking avoids no touch.
-    With `calm`, s, as hysteresis it stays true for so much longer, and for HEADING more.
+    They approach it now, or soon will along their arc; prediction alone would assume that each of
+    their turns is the last. The `goals` are evaluated only if braking does not avoid a touch. With
+    `calm`, s, as hysteresis it stays true for so much longer, and for HEADING more.
     """
     if not walks_at_it(now, HEADING if calm <= 0.0 else 2.0 * HEADING):
         return False
@@ -171,10 +170,10 @@ def place_with_room(
 
 
 def _lateness(now: Situation, rollouts: Rollouts) -> Array:
-    """What the drives lack of time to get out of the lines that the user may walk, (n,), s2.
+    """Squared lateness of the drives in clearing the paths that the user may take, (n,), s2.
 
-    Of the lines of a walker the worst counts. Who turns on the spot may set off after any more of
-    the turn, and the mean counts: it mostly ends beyond the robot, and the way out is behind it.
+    The worst path of a walker counts. A user who turns on the spot may set off at any angle of the
+    turn, and the mean counts: the turn mostly ends beyond the robot, and the way out is behind it.
     """
     likely = now.settings.user.likely
     reaction = now.settings.escape.reaction + now.environment.delay + EARLY_S
@@ -192,8 +191,8 @@ def _lateness(now: Situation, rollouts: Rollouts) -> Array:
 def _bend(now: Situation) -> tuple[str, ...]:
     """The predictor of a walking user whose bend becomes tighter; none for one who goes straight.
 
-    Somebody who is already turning is likely to turn further. With bends assumed of people who walk
-    straight, too, the robot had twice as many Escapes beside them.
+    A user who is turning is likely to turn further. Assuming bends of people who walk straight,
+    too, doubled the number of Escapes beside them.
     """
     rate = now.velocity.wz
     if abs(rate) < BENDS:
@@ -205,14 +204,3 @@ def _set_off(now: Situation, after: float) -> Situation:
     """The situation in which a user who turns has walked off to where they face `after` s later."""
     yaw = now.user.body.yaw + after * now.velocity.wz
     return replace(now, velocity=Twist2(PACE * math.cos(yaw), PACE * math.sin(yaw)))
-
-
-def warm_up() -> None:
-    """Compile everything that a tick may need, or load it from the cache."""
-    from behaviors.prediction import costs, rollout, waiting
-    from states.navigation.exact import visibility
-
-    costs.warm_up()
-    rollout.warm_up()
-    waiting.warm_up()
-    visibility.warm_up()

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from behaviors.prediction import is_met_braking, time_aside
 from behaviors.profile import EscapeSettings, Settings
 from behaviors.situation import (
-    AGE_S,
     ESCAPE_POSES,
     ESCAPE_REQUIRED,
     ESCAPE_SAFE,
@@ -20,7 +19,7 @@ from behaviors.situation import (
     situation,
 )
 from engine import Action, Context, Monitor, On, Run
-from hw import STILL, Joints, Pose2, Twist2, UserPose, wrap
+from hw import OLD_S, STILL, Joints, Pose2, Twist2, UserPose, wrap
 from states import SubsystemName
 from states.environment import ARM_JOINTS, Environment
 from states.navigation import is_there, user_disc
@@ -32,11 +31,11 @@ if TYPE_CHECKING:
     Ways = Mapping[SubsystemName, GlobalPlanner]
 
 CATCH_FROM, CATCH_S = 1.6, 1.8
-"""A user who would need longer than CATCH_S, s, to come within CATCH_FROM, m, catches no robot."""
+"""Pursuit is checked only if the user could be within CATCH_FROM, m, in CATCH_S, s."""
 CALM_S = 0.1
-"""A danger is over once the robot would have this much time more than it needs, s."""
+"""Time margin, s, with which a danger is over …"""
 BRAKED_S = 0.15
-"""… even if it brakes for so long, s, until Chase drives on."""
+"""… even after braking for this long, s, until Chase drives on."""
 LOOKAHEAD_S = 3.0
 """Predicted contacts later than this are ignored, s."""
 
@@ -65,7 +64,7 @@ def is_required(
     """True if the user moves, and the robot is in a zone or about to be walked into (R104).
 
     `planner` is Escape's, `twist` the robot's velocity in the base frame. By the profile's
-    `trigger` a zone alone is no danger; a user who walks at a robot that cannot get away is one.
+    `trigger` a zone alone is no danger; a user approaching a robot that cannot get away is one.
     """
     escape = settings.escape
     if velocity.speed < escape.moving:
@@ -197,7 +196,7 @@ class EscapeRequired(Monitor):
     """`required` when the user could walk into the robot, which then has to escape (R62, R104)."""
 
     outcomes = ("required",)
-    reads = {ESCAPE_REQUIRED: AGE_S}
+    reads = {ESCAPE_REQUIRED: OLD_S}
 
     def run(self, ctx: Context) -> Run:
         while not ctx.value(ESCAPE_REQUIRED):
@@ -213,11 +212,11 @@ class Flee(Action):
     (R114). `safe`: the danger is over, at an Escape pose, or, if the profile allows it, on the way
     (R112). An Escape that began without danger, after a failure of Chase, has to reach its pose.
     `no_pose`: no Escape pose is free. `no_way`: none can be reached. While the pose of robot or
-    user or the user's velocity is unknown the base brakes; whoever watches the tracking ends that.
+    user or the user's velocity is unknown the base brakes until the tracking guard ends the state.
     """
 
     outcomes = ("safe", "no_pose", "no_way")
-    reads = {**WAYS, ESCAPE_POSES: AGE_S, ESCAPE_SAFE: AGE_S, ARM_JOINTS: AGE_S}
+    reads = {**WAYS, ESCAPE_POSES: OLD_S, ESCAPE_SAFE: OLD_S, ARM_JOINTS: OLD_S}
     commands = ("base", "vr")
 
     def run(self, ctx: Context) -> Run:

@@ -33,10 +33,10 @@ class UserReady(Monitor):
     Walking on revokes the signal (R65, R115). Not before `least`, and not while a fault is left or
     the user is not tracked. With `until_clear`, not before the user has left both Escape zones or
     there is a way out of them, nor, if the robot could not drive off when this began, before
-    `cornered`: who comes again at once would find it there. It hands out where the user stands.
+    `cornered`: a user who returns at once would find it there. It outputs where the user stands.
 
-    If the user was lost when this began, and is tracked again within `moment`, with a velocity, as
-    the window of it spans the gap, nobody has to do anything: it ends at once, unless for a fault.
+    If the user was lost when this began and is tracked again within `moment`, with a velocity (its
+    window spans the gap), it ends at once, unless for a fault.
     """
 
     outcomes = ("restarted",)

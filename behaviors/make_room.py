@@ -16,16 +16,16 @@ THINK_S = 0.2
 TURNING = 0.4
 """A standing user who turns faster than this, rad/s, may set off."""
 WATCHED = 4.5
-"""… and then crowds a robot nearer than this, m. It takes 1.27 + 1.5 (1.6 + 0.15 + 0.3) = 4.3 m to
-get 1.27 m aside of somebody who comes at 1.5 m/s: the drive, the reaction, and until their velocity
-is known. What is missing is to be won during the turn before the walk."""
+"""… and then crowds a robot nearer than this, m. Clearing the path of a user at 1.5 m/s by 1.27 m
+takes 1.27 + 1.5 (1.6 + 0.15 + 0.3) = 4.3 m: the drive, the reaction, and the delay of the velocity
+estimate. The remaining distance is gained while the user turns."""
 SETTLED_S = 1.0
-"""Who has stood for so long, s, turns to walk off; who walks turns on the way, and crowds a robot
-nearer than TURN_ROOM."""
+"""After standing this long, s, a turn is read as the start of a walk; otherwise only within
+TURN_ROOM."""
 SLACK = 0.2
 """Hysteresis: the robot makes room until the user is farther away than `room` by this, m."""
 WATCHES: Mapping[str, float | None] = {**READS, USER_STANDS_SINCE: None}
-"""`reads` of a state that asks from how far off a turn is watched."""
+"""`reads` of a state that calls `watched_from`."""
 
 
 def watched_from(ctx: Context) -> float:
@@ -63,8 +63,8 @@ def is_crowded(
 class UserCrowds(Monitor):
     """`crowded` when the user walks and is nearer than `room`, or will be in `ahead` seconds.
 
-    While the user walks the robot stays 3 to 4 m away (R91). Who turns towards it on the spot, as
-    before walking off, crowds it, too. With a `room` of 0 m it never ends.
+    While the user walks the robot stays 3 to 4 m away (R91). A turn on the spot towards the robot,
+    as before a walk, counts as crowding. With a `room` of 0 m it never ends.
     """
 
     outcomes = ("crowded",)

@@ -40,11 +40,11 @@ def way_out(now: Situation) -> Point | None:
 
 
 def refuge(now: Situation) -> Point | None:
-    """The place to wait at that costs least of all outside both zones; None to stay.
+    """The waiting place of least cost outside both zones, m, in the map; None to stay.
 
-    m, in the map. What it costs is the drive, at SLOWLY, and the profile's `risk` of the drive and
-    of standing there. A place that is no better by WORTH_S than the present one is not worth a
-    drive, unless there is no free Escape pose here: whoever walks up then finds the robot cornered.
+    The cost is the drive, at SLOWLY, and the profile's `risk` of the drive and of standing there. A
+    place that is no better by WORTH_S than the present one is not worth a drive, unless there is no
+    free Escape pose here, where an approaching user would corner the robot.
     """
     import numpy as np
 

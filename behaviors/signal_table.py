@@ -49,7 +49,7 @@ OBSTACLES = "floor.obstacles"
 TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
 
 DANGER = ("escape.planner", "user.pose", "base.pose", "user.velocity", "base.twist")
-"""What tells whether the user is about to walk into the robot."""
+"""Inputs that decide whether the user is about to walk into the robot."""
 
 ESTIMATE = "base.localization"
 """Signal with the estimate that `base.pose` and `base.pose_sigma` come from if not measured."""

@@ -23,7 +23,7 @@ from engine.files.declared import no_files, with_own_files
 
 COMMANDS = {
     "validate": "check charts, scenes, robots and profiles",
-    "schema": "write the JSON Schema with which editors complete charts",
+    "schema": "write the JSON Schema with which editors complete a kind of file",
     "list": "list states, charts, scenes, users, profiles, robots, connections and signals",
     "render": "draw a chart, a recorded run or a room",
     "simulate": "run a chart on the simulated robot",
@@ -57,11 +57,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return OK
-    except ImportError:
-        hidden = shadows()
-        if not hidden:
+    except ImportError as error:
+        told = explained(shadows()) or _needed(error)
+        if told is None:
             raise
-        complain(explained(hidden))
+        complain(told)
         return USAGE
     except OSError as error:
         complain(f"{error.filename or 'file'}: {error.strerror or error}")
@@ -69,6 +69,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     except FileError as error:
         complain(str(error))
         return USAGE if isinstance(error, NotFound) else FAILED
+
+
+def _needed(error: ImportError) -> str | None:
+    from hw import missing  # `hw` may be hidden
+
+    needs = missing(error)
+    return needs and f"this {needs}"
 
 
 def _dispatch(given: list[str]) -> int:

@@ -6,12 +6,13 @@ import json
 import os
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any, Literal, get_args
 from urllib.parse import quote
 
-from engine.files import Finding, Place, SourceFile, visible
+from engine.files import Finding, Place, Severity, SourceFile, visible
 
 WIDTH = 100  # columns of a shown source line
 TAB = "    "
@@ -44,9 +45,8 @@ def text(findings: Sequence[Finding], sources: Sources) -> str:
 
 def summary(findings: Sequence[Finding], files: int) -> str:
     """`2 errors and 1 warning in 5 files`."""
-    errors = sum(finding.severity == "error" for finding in findings)
-    warnings = len(findings) - errors
-    counts = [_count(n, what) for n, what in ((errors, "error"), (warnings, "warning")) if n]
+    given = Counter(finding.severity for finding in findings)
+    counts = [_count(given[what], what) for what in get_args(Severity) if given[what]]
     return f"{' and '.join(counts) or 'no errors'} in {_count(files, 'file')}"
 
 
@@ -179,7 +179,8 @@ def _command(finding: Finding) -> str:
         "title": finding.code,
     }
     shown = ",".join(f"{name}={_escaped(str(value), ':,')}" for name, value in properties.items())
-    return f"::{finding.severity} {shown}::{_escaped(_full_message(finding))}"
+    level = "notice" if finding.severity == "note" else finding.severity
+    return f"::{level} {shown}::{_escaped(_full_message(finding))}"
 
 
 def _escaped(value: str, also: str = "") -> str:

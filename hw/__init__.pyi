@@ -1,3 +1,7 @@
+from hw.extras import (
+    missing as missing,
+    needs as needs,
+)
 from hw.finite import (
     is_finite as is_finite,
 )
@@ -7,7 +11,8 @@ from hw.geometry import (
     Pose2 as Pose2,
     Pose3 as Pose3,
     Twist2 as Twist2,
-    unit_quaternion as unit_quaternion,
+    displacement_of as displacement_of,
+    velocity_of as velocity_of,
     wrap as wrap,
 )
 from hw.interfaces import (
@@ -18,8 +23,10 @@ from hw.interfaces import (
     StopLine as StopLine,
 )
 from hw.jit import (
+    compile_examples as compile_examples,
     compiled as compiled,
     compiled_like_numpy as compiled_like_numpy,
+    example as example,
 )
 from hw.log import (
     Log as Log,
@@ -32,6 +39,9 @@ from hw.places import (
 from hw.samples import (
     ARM_MOVES as ARM_MOVES,
     EXACT as EXACT,
+    LATE_S as LATE_S,
+    OLD_NS as OLD_NS,
+    OLD_S as OLD_S,
     USER_RADIUS as USER_RADIUS,
     ArmState as ArmState,
     BumperHit as BumperHit,
@@ -44,6 +54,14 @@ from hw.samples import (
     TimedJoints as TimedJoints,
     TrackerPose as TrackerPose,
     UserPose as UserPose,
+)
+from hw.se3 import (
+    IDENTITY as IDENTITY,
+    RigidMotion as RigidMotion,
+    between as between,
+    inverse as inverse,
+    product as product,
+    unit_quaternion as unit_quaternion,
 )
 from hw.truth import (
     BASE as BASE,

@@ -7,8 +7,11 @@ A pose named `map_from_base` turns coordinates of the base frame into coordinate
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
+
+from hw.se3 import RigidMotion, act, inverse, product, quaternion_of, unit_quaternion
 
 _TURN = 2.0 * math.pi
 _VERTICAL = 1.0 - 1e-14
@@ -38,26 +41,6 @@ def _require_finite(what: str, names: str, *values: float) -> None:
     for name, value in zip(names.split(), values, strict=True):
         if not math.isfinite(value):
             raise ValueError(f"{what}: {name} is {value}; a finite number is needed")
-
-
-_UNIT_OFF = 0.01
-"""Accepted difference of a quaternion's length from 1: of rounding, or of few digits."""
-
-
-def unit_quaternion(
-    qx: float, qy: float, qz: float, qw: float
-) -> tuple[float, float, float, float]:
-    """A quaternion from outside data, normalised; one of length 1 within 1e-12 as it is.
-
-    Raises:
-        ValueError: it is no unit quaternion within 1 %, or a value is NaN or infinite.
-    """
-    length = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
-    if abs(length - 1.0) <= 1e-12:
-        return qx, qy, qz, qw
-    if not abs(length - 1.0) <= _UNIT_OFF:  # also NaN
-        raise ValueError(f"the quaternion has length {length:.3g}; that of a rotation has length 1")
-    return qx / length, qy / length, qz / length, qw / length
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -101,6 +84,12 @@ class Pose2:
         """A point of this frame, in the frame in which the pose is given, m."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return self.x + c * x - s * y, self.y + s * x + c * y
+
+    def upright(self) -> Pose3:
+        """The pose in space, on the floor; `Pose3.flat` leads back."""
+        return Pose3(
+            self.x, self.y, 0.0, 0.0, 0.0, math.sin(0.5 * self.yaw), math.cos(0.5 * self.yaw)
+        )
 
     def distance_to(self, other: Pose2) -> float:
         """Distance between the two origins, m; yaw does not count."""
@@ -158,6 +147,18 @@ class Pose3:
         """An upright pose; m and rad."""
         return cls(x, y, z, 0.0, 0.0, math.sin(0.5 * yaw), math.cos(0.5 * yaw))
 
+    @classmethod
+    def from_angles(cls, x: float, y: float, z: float, angles: tuple[float, float, float]) -> Pose3:
+        """A pose by roll, pitch and yaw: turns about fixed axes x, y, z in this order, rad."""
+        (qx, a), (qy, b), (qz, c) = ((math.sin(0.5 * r), math.cos(0.5 * r)) for r in angles)
+        about_z = cls(x, y, z, qz=qz, qw=c)
+        return about_z @ cls(0.0, 0.0, 0.0, qy=qy, qw=b) @ cls(0.0, 0.0, 0.0, qx=qx, qw=a)
+
+    @classmethod
+    def from_matrix(cls, rows: Sequence[Sequence[float]]) -> Pose3:
+        """The pose of the upper rows (3, 4) of a homogeneous matrix."""
+        return cls(rows[0][3], rows[1][3], rows[2][3], *quaternion_of(rows))
+
     @property
     def yaw(self) -> float:
         """Direction of the x axis projected onto the floor, rad."""
@@ -183,36 +184,21 @@ class Pose3:
         """The pose seen from above."""
         return Pose2(self.x, self.y, self.yaw)
 
+    def as_motion(self) -> RigidMotion:
+        """The pose as a plain tuple (x, y, z, qx, qy, qz, qw)."""
+        return self.x, self.y, self.z, self.qx, self.qy, self.qz, self.qw
+
     def __matmul__(self, other: Pose3) -> Pose3:
         """Composition: `map_from_base @ base_from_tool` is map_from_tool."""
-        ax, ay, az, aw = self.qx, self.qy, self.qz, self.qw
-        bx, by, bz, bw = other.qx, other.qy, other.qz, other.qw
-        x, y, z = self.transform(other.x, other.y, other.z)
-        qx = aw * bx + ax * bw + ay * bz - az * by
-        qy = aw * by - ax * bz + ay * bw + az * bx
-        qz = aw * bz + ax * by - ay * bx + az * bw
-        qw = aw * bw - ax * bx - ay * by - az * bz
-        # products of many unit quaternions drift by rounding: normalise each time
-        scale = 1.0 / math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
-        return Pose3(x, y, z, qx * scale, qy * scale, qz * scale, qw * scale)
+        return Pose3(*product(self.as_motion(), other.as_motion()))
 
     def inverse(self) -> Pose3:
         """The inverse: of map_from_base, base_from_map."""
-        turned = Pose3(0.0, 0.0, 0.0, -self.qx, -self.qy, -self.qz, self.qw)
-        x, y, z = turned.transform(-self.x, -self.y, -self.z)
-        return Pose3(x, y, z, turned.qx, turned.qy, turned.qz, turned.qw)
+        return Pose3(*inverse(self.as_motion()))
 
     def transform(self, x: float, y: float, z: float) -> tuple[float, float, float]:
         """A point of this frame, in the frame in which the pose is given, m."""
-        qx, qy, qz, qw = self.qx, self.qy, self.qz, self.qw
-        tx = 2.0 * (qy * z - qz * y)
-        ty = 2.0 * (qz * x - qx * z)
-        tz = 2.0 * (qx * y - qy * x)
-        return (
-            self.x + x + qw * tx + qy * tz - qz * ty,
-            self.y + y + qw * ty + qz * tx - qx * tz,
-            self.z + z + qw * tz + qx * ty - qy * tx,
-        )
+        return act(self.as_motion(), x, y, z)
 
     def distance_to(self, other: Pose3) -> float:
         """Distance between the two origins, m."""
@@ -220,9 +206,8 @@ class Pose3:
 
     def angle_to(self, other: Pose3) -> float:
         """Angle of the rotation between both orientations, rad, in [0, pi]."""
-        relative = self.inverse() @ other
-        sine = math.hypot(relative.qx, relative.qy, relative.qz)
-        return 2.0 * math.atan2(sine, abs(relative.qw))
+        *_, qx, qy, qz, qw = (self.inverse() @ other).as_motion()
+        return 2.0 * math.atan2(math.hypot(qx, qy, qz), abs(qw))
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -258,11 +243,43 @@ class Twist2:
         c, s = math.cos(yaw), math.sin(yaw)
         return Twist2(c * self.vx - s * self.vy, s * self.vx + c * self.vy, self.wz)
 
+    def scaled_to(self, speed: float, yaw_rate: float) -> Twist2:
+        """The velocity scaled as a whole, so that neither limit is exceeded, m/s and rad/s."""
+        scale = speed / self.speed if self.speed > speed else 1.0
+        if abs(self.wz) * scale > yaw_rate:
+            scale = yaw_rate / abs(self.wz)
+        return Twist2(scale * self.vx, scale * self.vy, scale * self.wz)
+
 
 # Slots are set directly: these two classes are created ten thousand times a second.
 _set_x, _set_y, _set_yaw = (vars(Pose2)[name].__set__ for name in ("x", "y", "yaw"))
 _set_vx, _set_vy, _set_wz = (vars(Twist2)[name].__set__ for name in ("vx", "vy", "wz"))
 STILL = Twist2(0.0, 0.0, 0.0)
+
+
+def displacement_of(velocity: Twist2, time: float) -> Pose2:
+    """Displacement by a constant velocity in the moving frame, over `time` s: an arc.
+
+    The integral of R(wz s) (vx, vy): (a -b; b a) (vx, vy) time, with a = sin(t)/t and b = (1 -
+    cos(t))/t for the turn t.
+    """
+    turn = velocity.wz * time
+    along, across = 1.0, 0.5 * turn
+    if abs(turn) >= 1e-9:
+        along, across = math.sin(turn) / turn, 2.0 * math.sin(0.5 * turn) ** 2 / turn
+    x, y = velocity.vx * time, velocity.vy * time
+    return Pose2(along * x - across * y, across * x + along * y, wrap(turn))
+
+
+def velocity_of(moved: Pose2, time: float) -> Twist2:
+    """The constant velocity in the moving frame that gives this displacement in `time` s.
+
+    Inverts `displacement_of`: (h cot h, h; -h, h cot h) / time with h half the turn.
+    """
+    half = 0.5 * moved.yaw
+    along = 1.0 - half * half / 3.0 if abs(half) < 1e-4 else half / math.tan(half)
+    x, y = along * moved.x + half * moved.y, along * moved.y - half * moved.x
+    return Twist2(x / time, y / time, moved.yaw / time)
 
 
 class Outline(NamedTuple):

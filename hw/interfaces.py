@@ -35,7 +35,7 @@ class Base(RobotPart, Protocol):
     """Wheels. Gives `base.twist`, and `base.pose` if the part measures it.
 
     Only the `GuardedBase` around it (`hw.safety.guarded`), which is the part `base` of a run,
-    commands it.
+    commands it; see there for wheels with ramps of their own, which have an attribute `chain`.
     """
 
     @property

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from engine.files import Angle, Length
-from engine.files.declared import Item, Range, record
+from engine.files.declared import Item, Range, Written, record
 from hw.geometry import Pose2
 
 FAR = 1e4
@@ -21,10 +21,15 @@ PlanePoint = tuple[Coordinate, Coordinate]
 
 
 @dataclass(frozen=True, slots=True)
-class _Pose:
+class PoseKeys:
+    """A pose in the plane."""
+
     x: Coordinate
+    """In the map or frame, along x."""
     y: Coordinate
+    """Along y."""
     yaw: AnyAngle = 0.0
+    """Counterclockwise from x."""
 
 
 def pose(item: Item) -> Pose2:
@@ -33,8 +38,8 @@ def pose(item: Item) -> Pose2:
     Raises:
         FileError: every mistake in it.
     """
-    read = record(item, _Pose)
+    read = record(item, PoseKeys)
     return Pose2.checked(read.x, read.y, read.yaw)
 
 
-Pose = Annotated[Pose2, pose]
+Pose = Annotated[Pose2, pose, Written(PoseKeys)]

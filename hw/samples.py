@@ -33,6 +33,14 @@ from typing import Literal, NamedTuple
 
 from hw.geometry import Pose2, Pose3, Twist2
 
+LATE_S, OLD_S = 0.05, 0.15
+"""Ages of poses and velocities, s: fully used up to the first, not used beyond the second.
+
+In between the robot gets slower: of data some 100 ms old the paper says that they do harm (R149).
+"""
+OLD_NS = 150_000_000
+"""`OLD_S` in ns."""
+
 Joints = tuple[float, ...]
 TimedJoints = tuple[float, Joints]
 """Joint angles, rad, at a time, s from the start of the trajectory."""

@@ -22,50 +22,56 @@ SUBSYSTEMS: tuple[SubsystemName, ...] = get_args(SubsystemName)
 class CostmapValues:
     """Costmap parameters of a subsystem, with costmap_2d's names.
 
-    Cells within the subsystem's `inflation` are blocked; beyond it costs fall off with
-    `cost_scaling_factor`, 1/m, up to `inflation_radius`, m, and keep `navfn` away from walls.
-    `width` and `height` are those of the local window around the robot, m (R37).
+    Cells within the subsystem's `inflation` are blocked; costs beyond keep `navfn` off the walls.
     """
 
     resolution: Annotated[Length, Range(0.01, 0.25)]
+    """Size of the cells."""
     inflation_radius: Annotated[Length, Range(0.0, 5.0)]
+    """Costs reach this far from obstacles."""
     cost_scaling_factor: Annotated[float, Range(0.0, 100.0)]
+    """How fast they fall off beyond the subsystem's `inflation`, 1/m."""
     width: Annotated[Length, Range(1.0, 100.0)]
+    """Of the local window around the robot (R37)."""
     height: Annotated[Length, Range(1.0, 100.0)]
+    """Of the local window around the robot (R37)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Subsystem:
-    """One of the three navigation subsystems, with values of its own (R35, R120, R129).
-
-    `planner` finds paths, `exact` among the room's polygons, the others on a costmap;
-    `local_planner` follows them. The robot's centre keeps `inflation` from walls and, while
-    driving, `user_radius` from the user's centre, m; a goal counts as reached within `tolerance`,
-    m, and `yaw_tolerance`, rad.
-    """
+    """One of the three navigation subsystems, with values of its own (R35, R120, R129)."""
 
     planner: Literal["exact", "theta_star", "navfn"]
+    """Finds paths: `exact` among the room's polygons, the others on a costmap."""
     local_planner: Literal["profile", "teb"]
+    """Follows them."""
     max_speed: Annotated[Speed, above_0(5.0)]
+    """Of the base."""
     inflation: Annotated[Length, above_0(5.0)]
+    """The robot's centre keeps this from walls."""
     user_radius: Annotated[Length, above_0(5.0)]
+    """While driving it keeps this from the user's centre."""
     tolerance: Annotated[Length, above_0(1.0)]
+    """A goal this near is reached."""
     yaw_tolerance: Annotated[Angle, above_0(math.pi)]
+    """A yaw this near is reached."""
     costmap: CostmapValues
+    """The maps of the planners that need some."""
 
 
 @dataclass(frozen=True, slots=True)
 class Navigation:
-    """The subsystems by name; Escape goes before Haptic before Chase (R71).
-
-    `quarter`: radius of the quarter of a circle that a floor must have room for, m (R124); on a
-    smaller floor the behaviours are refused.
-    """
+    """The subsystems by name; Escape goes before Haptic before Chase (R71)."""
 
     chase: Subsystem
+    """For Chase."""
     haptic: Subsystem
+    """For Haptic."""
     escape: Subsystem
+    """For Escape."""
     quarter: Annotated[Length, above_0(10.0)] = QUARTER
+    """Radius of the quarter of a circle that a floor must have room for (R124); on a smaller one
+    the behaviours are refused."""
 
     def capped(self, speed: float) -> Navigation:
         """A copy with no subsystem faster than this, m/s."""

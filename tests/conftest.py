@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, Phase, settings
 
+from tests.fake_context import FakeContext
 from tests.repeats import examples
 
 pytest_plugins = ["cobodeck.pytest_plugin"]
@@ -130,3 +131,8 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     gc.enable()
     gc.collect()
     gc.freeze()
+
+
+@pytest.fixture
+def context() -> type[FakeContext]:
+    return FakeContext

@@ -1,4 +1,4 @@
-"""Lines that somebody may walk: whether one meets the robot, and whether it gets out of it."""
+"""Walking lines: whether one meets the robot, and whether the robot clears it in time."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from hw.scene import Point
 STEP_S = 0.1
 """Step at which the distance of a braking robot is looked at, s."""
 SETS_OFF_S = (0.0, 0.15, 0.3, 0.45)
-"""After how much more of their turn somebody who turns on the spot may set off, s."""
+"""Times of further turning after which a user who turns on the spot may set off, s."""
 
 
 def turns_at_it(off: float, distance: float, rate: float, contact: float) -> bool:
-    """True if somebody who turns on the spot may set off within `contact`, m, past the robot.
+    """True if a user turning on the spot may set off on a line within `contact`, m, of the robot.
 
     It is at `distance`, m, and `off`, rad, to the left of where they face; they turn at `rate`,
     rad/s. A line at the angle a from the robot's direction passes it at `distance` sin a.
@@ -48,10 +48,10 @@ def is_met_braking(
     reaction: float,
     acceleration: float,
 ) -> bool:
-    """True if somebody comes within `contact`, m, of a robot that brakes after `reaction`, s.
+    """True if a walker comes within `contact`, m, of a robot that brakes after `reaction`, s.
 
     `apart` is the robot's centre as they see it, m, in the map frame like their `velocity` and the
-    robot's `motion`. Looked at until the robot stands: after T = v / acceleration of braking, into
+    robot's `motion`. Evaluated until the robot stands: after T = v / acceleration of braking, into
     which it has driven v (b - b^2 / 2 T) after b seconds.
     """
     stopping = max(motion.speed / acceleration, 1e-9)

@@ -1,4 +1,4 @@
-"""What simulated drives beside a walking user cost: too near, too far, too late, too fast."""
+"""Costs of simulated drives beside a walking user: too near, too far, too late, too fast."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 
 from behaviors.prediction.aside import time_aside
 from behaviors.prediction.rollout import STEP_S, Array
-from hw import compiled
+from hw import compiled, example
 from hw.scene import Point
 from states.navigation.exact import distance_to_nearest
 
 FAR = 4.0
-"""A squared excess of the wanted distance to the user counts so many times a deficit."""
+"""Weight of being too far from the user, relative to being too near."""
 OPEN, CORNERED = 2.5, 6.0
 """A clearance from walls below OPEN, m, costs CORNERED times the squared deficit."""
 EFFORT = 0.5
@@ -93,10 +93,10 @@ def lateness(
 
 @compiled
 def haste(trajectories: Array, user: Point, keep: float, acceleration: float) -> Array:
-    """How much too fast the robot closes in on where the user is now, (n,), m2/s2.
+    """Excess of the robot's closing speed to where the user is now, (n,), m2/s2.
 
-    Who walks away may stop and turn. From the speed v a stop takes v^2 / 2a, which has to be left
-    of the distance beyond `keep`, m; the squared excess of the speed is summed over the steps.
+    A user who walks away may stop and turn. A stop from the speed v takes v^2 / 2a, which must fit
+    in the distance beyond `keep`, m; the squared excess of the speed is summed over the steps.
     """
     found = np.zeros(len(trajectories))
     for i in range(len(trajectories)):
@@ -122,8 +122,8 @@ def efforts(places: Array, x: float, y: float, walls: Array) -> Array:
     return found
 
 
-def warm_up() -> None:
-    """Compile the kernels, or load them from the cache."""
+@example
+def _example() -> None:
     trajectories, predictions = np.zeros((1, 2, 2)), np.zeros((1, 2, 3))
     crowding(trajectories, predictions, 3.0, 4.0, 1.0, 1.0)
     lateness(trajectories, predictions, 1.0, 0.1, 1.0)

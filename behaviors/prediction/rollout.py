@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.situation import Situation
-from hw import USER_RADIUS, Outline, compiled, compiled_like_numpy
+from hw import USER_RADIUS, Outline, compiled, compiled_like_numpy, example
 from hw.scene import Point
 from states.navigation import GlobalPlanner
 from states.navigation.exact import distance_to_nearest, lines_cross
@@ -311,8 +311,8 @@ def _rest_places(trajectory: Array, acceleration: float) -> Array:
     return places
 
 
-def warm_up() -> None:
-    """Compile the kernels, or load them from the cache."""
+@example
+def _example() -> None:
     predictions = _predictions(np.ones((2, 6)), np.zeros(6), np.ones(2), np.ones((1, 4)))
     trajectories = _roll_out((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)))
     _evaluate(trajectories, predictions, 0.0, (1.0, 1.0, 1.0), Outline(0.5, 0.5, 0.4, 0.4), 0.1)

@@ -15,28 +15,27 @@ from numpy.typing import NDArray
 
 from behaviors.prediction.rollout import Array
 from behaviors.situation import Situation
-from hw import compiled
+from hw import compiled, example
 from hw.scene import Point
 
 DIRECTIONS = 36
-"""Number of directions of walk that are looked at."""
+"""Number of walking directions that are evaluated."""
 PACE, TURN_RATE = 1.5, 3.0
-"""Speed of walking, m/s, and of turning beforehand, rad/s, of the person who is reckoned with."""
+"""Assumed walking speed, m/s, and turn rate before setting off, rad/s."""
 NOTICED_S = 0.4
-"""Time until a person's setting off is noticed and the robot starts, s."""
+"""Delay until the start of a walk is detected and the robot moves, s."""
 SPARE_S = 0.3
 """Time by which the robot should be early, s."""
 ESCAPE_S = 0.5
-"""What a direction costs besides, s, in which the robot would be too late, not just hardly early:
-who walks there raises an Escape."""
+"""Extra cost, s, of a direction in which the robot would be late and an Escape would follow."""
 LONGEST = 8.0
-"""Longest line of walk that is looked at, m."""
+"""Length of the evaluated walking lines, m."""
 TRAPPED_S = 3.0
 """Time to move aside, s, where there is no room on either side."""
 SETS_OFF = 0.1
-"""How often somebody who stands sets off, 1/s, while the robot drives to a place."""
+"""Rate at which a standing user sets off while the robot drives to a place, 1/s."""
 ON_THE_WAY = np.array((0.15, 0.4, 0.65, 0.9))
-"""Shares of a drive after which its risk is looked at."""
+"""Shares of a drive at which its risk is evaluated."""
 
 
 def risks(now: Situation, places: Sequence[Point] | Array) -> Array:
@@ -163,8 +162,8 @@ def _risks(
     return found / np.sum(lengths * lengths)
 
 
-def warm_up() -> None:
-    """Compile the kernels, or load them from the cache."""
+@example
+def _example() -> None:
     angles, place = np.zeros(1), np.ones((1, 2))
     lengths = _lengths(0.0, 0.0, angles, np.ones((1, 4)))
     ways = _ways(place, (0.0, 0.0, 0.0), angles, lengths, 1.0)

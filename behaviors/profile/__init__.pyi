@@ -1,5 +1,6 @@
 from behaviors.profile.profile import (
     Profile as Profile,
+    ProfileFile as ProfileFile,
     load_profile as load_profile,
     profile_names as profile_names,
 )

@@ -16,11 +16,11 @@ itself or together with its `base` (`profile_layers.py`).
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import Annotated, Any
 
 from behaviors.profile.profile_layers import FOLDER, layered
 from behaviors.profile.settings import (
@@ -35,23 +35,23 @@ from behaviors.profile.settings import (
 )
 from engine import builtin_types, convert
 from engine.chart import Chart
-from engine.files import CODE, FileError, Finding, Place, did_you_mean
+from engine.files import CODE, FileError, Finding, Place
 from engine.files.declared import (
     Fault,
     Item,
     Mismatch,
     Name,
+    Written,
     find_file,
     gather,
     known_files,
     load_yaml,
     record,
 )
-from hw import USER_RADIUS
 from hw.connection import Narrowed
 from hw.model import RobotModel
 from hw.scene import Room
-from states import Localization, Navigation, SubsystemName
+from states import Localization, Navigation
 from states.environment import Environment
 
 
@@ -141,89 +141,12 @@ class Profile:
             if wanted is not None:
                 convert(value, wanted)
         except Mismatch as mismatch:
-            raise self._error(f"charts.{chart.name}.{name}", str(mismatch)) from None
+            key = f"charts.{chart.name}.{name}"
+            raise FileError([self.finding(key, str(mismatch))]) from None
 
-    def require(self, library: Mapping[str, Chart]) -> None:
-        """Check that every chart and parameter that this profile names exists.
-
-        Raises:
-            FileError: those that do not, and values of another type than their parameter.
-        """
-        self._require_all(library, lambda _: True)
-        self.apply(library)
-
-    def require_sets(self, library: Mapping[str, Chart]) -> None:
-        """Check that every chart and parameter that `sets` name exists.
-
-        Raises:
-            FileError: those that do not.
-        """
-        given = {text.partition("=")[0].strip() for text in self.sets}
-        self._require_all(library, given.__contains__)
-
-    def _require_all(self, library: Mapping[str, Chart], wanted: Callable[[str], bool]) -> None:
-        named = [(chart, name) for chart, values in self.charts.items() for name in values]
-        gather(
-            partial(self._require, library, chart, name)
-            for chart, name in named
-            if wanted(f"charts.{chart}.{name}")
-        )
-
-    def _require(self, library: Mapping[str, Chart], chart: str, name: str) -> None:
-        key = f"charts.{chart}.{name}"
-        if chart not in library:
-            raise self._error(key, "no such chart", did_you_mean(chart, library))
-        known = library[chart].parameters
-        if name not in known:
-            raise self._error(key, "no such parameter", did_you_mean(name, known))
-
-    def require_robot(self, robot: RobotModel, *, beside_person: bool = True) -> None:
-        """Check that the values suit a robot that drives, beside a person or alone.
-
-        A robot that turns on the spot sweeps a disc whose radius is half its diagonal: every
-        subsystem has to keep that from walls, and that plus the person's own radius from the user.
-        The arm has to admit the parked joints.
-
-        Raises:
-            FileError: the values that do not suit, each with what the robot needs.
-        """
-        swept = robot.footprint.half_diagonal
-        least = {"inflation": swept}
-        if beside_person:
-            least["user_radius"] = swept + USER_RADIUS
-        errors = [
-            self._error(
-                f"navigation.{name}.{key}",
-                f"{value:g} m is too little for {robot.name}, which needs {needed:.4g} m to turn",
-            )
-            for name in get_args(SubsystemName)
-            for key, needed in least.items()
-            if (value := getattr(self.navigation.named(name), key)) < needed
-        ]
-        sensors = {**robot.sensing.lidars, **robot.sensing.trackers}
-        errors += [
-            self._error(
-                f"plant.sensing.mount_error.{name}",
-                f"{robot.name} has no such scanner or tracker",
-                did_you_mean(name, sensors),
-            )
-            for name in self.plant.sensing.mount_error
-            if name not in sensors
-        ]
-        parked = None if robot.arm is None else self.robot.parked(robot.arm.shape.name)
-        if parked is not None and robot.arm is not None:
-            try:
-                robot.arm.check(parked)
-            except ValueError as refused:
-                key = "robot.arm_parked"
-                own = f"{key}.{robot.arm.shape.name}"
-                key = own if own in self.places else key
-                errors.append(self._error(key, f"{robot.name}: {refused}"))
-        if errors:
-            raise FileError(finding for error in errors for finding in error.findings)
-
-    def _error(self, key: str, message: str, hint: str = "") -> FileError:
-        return FileError([Finding(CODE, f"{key}: {message}", self.places[key], hint)])
+    def finding(self, key: str, message: str, hint: str = "") -> Finding:
+        """A mistake in the value of a key, by its dotted name."""
+        return Finding(CODE, f"{key}: {message}", self.places[key], hint)
 
 
 def profile_names() -> tuple[str, ...]:
@@ -242,20 +165,35 @@ def load_profile(name_or_path: str | Path, sets: Sequence[str] = ()) -> Profile:
 
 
 @dataclass(frozen=True, slots=True)
-class _Profile:
+class ProfileFile:
+    """A value for every parameter."""
+
     profile: Name
+    """Its name."""
     robot: RobotSettings
+    """Limits of the robot; the lower of these and the robot's own applies."""
     safety: SafetySettings
+    """The safety chain in front of the wheels."""
     plant: PlantSettings
+    """Imperfections of simulated robots."""
     navigation: Navigation
+    """The three navigation subsystems."""
     user: UserSettings
+    """Estimation and prediction of the user's motion."""
     escape: EscapeSettings
+    """The behaviour Escape."""
     chase: ChaseSettings
+    """The behaviour Chase."""
     haptic: HapticSettings
+    """The behaviour Haptic."""
     localization: Localization = "combined"
+    """Scan matching with particles, filter and trackers combined; or AMCL alone."""
     charts: Mapping[str, Mapping[str, Item]] = field(default_factory=dict)
+    """Parameters of charts, in place of their defaults."""
     about: str = ""
-    base: Item | None = None
+    """What it is good for."""
+    base: Annotated[Item, Written(str)] | None = None
+    """The profile that it is merged with, by name or by file."""
 
     def faults(self) -> Iterator[Fault]:
         if not self.about and self.base is None:
@@ -264,7 +202,7 @@ class _Profile:
 
 def _profile(item: Item, sets: tuple[str, ...]) -> Profile:
     layers = layered(item, sets)
-    read = record(layers.item, _Profile)
+    read = record(layers.item, ProfileFile)
     return Profile(
         name=read.profile,
         about=read.about or layers.about,

@@ -8,7 +8,7 @@ mistakes (36 rad for 36 deg, a negative inflation), not unwise values. The wirin
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
@@ -23,8 +23,8 @@ from engine.files import (
     Speed,
     did_you_mean,
 )
-from engine.files.declared import Count, Fault, Item, Range, above_0, reader_of
-from hw.model import ANY, MotionLimits, RobotModel, SensorErrors, SensorModel, Six, by_arm
+from engine.files.declared import Count, Fault, Item, Range, Written, above_0, reader_of
+from hw.model import ANY, ByArm, MotionLimits, RobotModel, SensorErrors, SensorModel, Six
 from hw.safety import SafetyLimits
 from states.signals import PREDICTORS
 
@@ -41,7 +41,7 @@ def _predictor(item: Item) -> str:
     return name
 
 
-PredictorName = Annotated[str, _predictor]
+PredictorName = Annotated[str, _predictor, Written({"enum": list(PREDICTORS)})]
 
 
 ApproachLength = Annotated[Length, Range(0.02, 0.3)]
@@ -51,24 +51,28 @@ APPROACH = (0.12, 0.08, 0.05)
 
 @dataclass(frozen=True, slots=True)
 class RobotSettings:
-    """Limits of the robot; the lower of these and the robot's own applies.
-
-    `arm_jerk`: of each joint, rad/s3; None: no limit. `tool_speed`: of the prop and of every other
-    point of the arm, m/s; None: no limit. `arm_parked`: joint angles of the folded arm, rad, by the
-    arm's name, or for any arm; for others, and with None: those of the robot's prop.
-    `arm_approach`: lengths of the line on which the prop comes to a DEEP, tried in this order;
-    None: it comes straight from anywhere.
-    """
+    """Limits of the robot; the lower of these and the robot's own applies."""
 
     base_acceleration: Annotated[Acceleration, above_0(10.0)]
+    """Of the base, as the norm of the vector."""
     base_yaw_acceleration: Annotated[AngularAcceleration, above_0(20.0)]
+    """Of the base."""
     base_speed: Annotated[Speed, above_0(5.0)]
+    """Of the base, as the norm of the vector."""
     base_yaw_rate: Annotated[AngularSpeed, above_0(10.0)]
+    """Of the base."""
     arm_acceleration: Annotated[AngularAcceleration, above_0(50.0)]
+    """Of each joint."""
     arm_jerk: Annotated[AngularJerk, above_0(10_000.0)] | None
+    """Of each joint; null: no limit."""
     tool_speed: Annotated[Speed, above_0(10.0)] | None
-    arm_parked: Annotated[Mapping[str, Six], by_arm] | None
+    """Of the prop and of every other point of the arm; null: no limit."""
+    arm_parked: ByArm | None
+    """Joint angles of the folded arm, by the arm's name, or for any arm; for others, and with null:
+    those of the robot's prop."""
     arm_approach: Annotated[tuple[ApproachLength, ...], Count(1, 9)] | None = APPROACH
+    """Lengths of the line on which the prop comes to a DEEP, tried in this order; null: it comes
+    straight from anywhere."""
 
     def parked(self, arm: str) -> Six | None:
         """Joint angles in which this arm is folded; None: those of the robot's prop."""
@@ -92,14 +96,13 @@ class RobotSettings:
 
 @dataclass(frozen=True, slots=True)
 class SafetySettings:
-    """The safety chain in front of the wheels.
-
-    `governor` enables the separation step; the rest of the chain is always on. `overlap`: within
-    this distance of a touch's pose, m, the rover may drive with the arm unfolded (R46); 0: never.
-    """
+    """The safety chain in front of the wheels."""
 
     governor: bool
+    """Whether the separation step is on; the rest of the chain always is."""
     overlap: Annotated[Length, Range(0.0, 0.5)]
+    """Within this distance of a touch's pose the rover may drive with the arm unfolded (R46); 0:
+    never."""
 
     def limits(self, robot: RobotModel, motion: MotionLimits) -> SafetyLimits:
         """The limits of the safety chain for this robot, with these settings."""
@@ -109,20 +112,19 @@ class SafetySettings:
 
 @dataclass(frozen=True, slots=True)
 class PlantSettings:
-    """Imperfections of the simulated robot and its surroundings; real parts ignore them.
-
-    `latency`: time from a tick until the robot receives its commands, s. `tracking_delay`: age of
-    the person's pose on arrival, s. `tracking_noise`, `pose_noise`: standard deviation of each
-    coordinate of the person's and the base's pose, m; half that number is the standard deviation of
-    the yaws, rad. `sensing`: errors of the sensors that replace the base's pose in the full
-    simulation.
-    """
+    """Imperfections of the simulated robot and its surroundings; real parts ignore them."""
 
     latency: Annotated[Duration, Range(0.0, 1.0)]
+    """From a tick until the robot receives its commands."""
     tracking_delay: Annotated[Duration, Range(0.0, 1.0)]
+    """Age of the person's pose on arrival."""
     tracking_noise: Annotated[Length, Range(0.0, 0.2)]
+    """Standard deviation of each coordinate of the person's pose; half that number, in rad, that of
+    the yaw."""
     pose_noise: Annotated[Length, Range(0.0, 0.2)]
+    """The same of the base's pose."""
     sensing: SensorErrors = field(default_factory=SensorErrors)
+    """Errors of the sensors that replace the base's pose in the full simulation."""
 
     def sensors(self, seed: int) -> SensorModel:
         """The delay and noise as `hw` takes them; `seed` is that of the noise."""
@@ -131,46 +133,54 @@ class PlantSettings:
 
 @dataclass(frozen=True, slots=True)
 class UserSettings:
-    """Estimation and prediction of the user's motion.
-
-    `window`: time over which the velocity is estimated, s. A user slower than `still_speed`, m/s,
-    and `still_turn`, rad/s, counts as still (R89). `likely` and `possible` name predictors
-    (`states.signals.prediction`): Escape uses the likely ones, making room the possible ones too.
-    """
+    """Estimation and prediction of the user's motion; see `states.signals.prediction`."""
 
     window: Annotated[Duration, above_0(5.0)]
+    """Time over which the velocity is estimated."""
     still_speed: Annotated[Speed, above_0(2.0)]
+    """A user slower than this, and turning slower than `still_turn`, is still (R89)."""
     still_turn: Annotated[AngularSpeed, above_0(10.0)]
+    """See `still_speed`."""
     likely: Annotated[tuple[PredictorName, ...], Count(1)]
+    """Predictors that Escape uses."""
     possible: tuple[PredictorName, ...]
+    """Predictors that making room uses too."""
 
 
 @dataclass(frozen=True, slots=True)
 class EscapeSettings:
-    """The trigger (R104), the Escape poses (R105-R108) and when the user is safe (R112).
-
-    `trigger`: a user who moves within a zone, or only a predicted contact.
-    `moving`: a user slower than this, m/s, triggers nothing; 0 is the literal rule of the paper.
-    `reaction`, s, is added to the time that the robot needs to move aside. `warning`: the user is
-    warned of an unavoidable touch once it is less than this ahead, s. Poses: each of `distances`
-    with each of `angles`, off the direction away from the user.
-    """
+    """The trigger (R104), the Escape poses (R105-R108) and when the user is safe (R112)."""
 
     view: Literal["head", "body"]
+    """Whose direction tells what is ahead of the user."""
     trigger: Literal["zones", "contact"]
+    """A user who moves within a zone, or only a predicted contact."""
     ahead: Annotated[Length, above_0(10.0)]
+    """Radius of the zone that the user sees."""
     half_view: Annotated[Angle, Range(0.0, math.pi)]
+    """How far the user sees to either side."""
     around: Annotated[Length, above_0(10.0)]
+    """Radius of the zone all round the user."""
     moving: Annotated[Speed, Range(0.0, 5.0)]
+    """A slower user triggers nothing; 0 is the literal rule of the paper."""
     hysteresis: Annotated[Length, Range(0.0, 5.0)]
+    """How much farther the user has to be for the zones to be left."""
     predict: bool
+    """Whether predicted contacts trigger too."""
     contact: Annotated[Length, above_0(5.0)]
+    """A predicted distance below this is a contact."""
     reaction: Annotated[Duration, Range(0.0, 10.0)]
+    """Added to the time that the robot needs to move aside."""
     warning: Annotated[Duration, Range(0.0, 10.0)]
+    """The user is warned of an unavoidable touch once it is less than this ahead."""
     distances: Annotated[tuple[Annotated[Length, above_0(10.0)], ...], Count(1)]
+    """Of the poses from the user; each with each of `angles`."""
     angles: Annotated[tuple[Behind, ...], Count(1)]
+    """Of the poses, off the direction away from the user."""
     order: Literal["given", "earliest"]
+    """Poses as given, or the earliest reached first."""
     safe_on_the_way: bool
+    """Whether an Escape ends as soon as the user is safe."""
 
     def faults(self) -> Iterator[Fault]:
         """Invalid combinations of values, each with its key."""
@@ -180,33 +190,41 @@ class EscapeSettings:
 
 @dataclass(frozen=True, slots=True)
 class ChaseSettings:
-    """The Chase space (R93-R101) with its margins against the Escape zones (R103).
-
-    `front` and `rear` are the full angles of the sectors cut out. Cells in an Escape zone that is
-    widened by the length `margin`, and by `margin_angle` to either side, are dropped. `weight`
-    names the weighting (`angle_radius`: highest at `best_angle` and `best_radius`), `pick` the
-    choice: the largest weight (those within `tie` by the shortest path), or at random from `seed`.
-    `risk`: a second that waiting there is expected to cost (`behaviors.prediction.waiting`) counts
-    as so many seconds of response; 0: places are weighed by the response alone.
-    `stays`: without a free place the robot stays where it is; else Chase fails.
-    """
+    """The Chase space (R93-R101) with its margins against the Escape zones (R103)."""
 
     view: Literal["head", "body"]
+    """Whose direction tells what is ahead of the user."""
     inner: Annotated[Length, above_0(10.0)]
+    """Inner radius of the space."""
     outer: Annotated[Length, above_0(10.0)]
+    """Outer radius of the space."""
     cell: Annotated[Length, Range(0.01, 1.0)]
+    """Size of its cells."""
     front: Annotated[Angle, Range(0.0, 2.0 * math.pi)]
+    """Full angle of the sector cut out ahead of the user."""
     rear: Annotated[Angle, Range(0.0, 2.0 * math.pi)]
+    """Full angle of the sector cut out behind the user."""
     margin: Annotated[Length, Range(0.0, 5.0)] | None
+    """Escape zones are widened by this; null: not looked at."""
     margin_angle: Annotated[Angle, Range(0.0, math.pi)] | None
+    """Escape zones are widened by this to either side; null: not looked at."""
     weight: Literal["angle_radius", "time_to_haptic"]
+    """The weighting of cells."""
     best_angle: Annotated[Angle, Range(0.0, math.pi)]
+    """Where `angle_radius` is highest."""
     best_radius: Annotated[Length, above_0(10.0)]
+    """Where `angle_radius` is highest."""
     pick: Literal["largest", "sample"]
+    """The largest weight, or at random by weight."""
     tie: Annotated[float, Range(0.0, 1.0)]
+    """Weights this near to the largest are equal: the shortest path decides."""
     seed: Annotated[int, Range(0, 2**63)]
+    """Of the random choice."""
     risk: Annotated[float, Range(0.0, 1000.0)]
+    """A second that waiting there is expected to cost (`behaviors.prediction.waiting`) counts as so
+    many of response; 0: places are weighed by the response alone."""
     stays: bool
+    """Without a free place the robot stays where it is; else Chase fails."""
 
     def faults(self) -> Iterator[Fault]:
         """Invalid combinations of values, each with its key."""
@@ -220,15 +238,16 @@ class ChaseSettings:
 
 @dataclass(frozen=True, slots=True)
 class CloseSettings:
-    """The poses of Haptic's second choice: circles of these radii, m, all round the DEEP.
-
-    Radii lie `step`, m, apart, and the places on a circle `turn`, rad.
-    """
+    """The poses of Haptic's second choice: circles all round the DEEP."""
 
     inner: Annotated[Length, above_0(3.0)]
+    """Radius of the innermost circle."""
     outer: Annotated[Length, above_0(3.0)]
+    """Radius of the outermost circle."""
     step: Annotated[Length, Range(0.01, 1.0)]
+    """From circle to circle."""
     turn: Annotated[Angle, Range(0.01, math.pi)]
+    """From place to place on a circle."""
 
     def faults(self) -> Iterator[Fault]:
         """Invalid combinations of values, each with its key."""
@@ -238,20 +257,21 @@ class CloseSettings:
 
 @dataclass(frozen=True, slots=True)
 class HapticSettings:
-    """The Haptic rover poses (R75-R77): a half circle in front of the DEEP.
-
-    `order`: as given, or by the time until the prop is at the DEEP. `close`: the poses to choose
-    among if none of these will do, with no more distance from walls and user than Escape keeps;
-    None: there is no second choice. `deep_ahead` and `deep_height`: where Chase expects the next
-    DEEP, m ahead of the user and above the floor (R132).
-    """
+    """The Haptic rover poses (R75-R77): a half circle in front of the DEEP."""
 
     radius: Annotated[Length, above_0(3.0)]
+    """Of the half circle."""
     angles: Annotated[tuple[Annotated[Angle, Range(-math.pi, math.pi)], ...], Count(1)]
+    """Of the poses on it."""
     order: Literal["given", "time"]
+    """As given, or by the time until the prop is at the DEEP."""
     close: CloseSettings | None
+    """The poses to choose among if none of these will do, with no more distance from walls and user
+    than Escape keeps; null: no second choice."""
     deep_ahead: Annotated[Length, Range(0.0, 3.0)]
+    """Where Chase expects the next DEEP, ahead of the user (R132)."""
     deep_height: Annotated[Length, above_0(3.0)]
+    """The same, above the floor."""
 
 
 @dataclass(frozen=True, slots=True)

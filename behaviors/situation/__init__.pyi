@@ -20,7 +20,6 @@ from behaviors.situation.keys import (
     settings_of as settings_of,
 )
 from behaviors.situation.present_situation import (
-    AGE_S as AGE_S,
     CHANGES as CHANGES,
     READS as READS,
     TURN_ROOM as TURN_ROOM,

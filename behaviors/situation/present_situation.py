@@ -10,7 +10,6 @@ from behaviors.profile import Settings
 from behaviors.situation.keys import SETTINGS, settings_of
 from engine import Context
 from hw import Pose2, Twist2, UserPose
-from hw.safety import OLD_S
 from hw.scene import Disc, Point
 from states import SubsystemName
 from states.environment import ENVIRONMENT, Environment, environment_of, extrapolated_state
@@ -18,9 +17,6 @@ from states.navigation import PLANNERS, planner_of
 
 if TYPE_CHECKING:
     from states.navigation import GlobalPlanner
-
-AGE_S = OLD_S
-"""Maximum age of poses and velocities, s; see `states.environment.extrapolated_state`."""
 
 SPARE = 0.02
 """Extra clearance from the user when a path is chosen, m, so that driving it stays possible."""

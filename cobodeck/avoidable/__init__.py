@@ -1,4 +1,4 @@
-"""Could a contact or a failed Escape have been avoided: a search apart from the behaviours."""
+"""Which touches of robot and person could have been avoided: an exhaustive search of motions."""
 
 from engine.faces import face
 

@@ -1,4 +1,4 @@
-"""The README's table, made from the committed JSON of a benchmark run."""
+"""The table of `cobodeck/FIGURES.md`, made from the committed JSON of a benchmark run."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+PAGE = Path("cobodeck/FIGURES.md")
 RESULT = Path(__file__).with_name("engine.json")
 BEGIN, END = "<!-- bench engine -->\n", "<!-- bench engine end -->"
 ROWS = {
@@ -47,13 +48,12 @@ def _shown(ratio: float | None) -> str:
     return f"{float(f'{ratio:.2g}'):.0f}" if ratio >= 10 else f"{ratio:.2f}"
 
 
-def with_table(readme: str) -> str:
-    """The README's text with its table replaced by that of the committed run."""
-    before, rest = readme.split(BEGIN)
+def with_table(page: str) -> str:
+    """The page's text with its table replaced by that of the committed run."""
+    before, rest = page.split(BEGIN)
     after = rest[rest.index(END) :]
     return before + BEGIN + table(json.loads(RESULT.read_text())) + after
 
 
 if __name__ == "__main__":
-    page = Path("README.md")
-    page.write_text(with_table(page.read_text()))
+    PAGE.write_text(with_table(PAGE.read_text()))

@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
+from cobodeck.project import kind_of
 from cobodeck.terminal import FAILED, OK, Problem, show
 
 TEMPLATES = Path(__file__).parent.parent / "template"
@@ -41,8 +42,9 @@ def run(args: argparse.Namespace) -> int:
         _copy(template, folder, name)
         from cobodeck.commands.schema import schema_of
 
-        schema = schema_of(folder, own=args.own)
-        (folder / name / "chart.schema.json").write_text(schema, encoding="utf-8")
+        for kind in {kind_of(file) for file in (folder / name).glob("*.yaml")}:
+            schema = schema_of(str(kind), folder, own=args.own)
+            (folder / name / f"{kind}.schema.json").write_text(schema, encoding="utf-8")
     what = "a robot, its fake, a chart and their tests"
     if not args.robot:
         what = "a chart, a state, a room, a profile and tests"

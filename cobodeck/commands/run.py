@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Container, Iterable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cobodeck.commands import simulate
+from cobodeck.fitness import BAD, FIT, CheckResult, ask
 from cobodeck.real import WORDS
 from cobodeck.setup import PROFILE, TICK_HZ
 from cobodeck.terminal import (
@@ -29,6 +31,7 @@ from cobodeck.terminal import (
 
 if TYPE_CHECKING:
     from cobodeck.setup import Options, Setup
+    from hw.connection import Connection
 
 BLOCKED_S = 0.1
 """Ticks longer than this, s, are reported with the node that blocks them: 3 periods at 30 Hz."""
@@ -120,30 +123,44 @@ def _look_first(args: argparse.Namespace, options: Options, setup: Setup) -> Non
     Raises:
         Problem: the robot may not move.
     """
+    from cobodeck.real import in_this_run
+
     connection = setup.connection
     assert connection is not None
-    for remark in connection.told:
-        complain(f"{connection.name}: {remark}")
-    if options.connection is not None and options.plays_dummy:
-        complain(f"the person of {options.user} is played: nobody may be in the room")
-    from cobodeck.real import NEVER, hindered, observers, preflight
-
-    slow = None if options.mock else hindered()
-    if slow is not None:
-        complain(slow)
-    for told in observers(connection):
-        complain(told)
-    if not connection.real:
+    _say(ask("run", connection=connection))
+    if options.mock:
         return
-    from cobodeck.fitness import BAD
-    from cobodeck.real import refuse_untried
+    packages, here = setup.catalogue.packages, in_this_run(connection)
+    _say(ask("devices", connection=here, packages=packages, options=options))
+    if connection.real:
+        from cobodeck.real import prior_runs
 
-    for told in refuse_untried(setup, options.plays_dummy, args.passed, args.although):
-        complain(told)
-    found = preflight(connection, setup.catalogue.packages)
-    bad = [f"  {what}: {about}" for what, state, about in found if state == BAD]
+        prior = prior_runs(setup, options.plays_dummy, args.passed, args.although)
+        _say(ask("real", connection=connection, prior=prior, although=args.although))
+        _require_ready(connection, packages)
+        _say(ask("moves", connection=connection))
+
+
+def _say(answers: Iterable[CheckResult]) -> None:
+    """Say what is not simply well.
+
+    Raises:
+        Problem: an answer is bad.
+    """
+    for answer in answers:
+        answer.require()
+        if answer.state != FIT:
+            complain(answer.message)
+
+
+def _require_ready(connection: Connection, packages: Container[str]) -> None:
+    """Check that everything is there that the connection needs.
+
+    Raises:
+        Problem: it names all that is not.
+    """
+    found = ask("doctor", connection=connection, packages=packages)
+    bad = [f"  {answer.what}: {answer.told}" for answer in found if answer.state == BAD]
     if bad:
         listed = "\n".join(bad)
         raise Problem(f"{connection.name} is not ready (`cobodeck doctor`):\n{listed}", REFUSED)
-    if connection.proven is None:
-        complain(f"{connection.name}: {NEVER}")

@@ -1,22 +1,32 @@
-"""Write the JSON Schema with which editors complete and check charts."""
+"""Write the JSON Schema with which editors complete and check files of a kind."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from cobodeck.project import catalogue, schema_for
+from cobodeck.project import KINDS, catalogue
 from cobodeck.terminal import OK, show
+from cobodeck.validation import schema_for
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    kinds = ", ".join(KINDS)
+    parser.add_argument(
+        "kind",
+        nargs="?",
+        choices=KINDS,
+        default="chart",
+        metavar="KIND",
+        help=f"{kinds}; default: chart",
+    )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="default: print it")
 
 
 def run(args: argparse.Namespace) -> int:
     """Print or write the schema."""
-    text = schema_of(None, own=args.own)
+    text = schema_of(args.kind, None, own=args.own)
     if args.output is None:
         show(text.rstrip("\n"))
         return OK
@@ -26,6 +36,9 @@ def run(args: argparse.Namespace) -> int:
     return OK
 
 
-def schema_of(start: Path | None, *, own: bool) -> str:
-    """The schema for charts of the project around `start`, if `own`, and of the shipped ones."""
-    return schema_for(catalogue(start, own=own))
+def schema_of(kind: str, start: Path | None, *, own: bool) -> str:
+    """The schema of a kind of file.
+
+    That of charts has the states and charts of the project around `start`, if `own`, too.
+    """
+    return schema_for(kind, catalogue(start, own=own))

@@ -28,6 +28,7 @@ from cobodeck.terminal import (
     word,
 )
 from engine.run import Raised
+from hw import missing
 
 if TYPE_CHECKING:
     from cobodeck.loop import Clock, Loop
@@ -183,8 +184,7 @@ def _write_trace(
 
     `told`: a failure to keep the run was reported already; do not report it again.
     """
-    from cobodeck.record.format import open_free
-    from cobodeck.record.write import FOLDER, default_name
+    from cobodeck.record.format import FOLDER, default_name, open_free
     from cobodeck.run import trace_file
     from cobodeck.terminal import is_record
 
@@ -213,12 +213,19 @@ def _recorder(
     """The recorder of the run; None if only its trace is kept.
 
     Raises:
-        Problem: a requested file exists.
+        Problem: a requested file exists; ModuleNotFoundError: it cannot be written here.
     """
     from cobodeck.record.format import Taken, require_free
-    from cobodeck.record.write import recorder
 
     if _keeps_record(args, clock):
+        try:
+            from cobodeck.record.write import recorder
+        except ModuleNotFoundError as error:
+            needed = missing(error)
+            if args.record is not None or needed is None:
+                raise
+            complain(f"no record: it {needed}")
+            return None
         return recorder(setup, options, args.record, began, complain)
     try:
         if args.record is not None:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from cobodeck.fitness import FloorReport, floor_report
+from cobodeck.checks import FloorReport, floor_report
 from cobodeck.setup import PROFILE, profile_with
 from cobodeck.terminal import FAILED, OK, length, profile, show, show_json, table
 

@@ -10,7 +10,6 @@ import argparse
 from collections.abc import Iterable
 from pathlib import Path
 
-from cobodeck.fitness import FileChecker
 from cobodeck.project import (
     CHARTS,
     Catalogue,
@@ -20,11 +19,11 @@ from cobodeck.project import (
     findings_of,
     load_beside,
     read_source,
-    schema_notes,
     strictly,
     wrong_parts,
 )
 from cobodeck.terminal import FAILED, OK, complain, show
+from cobodeck.validation import FileChecker, schema_notes
 from engine import FORMATS, report
 from engine.chart import Chart, Library
 from engine.check import explore
@@ -70,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
     if in_code or any(finding.severity == "error" for finding in findings):
         return FAILED
     if args.format == "text":
-        for note in schema_notes((library.sources[str(file)] for file in charts), known):
+        for note in schema_notes(((kind, sources[str(file)]) for file, kind in files), known):
             show(f"note: {note}")
         for name in _not_used(library, {str(file) for file in charts}):
             show(f"{name}: {_walked(library[name], library, known)}")

@@ -58,8 +58,8 @@ def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
 
     def prop(base: Pose2, joints: Joints) -> Pose3:
         matrix = forward(chain, joints)
-        map_from_rover = Pose3.from_yaw(base.x, base.y, 0.0, base.yaw)
-        return map_from_rover @ pose_of(matrix.tolist())
+        map_from_rover = base.upright()
+        return map_from_rover @ Pose3.from_matrix(matrix.tolist())
 
     return prop
 
@@ -73,25 +73,3 @@ def arm_outline(robot: RobotModel) -> ArmOutline:
     model = CollisionModel.of(arm)
     parts = tuple("arm_base" if link == BASE else link for link in model.links)
     return ArmOutline(partial(outline, model), parts, arm.tool.name, robot.footprint)
-
-
-def pose_of(m: list[list[float]]) -> Pose3:
-    """The pose of a homogeneous 4 x 4 matrix, its rotation as a unit quaternion (Shepperd)."""
-    trace = m[0][0] + m[1][1] + m[2][2]
-    # 4 qw^2 - 1 = trace, 4 qx^2 - 1 = 2 m00 - trace, …: the largest of trace, m00, m11, m22 tells
-    # the largest component; q is the quaternion times 4 of it, so its length is at least 2
-    squares = [trace, m[0][0], m[1][1], m[2][2]]
-    largest = squares.index(max(squares))
-    if largest == 0:
-        q = (m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1], 1.0 + trace)
-    else:
-        i = largest - 1
-        j, k = (i + 1) % 3, (i + 2) % 3
-        axis = [0.0, 0.0, 0.0]
-        axis[i] = 1.0 + m[i][i] - m[j][j] - m[k][k]
-        axis[j] = m[j][i] + m[i][j]
-        axis[k] = m[k][i] + m[i][k]
-        q = (axis[0], axis[1], axis[2], m[k][j] - m[j][k])
-    length = sum(part * part for part in q) ** 0.5
-    x, y, z, w = (part / length for part in q)
-    return Pose3(m[0][3], m[1][3], m[2][3], x, y, z, w)

@@ -11,12 +11,15 @@ from behaviors import ESTIMATE
 from cobodeck.evaluate.metrics import PoseSource
 from engine.signals import Board, EstimatedSlot, compute
 from hw import Pose2, Truth, wrap
+from hw.motion import PoseHistory
 from states.localization import LocalizationEstimator, PoseEstimate
 
 Errors: TypeAlias = "array[float]"
 """As plain doubles: a day at 30 Hz has 2.6 million of each."""
-KEPT = 32
-"""Number of ticks for which the truth is kept, because estimates refer to the past."""
+KEPT_NS = 1_000_000_000
+"""Time for which the truth is kept, ns, because estimates refer to the past."""
+WAITING = 32
+"""Number of estimates that wait for the truth."""
 STILL_M = 1e-4
 """A base that moves less than this in a tick counts as standing, m."""
 
@@ -32,9 +35,10 @@ class LocalizationWatch:
         slot = board.slots[ESTIMATE]
         assert isinstance(slot, EstimatedSlot)
         self._plant, self._slot = plant, slot
-        self._truths: deque[tuple[int, Pose2]] = deque(maxlen=KEPT)
+        self._truths = PoseHistory(Pose2.between, KEPT_NS)
+        self._before: tuple[int, Pose2] | None = None
         self._stamp: int | None = None
-        self._waiting: deque[tuple[int, PoseEstimate]] = deque(maxlen=KEPT)
+        self._waiting: deque[tuple[int, PoseEstimate]] = deque(maxlen=WAITING)
         self._now = 0
         self._errors = array("d"), array("d")
         self._reaching = array("d"), array("d")
@@ -50,7 +54,9 @@ class LocalizationWatch:
         if truth is None or truth.base is None:
             return
         known_ns = getattr(self._plant, "truth_ns", None)  # a world in another process lags behind
-        self._truths.append((now_ns if known_ns is None else known_ns, truth.base))
+        true_ns = now_ns if known_ns is None else known_ns
+        self._before = self._truths.newest
+        self._truths.put(true_ns, truth.base)
         compute(self._slot)
         sample = self._slot.newest
         self._listen(elapsed)
@@ -60,9 +66,9 @@ class LocalizationWatch:
         if sample.stamp != self._stamp:
             self._stamp = sample.stamp
             self._waiting.append((sample.stamp, sample.value))
-        while self._waiting and self._waiting[0][0] <= self._truths[-1][0]:
+        while self._waiting and self._waiting[0][0] <= true_ns:
             stamp, estimate = self._waiting.popleft()
-            true = self._true(stamp)
+            true = self._truths.at(stamp)
             if true is not None:
                 self._compare(estimate, true, truth)
 
@@ -98,7 +104,7 @@ class LocalizationWatch:
         sigma = estimate.sigma
         self._note(self._errors, off, turned)
         self._within += off <= 3.0 * sigma.position and turned <= 3.0 * sigma.yaw
-        if truth.arm_moving and self._stands():
+        if truth.arm_moving and self._stands(truth):
             self._note(self._reaching, off, turned)
 
     @staticmethod
@@ -106,20 +112,9 @@ class LocalizationWatch:
         errors[0].append(off)
         errors[1].append(turned)
 
-    def _stands(self) -> bool:
-        (_, before), (_, now) = self._truths[-2], self._truths[-1]
-        return before.distance_to(now) < STILL_M
-
-    def _true(self, stamp: int) -> Pose2 | None:
-        """The true pose at a stamp, ns, interpolated between ticks; None if it is not kept."""
-        later: tuple[int, Pose2] | None = None
-        for then, pose in reversed(self._truths):
-            if then <= stamp:
-                if later is None or then == stamp:
-                    return pose if then == stamp else None
-                return pose.between(later[1], (stamp - then) / (later[0] - then))
-            later = then, pose
-        return None
+    def _stands(self, truth: Truth) -> bool:
+        before, now = self._before, truth.base
+        return before is not None and now is not None and before[1].distance_to(now) < STILL_M
 
 
 def _rms(values: Errors) -> float | None:

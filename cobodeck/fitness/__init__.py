@@ -1,4 +1,4 @@
-"""Is this machine, room, robot, chart fit to run: the checks and who asks them."""
+"""Is all fit to run: what a check is, and the one list of checks."""
 
 from engine.faces import face
 

@@ -18,7 +18,7 @@ from cobodeck.logs.mapped import (
     Ground as Ground,
     built_ground as built_ground,
     given_ground as given_ground,
-    reference_at as reference_at,
+    reference_of as reference_of,
     room_ground as room_ground,
 )
 from cobodeck.logs.reckoned import (

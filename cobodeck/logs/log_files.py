@@ -10,13 +10,12 @@ from cobodeck.logs.formats import (
     head,
     is_bag,
     is_carmen,
-    is_rawlog,
     is_record,
     read_bag,
     read_carmen,
-    read_rawlog,
     read_record,
 )
+from cobodeck.logs.mrpt import is_rawlog, read_rawlog
 from engine.files import mistake
 
 KINDS: tuple[tuple[Callable[[Path], bool], Callable[[Path], SensorLog]], ...] = (

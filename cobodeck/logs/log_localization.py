@@ -16,12 +16,11 @@ from typing import Any, Literal
 import numpy as np
 
 from cobodeck.logs.formats import ODOMETRY, SCAN, SensorLog
-from cobodeck.logs.mapped import Ground, reference_at
+from cobodeck.logs.mapped import Ground, reference_of
 from cobodeck.logs.seen import SeenScan, scans_of
-from hw import Odometry, Pose2, PoseSigma, Sample, wrap
+from hw import Odometry, Pose2, PoseSigma, Sample, displacement_of, velocity_of, wrap
 from hw.model import Tracking
 from states.localization import Localizer
-from states.localization.wheels import displacement_of, velocity_of
 
 _STEADY_NS = 100_000_000
 """Longest interval between odometry samples, ns; longer ones are interpolated."""
@@ -188,7 +187,8 @@ def _judged(
     steps: Sequence[LocalizedScan], log: SensorLog, ground: Ground
 ) -> tuple[list[LocalizedScan], Alignment]:
     """The steps with corrected poses; those of another map are first aligned as a whole."""
-    true = [reference_at(log, step.stamp_ns) for step in steps]
+    reference = reference_of(log)
+    true = [reference(step.stamp_ns) for step in steps]
     pairs = [(s.pose, t) for s, t in zip(steps, true, strict=True) if s.pose and t]
     if ground.own or not pairs:
         return [replace(s, true=t) for s, t in zip(steps, true, strict=True)], "same"

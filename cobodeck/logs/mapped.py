@@ -6,18 +6,20 @@ area seen by the first, every other scan makes the map instead.
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from cobodeck.logs.formats import ODOMETRY, SCAN, SensorLog, is_rawlog, read_rawlog
+from cobodeck.logs.formats import ODOMETRY, SCAN, SensorLog
+from cobodeck.logs.mrpt import is_rawlog, read_rawlog
 from cobodeck.logs.seen import SeenScan, scans_of
 from engine.files import FileError, mistake, read_file
 from hw import Pose2
+from hw.motion import PoseHistory
 from states.localization.slam import PlacedScan, Placing, Progress, place, points_in
 from states.maps import (
     RESOLUTION,
@@ -142,7 +144,8 @@ def placed_by_reference(log: SensorLog) -> list[Placed]:
     """
     if not log.reference:
         raise mistake(log.path, "has no poses to make a map by", hint="a simplemap has")
-    found = ((n, seen, reference_at(log, seen.stamp_ns)) for n, seen in enumerate(scans_of(log)))
+    reference = reference_of(log)
+    found = ((n, seen, reference(seen.stamp_ns)) for n, seen in enumerate(scans_of(log)))
     return [Placed(number, seen, pose) for number, seen, pose in found if pose is not None]
 
 
@@ -186,18 +189,9 @@ def _remarks(found: Placing) -> tuple[str, ...]:
     )
 
 
-def reference_at(log: SensorLog, stamp_ns: int) -> Pose2 | None:
+def reference_of(log: SensorLog) -> Callable[[int], Pose2 | None]:
     """The corrected pose at a stamp, ns, interpolated; None in gaps longer than `_LONGEST_NS`."""
-    reference = log.reference
-    after = bisect_left(reference, stamp_ns, key=lambda ref: ref.stamp_ns)
-    if after < len(reference) and reference[after].stamp_ns == stamp_ns:
-        return reference[after].pose
-    if not 0 < after < len(reference):
-        return None
-    (first_ns, first), (last_ns, last) = reference[after - 1], reference[after]
-    if last_ns - first_ns > _LONGEST_NS:
-        return None
-    return first.between(last, (stamp_ns - first_ns) / (last_ns - first_ns))
+    return partial(PoseHistory(Pose2.between, poses=log.reference).at, longest_ns=_LONGEST_NS)
 
 
 _LONGEST_NS = 500_000_000

@@ -19,7 +19,6 @@ from states.localization.filter import (
     MeasurementSource,
     ProcessNoise,
     SpatialFilter,
-    angles_of,
     without_gravity,
 )
 
@@ -63,7 +62,7 @@ def _turn(found: SpatialFilter, stamp_ns: int, reading: ImuReading) -> None:
     found.correct(Measurement(stamp_ns, _TURNS, reading.rates, _TURNS_OFF))
     if reading.attitude is None:
         return
-    angles = angles_of(*reading.attitude)
+    angles = Pose3(0.0, 0.0, 0.0, *reading.attitude).roll_pitch_yaw
     free = without_gravity(reading.accelerations, *angles[:2])
     found.correct(Measurement(stamp_ns, _ATTITUDE, (*angles, *free), _ATTITUDE_OFF))
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from typing import Any, NamedTuple
 
 from cobodeck.logs.formats import SensorLog
-from hw import STILL, Odometry, Pose2, Scan, Twist2
+from hw import STILL, Odometry, Pose2, Scan, Twist2, velocity_of
+from hw.motion import PoseHistory, along_arc
 from states.localization.matching import cloud_of, span_ns
-from states.localization.wheels import displacement_of, velocity_of
 
 ALL_BEAMS = 100_000
 
@@ -29,22 +28,13 @@ class WheelPath:
     """The odometry of a whole log; between two samples the base moves on an arc."""
 
     def __init__(self, log: SensorLog) -> None:
-        wheels = [one for one in log.samples if isinstance(one.value, Odometry)]
-        self._stamps = [one.stamp_ns for one in wheels]
-        self._poses = [one.value.pose for one in wheels if isinstance(one.value, Odometry)]
+        wheels = ((one.stamp_ns, one.value) for one in log.samples)
+        known = ((stamp, told.pose) for stamp, told in wheels if isinstance(told, Odometry))
+        self._poses = PoseHistory(along_arc, poses=known)
 
     def at(self, stamp_ns: int) -> Pose2 | None:
         """odom_from_base at a stamp, ns; constant before the first sample and after the last."""
-        if not self._stamps:
-            return None
-        after = bisect_left(self._stamps, stamp_ns)
-        if after == 0 or after == len(self._stamps):
-            return self._poses[min(after, len(self._poses) - 1)]
-        before, since = self._poses[after - 1], stamp_ns - self._stamps[after - 1]
-        share = since / (self._stamps[after] - self._stamps[after - 1])
-        return before @ displacement_of(
-            velocity_of(before.inverse() @ self._poses[after], 1.0), share
-        )
+        return None if self._poses.newest is None else self._poses.held(stamp_ns)
 
     def velocity(self, first_ns: int, last_ns: int) -> Twist2:
         """Mean velocity between two stamps, ns, in the base frame."""

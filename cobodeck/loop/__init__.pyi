@@ -30,6 +30,5 @@ from cobodeck.loop.watchdog import (
 from cobodeck.loop.wiring import (
     ValueTap as ValueTap,
     Wired as Wired,
-    refuse_slow_ticks as refuse_slow_ticks,
     wire as wire,
 )

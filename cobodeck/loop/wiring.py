@@ -6,19 +6,18 @@ are passed on to the run.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from behaviors import ESTIMATE
+from cobodeck.fitness import require
 from cobodeck.loop.old_lines import OldLines
 from cobodeck.loop.plant import Inert
 from cobodeck.loop.sample_router import Inlet
-from cobodeck.setup import Setup, Uses, reachable
-from cobodeck.terminal import FAILED, Problem
-from engine.machine import Leaf
+from cobodeck.setup import Setup, reachable
 from engine.run import ChartRun
-from engine.signals import Board, Signal, compute, roots
+from engine.signals import Board, compute
 from hw import RobotPart, Sample
 from hw.safety import GuardedBase
 
@@ -58,7 +57,7 @@ class Wired:
     def pass_on(self, stamp_ns: int) -> None:
         """Pass the tick's results on: base command from `stamp_ns` on, and what the VR shows."""
         if self.base is not None:
-            if self.base.reckons and ESTIMATE in self.board.slots:
+            if self.base.chain.reckons and ESTIMATE in self.board.slots:
                 self._locate(self.base, stamp_ns)
             self.base.tick(stamp_ns)
         if self.show is not None:
@@ -70,10 +69,10 @@ class Wired:
         compute(slot)  # what it raises is raised again in the states that read it
         found = slot.newest
         if found is None:
-            base.locate(0, None, None)
+            base.chain.locate(0, None, None)
             return
         pose, sigma = found.value
-        base.locate(found.stamp, pose, sigma)
+        base.chain.locate(found.stamp, pose, sigma)
         self.inlet.tell(Sample("base.pose", found.stamp, pose), now_ns)
         self.inlet.tell(Sample("base.pose_sigma", found.stamp, sigma), now_ns)
 
@@ -117,10 +116,9 @@ def wire(
     machine = setup.machine(parameters)
     leaves = reachable(machine)
     constants = setup.constants
-    hint = "; give a room with --scene" if setup.scene is None else ""
     scanning = any("base.scan" in part.signals for part in parts.values())
     declared = setup.signals if scanning else setup.signals_without_scans
-    refuse_what_is_missing(leaves, declared, parts, constants, hint)
+    require("wire", setup=setup, leaves=leaves, declared=declared, parts=parts)
     wanted = {name for leaf in leaves for name in leaf.interface.reads}
     if setup.localizing is not None:
         wanted.add(ESTIMATE)  # the safety chain uses it
@@ -160,55 +158,6 @@ def guarded(parts: Mapping[str, Any]) -> GuardedBase | None:
             f"part base is a {type(base).__name__}; wrap it in hw.safety.guarded.GuardedBase"
         )
     return base
-
-
-def refuse_what_is_missing(
-    leaves: Iterable[Leaf],
-    signals: Mapping[str, Signal],
-    parts: Mapping[str, Any],
-    constants: Iterable[str],
-    hint: str = "",
-) -> None:
-    """Check that all parts and signals exist that the reachable states command and read.
-
-    Raises:
-        Problem: the text names every missing part and signal, and a state that needs it.
-    """
-    given = {name for part in parts.values() for name in part.signals} | set(constants)
-    lacking: dict[str, None] = {}
-    for leaf in leaves:
-        who = leaf.interface.name
-        for name in leaf.interface.commands:
-            if name not in parts:
-                lacking[f"this robot lacks part {name!r}, commanded by {who}"] = None
-        for name in leaf.interface.reads:
-            for root in sorted(roots(signals, (name,)) - given):
-                through = "" if root == name else f" through {name!r}"
-                lacking[f"nothing gives signal {root!r}, read by {who}{through}"] = None
-    if lacking:
-        told = "\n  ".join(lacking)
-        raise Problem(f"this chart cannot run here{hint}:\n  {told}", FAILED)
-
-
-def refuse_slow_ticks(setup: Setup, uses: Uses, latency: float = 0.0) -> None:
-    """Check that velocity commands arrive more often than the safety chain's time-out.
-
-    Args:
-        setup: what is to be run.
-        uses: of the chart; a chart that does not command the base may tick at any rate.
-        latency: simulated delay from a tick to the robot, s.
-
-    Raises:
-        Problem: they do not; the base would stop and go.
-    """
-    oldest = 1.0 / setup.tick_hz + latency
-    limits = setup.profile.safety.limits(setup.robot, setup.profile.robot.limits)
-    if "base" in uses.commands and oldest >= limits.command_age:
-        raise Problem(
-            f"at {setup.tick_hz} Hz a velocity of the base is {oldest * 1e3:.1f} ms old before the "
-            f"next one comes; the safety chain stops the base if that is not less than "
-            f"{limits.command_age * 1e3:g} ms: raise --tick-hz"
-        )
 
 
 def commanded(parts: Mapping[str, Any]) -> dict[str, Any]:

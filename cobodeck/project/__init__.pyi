@@ -1,7 +1,3 @@
-from cobodeck.project.editor_schema import (
-    schema_for as schema_for,
-    schema_notes as schema_notes,
-)
 from cobodeck.project.library import (
     chart_file as chart_file,
     chart_names as chart_names,

@@ -11,7 +11,7 @@ from typing import Any
 from cobodeck.terminal import FAILED, Problem
 from engine.files import did_you_mean
 from engine.run import raised
-from hw import PARTS
+from hw import PARTS, missing
 
 OURS = Path(__file__).parent.parent.parent
 SAMPLES = "def samples(self, now_ns: int) -> list[Sample]"
@@ -71,6 +71,8 @@ def place_of(thing: Any) -> str:
 
 def told(error: BaseException, cls: Any = None) -> str:
     """An exception of somebody's code, with its place there; without one if it is in our own."""
+    if (needed := missing(error)) is not None:
+        return needed
     found = raised(0, "", error, cls if isinstance(cls, type) else None)
     if _is_ours(found.file):
         found = found._replace(file="", line=0)

@@ -7,18 +7,13 @@ from cobodeck.real.dummy_connection import (
 )
 from cobodeck.real.open_connection import (
     finds_itself as finds_itself,
+    in_this_run as in_this_run,
     is_needed as is_needed,
-    refuse_strange_drivers as refuse_strange_drivers,
 )
-from cobodeck.real.preflight_checks import (
-    NEVER as NEVER,
-    hindered as hindered,
-    observers as observers,
-    preflight as preflight,
-)
-from cobodeck.real.prior_runs import (
-    refuse_untried as refuse_untried,
+from cobodeck.real.prior_run_search import (
+    prior_runs as prior_runs,
 )
 from cobodeck.real.release_stages import (
     WORDS as WORDS,
+    PriorRuns as PriorRuns,
 )

@@ -52,7 +52,7 @@ class Stops:
     def pull(self, reason: str) -> None:
         """Stop all parts until the reset; if the `stop` of one raises, the others still stop."""
         if self.guard is not None:
-            self.guard.halt(reason)  # even if already pulled: a reset may be in progress
+            self.guard.chain.pull(reason)  # even if already pulled: a reset may be in progress
         if self.reason is not None:
             return
         self.reason, self.why = reason, None
@@ -88,7 +88,7 @@ class Stops:
         fault = None if self.health is None else self.health.fault
         if fault is not None:
             return fault
-        if self.guard is not None and not self.guard.reset(self._now()):
+        if self.guard is not None and not self.guard.chain.reset(self._now()):
             return self._cause()
         reason, self.reason = self.reason, None  # a pull from now on counts again
         if self._line.reset():
@@ -149,7 +149,7 @@ class Connected:
         self.world: WorldLink | None = next((p for p in beside if hasattr(p, "truth")), None)
         self.attendant: ScriptedOperator | None = None
         self.guard = guard
-        self.cycles = None if guard is None else guard.cycles
+        self.cycles = None if guard is None else guard.chain.cycles
         self._failures: deque[tuple[str, Exception]] = deque(maxlen=100)
         self._taken = 0
         self._now, self._over = now, threading.Event()
@@ -160,7 +160,7 @@ class Connected:
     @property
     def person_watched(self) -> bool:
         """True if a part tracks people."""
-        return self.guard is not None and self.guard.limits.watched
+        return self.guard is not None and self.guard.chain.limits.watched
 
     @property
     def truth(self) -> Truth | None:
@@ -274,7 +274,7 @@ def _guarded(parts: dict[str, Any], opening: RunInfo, beside: Mapping[str, Any])
         guard = GuardedBase(parts["base"], opening.safety, parked, stops.pull)
         parts["base"] = stops.guard = guard
         if "base.pose" not in guard.base.signals and "base.odometry" in guard.base.signals:
-            guard.locate_by(Reckoner(opening.tracking))
+            guard.chain.locate_by(Reckoner(opening.tracking))
     for part in parts.values():
         if hasattr(part, "line"):
             part.line = stops

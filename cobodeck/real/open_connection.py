@@ -5,38 +5,20 @@ from __future__ import annotations
 import importlib
 import os
 from collections.abc import Callable, Collection, Container, Mapping
+from dataclasses import replace
 from inspect import signature
 from typing import Any, Literal
 
-from cobodeck.project import told, why_no_part
+from cobodeck.project import is_there, told, why_no_part
 from cobodeck.setup import Uses
 from cobodeck.terminal import FAILED, Problem
-from hw.connection import REFERS, Connection, RunInfo, ServedPart
+from hw import needs
+from hw.connection import OWN_HOST, REFERS, Connection, RunInfo, ServedPart
 from hw.safety import HEARD
 
 Kind = Literal["peer", "link", "part"]
 ALWAYS = frozenset(("stop_line", "operator"))
 """Parts that are opened even if the chart does not use them."""
-OWN_HOST = "loopback"
-"""Stands in a connection file for a loopback address that no other run on this machine uses."""
-
-
-def refuse_strange_drivers(connection: Connection, packages: Container[str]) -> None:
-    """Check that all drivers belong to known packages, before any of them is imported.
-
-    Raises:
-        Problem: one does not.
-    """
-    for entry, place, driver in connection.drivers:
-        package = driver.partition(".")[0].partition(":")[0]
-        if package not in packages:
-            group, _, name = entry.partition(".")
-            raise Problem(
-                f"{place}: {group.removesuffix('s')} {name!r} by {driver}: {package!r} is the "
-                "package of no project, so nothing of it is imported; run this in the project's "
-                "folder, without --no-project",
-                FAILED,
-            )
 
 
 def open_all(
@@ -147,6 +129,9 @@ def _opened(
     given = placed(served.arguments)
     given |= {key: beside[given[key]] for key in REFERS if given.get(key) in beside}
     offered = {"now": opening.now, "opening": opening}
+    lacking = [module for module in getattr(driver, "needs", ()) if not is_there(module)]
+    if lacking:
+        raise Problem(f"{_entry(kind, name, served)}: {needs(*lacking)}", FAILED)
     try:
         wanted = signature(driver).parameters
         given |= {key: value for key, value in offered.items() if key in wanted}
@@ -156,8 +141,7 @@ def _opened(
     wrong = why_no_part(name, opened) if kind == "part" else None
     if wrong is not None:
         try_to(getattr(opened, "close", nothing))
-        entry = f"{served.place}: part {name!r} by {served.module}:{served.driver}"
-        raise Problem(f"{entry}: {wrong}", FAILED)
+        raise Problem(f"{_entry(kind, name, served)}: {wrong}", FAILED)
     return opened
 
 
@@ -168,6 +152,15 @@ def placed(value: Any) -> Any:
     if isinstance(value, list):
         return [placed(inner) for inner in value]
     return own_host() if value == OWN_HOST else value
+
+
+def in_this_run(connection: Connection) -> Connection:
+    """A connection whose links have this process's address in place of `loopback`."""
+    links = {
+        name: replace(link, arguments=placed(link.arguments))
+        for name, link in connection.links.items()
+    }
+    return replace(connection, links=links)
 
 
 def own_host() -> str:
@@ -183,8 +176,11 @@ def own_host() -> str:
 def _problem(
     kind: Kind, name: str, served: ServedPart, error: Exception, driver: Any = None
 ) -> Problem:
-    entry = f"{served.place}: {kind} {name!r} by {served.module}:{served.driver}"
-    return Problem(f"{entry}: {told(error, driver)}", FAILED)
+    return Problem(f"{_entry(kind, name, served)}: {told(error, driver)}", FAILED)
+
+
+def _entry(kind: Kind, name: str, served: ServedPart) -> str:
+    return f"{served.place}: {kind} {name!r} by {served.module}:{served.driver}"
 
 
 def nothing(*_: object) -> None:

@@ -129,6 +129,22 @@ class StageResult:
         return self.file is not None and not self.why
 
 
+@dataclass(frozen=True, slots=True)
+class PriorRuns:
+    """What was tried before a planned run: the results of the stages to pass.
+
+    `commands` are the command lines that can pass those that lack.
+    """
+
+    results: tuple[StageResult, ...]
+    commands: Mapping[Stage, str]
+
+    @property
+    def lacking(self) -> list[StageResult]:
+        """The stages that are not passed."""
+        return [result for result in self.results if not result.passed]
+
+
 def found_for(stage: Stage, tried: Sequence[Tried], wanted: Wanted) -> StageResult:
     """The first record that passes a stage, otherwise the one with the fewest objections."""
     best = StageResult(stage, None)

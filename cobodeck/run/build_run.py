@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from cobodeck.evaluate import watchers
+from cobodeck.fitness import require
 from cobodeck.loop import (
     Clock,
     ConsoleOperator,
@@ -16,14 +17,13 @@ from cobodeck.loop import (
     RealTime,
     ValueTap,
     Virtual,
-    refuse_slow_ticks,
     wander,
     wire,
 )
 from cobodeck.project import made
-from cobodeck.real import Connected, connect, finds_itself, is_needed, refuse_strange_drivers
-from cobodeck.setup import FULL, Options, Setup, Uses, latency_ns, refuse_blind_robot
-from cobodeck.terminal import REFUSED, Problem, behind_record, complain
+from cobodeck.real import Connected, connect, finds_itself, is_needed
+from cobodeck.setup import FULL, Options, Setup, Uses
+from cobodeck.terminal import Problem, behind_record, complain
 from engine import TickGrid
 from hw import Pose2
 from hw.connection import Connection, HostedScene, RunInfo
@@ -61,17 +61,21 @@ def stage(
         return Loop(Nothing(), wired, grid, clock=timing, leave_out=not options.eager)
     setup = localizing(setup, options)
     uses = setup.uses(parameters)
-    if "base" in uses.commands:
-        setup.profile.require_robot(setup.robot, beside_person=uses.person)
-    real = options.mock or options.connection is not None
-    refuse_slow_ticks(setup, uses, 0.0 if real else setup.profile.plant.latency)
+    require(
+        "start",
+        setup=setup,
+        options=options,
+        uses=uses,
+        robot=setup.robot,
+        profile=setup.profile,
+    )
     if options.connection is not None:
         assert isinstance(timing, RealTime), "real parts have a clock of their own"
         return _on_real_parts(setup, uses, options, options.connection, parameters, timing, tap)
     world = _world(setup, _person(setup, uses, options), options)
     world.add(_own_parts(setup, uses))
     if setup.localizing is not None:
-        world.guard.locate_by(Reckoner(setup.environment.tracking))
+        world.guard.chain.locate_by(Reckoner(setup.environment.tracking))
     operator = None
     if options.console is not None:
         operator = ConsoleOperator(world.parts["stop_line"], complain)
@@ -97,10 +101,11 @@ def localizing(setup: Setup, options: Options) -> Setup:
     """
     connection = options.connection
     if connection is not None:
-        refuse_strange_drivers(connection, setup.catalogue.packages)
-    if options.tier == FULL:
-        refuse_blind_robot(setup)
-    elif connection is None or setup.scene is None or not finds_itself(connection):
+        require("import", connection=connection, packages=setup.catalogue.packages)
+    require("localize", setup=setup, options=options)
+    if options.tier != FULL and (connection is None or setup.scene is None):
+        return setup
+    if options.tier != FULL and connection is not None and not finds_itself(connection):
         return setup
     return replace(setup, localizing=options.seed)
 
@@ -123,14 +128,9 @@ def _on_real_parts(
     connection = _with_dummy(setup, uses, options, connection)
     plant = connect(connection, opening, uses)
     try:
-        if "base" in uses.commands and not plant.person_watched and not options.unwatched:
-            raise Problem(
-                f"connection {connection.name}: no part tracks people, so that nothing keeps the "
-                "base away from them; if nobody can be near it, say so with --person-unwatched",
-                REFUSED,
-            )
+        require("opened", connection=connection, uses=uses, options=options, plant=plant)
         if setup.localizing is not None and plant.guard is not None:
-            plant.guard.locate_by(Reckoner(setup.environment.tracking))
+            plant.guard.chain.locate_by(Reckoner(setup.environment.tracking))
         operator = _operator(plant, options)
         plant.parts.setdefault("operator", operator)
         wired = wire(setup, plant.parts, eager=options.eager, parameters=parameters, tap=tap)
@@ -263,7 +263,7 @@ def _world(setup: Setup, person: Person | None, options: Options) -> World:
         limits,
         base,
         safety=safety,
-        latency_ns=latency_ns(setup),
+        latency_ns=round(setup.profile.plant.latency * 1e9),
         sensors=setup.profile.plant.sensors(options.seed),
         sensing=None if setup.localizing is None else setup.profile.plant.sensing,
     )

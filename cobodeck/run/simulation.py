@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from cobodeck.checks import small_floor
 from cobodeck.evaluate import (
     NOTHING,
     Evaluator,
@@ -18,9 +19,10 @@ from cobodeck.evaluate import (
     escape_figures,
     refusal_figures,
 )
+from cobodeck.fitness import require
 from cobodeck.loop import Clock, Loop, Wired
 from cobodeck.run.build_run import localizing, stage
-from cobodeck.setup import Options, Setup, refuse_small_floor, small_floor, warm_up
+from cobodeck.setup import Options, Setup, warm_up
 from engine.run import Raised
 from engine.signals import Usage
 from hw.people import with_manner
@@ -106,9 +108,8 @@ def _with_share(
 
 
 def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recorder | None) -> Loop:
-    if options.tier and {"base", "vr"} <= setup.uses().commands:
-        refuse_small_floor(setup)
     if options.tier:
+        require("simulate", setup=setup)
         setup = localizing(setup, options)
         warm_up(setup, setup.machine())  # before devices are opened and clocks run
     return stage(setup, options, clock=clock, tap=None if recorder is None else recorder.tap)
@@ -194,7 +195,7 @@ def _judged(setup: Setup, loop: Loop) -> dict[str, Any]:
     guard = loop.plant.guard
     found: dict[str, Any] = {"localization": None, "stuck": None}
     if guard is not None:
-        limits = guard.limits
+        limits = guard.chain.limits
         found["governor"] = limits.governor and limits.watched
         found["person_watched"] = limits.watched
     for observer in loop.observers:

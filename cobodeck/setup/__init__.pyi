@@ -13,12 +13,6 @@ from cobodeck.setup.options import (
     LONGEST_S as LONGEST_S,
     Options as Options,
 )
-from cobodeck.setup.run_checks import (
-    latency_ns as latency_ns,
-    refuse_blind_robot as refuse_blind_robot,
-    refuse_small_floor as refuse_small_floor,
-    small_floor as small_floor,
-)
 from cobodeck.setup.setup import (
     CHART as CHART,
     PROFILE as PROFILE,

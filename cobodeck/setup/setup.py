@@ -11,6 +11,7 @@ from typing import Any
 
 from behaviors import MEASURED, signals
 from behaviors.profile import Profile, load_profile
+from cobodeck.fitness import require
 from cobodeck.project import Catalogue, catalogue, open_chart, reached
 from cobodeck.setup.open_scene import RunPlace, environment_at, open_place
 from cobodeck.terminal import Problem
@@ -199,7 +200,7 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
         opened, charts = open_chart(chart, known)
         chart = opened.name
         with _blaming_sets():
-            used_profile.require_sets(charts)
+            require("setup", profile=used_profile, library=charts)
     connection = robot if isinstance(robot, Connection) else None
     named = robot.model if isinstance(robot, Connection) else robot
     if connection is not None:
@@ -207,7 +208,8 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
     place = open_place(scene or SCENE) if scene is not None or robot is None else None
     body = load_robot(named or (place.scene.robot if place is not None else ""))
     if connection is not None:
-        refuse_other_body(connection, body, place)
+        if place is not None:
+            require("setup", connection=connection, robot=body, place=place)
         body = connection.limits.body(body)
         used_profile = used_profile.narrowed(connection.limits)
     with _blaming_sets():
@@ -250,22 +252,6 @@ def _blaming_sets() -> Iterator[None]:
         if all(finding.place.file.startswith("--set ") for finding in error.findings):
             raise Problem(str(error)) from None
         raise
-
-
-def refuse_other_body(connection: Connection, body: RobotModel, place: RunPlace | None) -> None:
-    """Check that scene and connection have the same robot; a map has no robot to compare.
-
-    Raises:
-        Problem: their robots differ.
-    """
-    if connection.model is None or place is None or place.map is not None:
-        return
-    scenes = load_robot(place.scene.robot).name
-    if scenes != body.name:
-        raise Problem(
-            f"scene {place.scene.name} is made for robot {scenes}, connection {connection.name} "
-            f"is of {body.name}; take a scene whose robot is {body.name}"
-        )
 
 
 def _in_place(robot: RobotModel, place: RunPlace | None) -> RobotModel:

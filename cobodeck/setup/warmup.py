@@ -9,9 +9,9 @@ import gc
 import importlib
 import pkgutil
 
+from cobodeck.fitness import require
 from cobodeck.setup.compiling import compiling
 from cobodeck.setup.setup import Setup, reachable
-from cobodeck.terminal import FAILED, Problem
 from engine.machine import Machine
 from hw import ImuReading, Odometry, Pose2, Pose3, Scan, TrackerPose, Twist2
 
@@ -43,14 +43,15 @@ def warm_up(setup: Setup, machine: Machine) -> None:
 
 def _driving(setup: Setup) -> None:
     import behaviors
+    from hw import compile_examples
+    from states.navigation import driver_of
 
-    setup.environment.warm_up(scanning=setup.scans)
     for module in pkgutil.iter_modules(behaviors.__path__, "behaviors."):
-        loaded = importlib.import_module(module.name)
-        getattr(loaded, "warm_up", _nothing)()
+        importlib.import_module(module.name)
+    compile_examples((*setup.environment.compiled(setup.scans), behaviors))
     assert setup.scene is not None  # there is no environment without one
     planner = setup.environment.static_planners["chase"]
-    start, driver = setup.scene.robot_start, setup.environment.driver("chase", planner)
+    start, driver = setup.scene.robot_start, driver_of(setup.environment, "chase", planner)
     driver.go_to(start @ Pose2(0.5, 0.0))  # straight ahead: the case of a path without bends
     driver.command(start, Twist2(0.1, 0.1), None, setup.environment.period)
 
@@ -73,13 +74,8 @@ def _localizing(setup: Setup) -> None:
 
 
 def _reaching(setup: Setup) -> None:
-    from states.arm.description import folded_contact, manipulator_of
+    from hw import compile_examples
+    from states import arm
 
-    contact = folded_contact(setup.environment.robot)
-    if contact is not None:
-        raise Problem(f"robot {setup.robot.name}: {contact}", FAILED)
-    setup.environment.workspace.warm_up(manipulator_of(setup.robot))
-
-
-def _nothing() -> None:
-    """Do nothing; for modules without `warm_up`."""
+    require("fold", robot=setup.environment.robot)
+    compile_examples((arm,), workspace=setup.environment.workspace)

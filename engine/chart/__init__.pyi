@@ -10,11 +10,21 @@ from engine.chart.chart import (
     key_mark_of as key_mark_of,
     mark_of as mark_of,
 )
-from engine.chart.load import (
-    CHART_KEYS as CHART_KEYS,
+from engine.chart.grammar import (
+    CHART as CHART,
+    DATA as DATA,
     FORMS as FORMS,
-    KEYS as KEYS,
-    NODE_KEYS as NODE_KEYS,
+    INPUT as INPUT,
+    KEYS_OF as KEYS_OF,
+    NODE as NODE,
+    PARAMETER as PARAMETER,
+    RETRY as RETRY,
+    RULE as RULE,
+    ChartKey as ChartKey,
+    Keys as Keys,
+    Value as Value,
+)
+from engine.chart.load import (
     Library as Library,
     load_files as load_files,
     load_text as load_text,

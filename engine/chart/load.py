@@ -11,7 +11,6 @@ from engine.chart.chart import (
     CONTAINERS,
     Chart,
     DataKey,
-    Form,
     Node,
     Parameter,
     Reference,
@@ -19,6 +18,18 @@ from engine.chart.chart import (
     Rule,
     key_mark_of,
     mark_of,
+)
+from engine.chart.grammar import (
+    CHART,
+    DATA,
+    FORMS,
+    INPUT,
+    KEYS_OF,
+    NODE,
+    PARAMETER,
+    RETRY,
+    RULE,
+    Keys,
 )
 from engine.files import (
     Finding,
@@ -34,20 +45,6 @@ from engine.files import (
 from engine.files.declared import is_name, shown
 from engine.state_class import RESERVED_OUTCOMES
 
-FORMS: tuple[Form, ...] = ("do", "watch", "use", "states", "any", "all")
-EVERY_NODE = ("next", "in", "out", "timeout", "about")
-KEYS: dict[str, frozenset[str]] = {
-    "do": frozenset(("do", "with", "retry", "autonomy", *EVERY_NODE)),
-    "watch": frozenset(("watch", "with", "retry", "autonomy", "priority", *EVERY_NODE)),
-    "use": frozenset(("use", "with", "retry", "autonomy", *EVERY_NODE)),
-    "states": frozenset(("states", *EVERY_NODE)),
-    "any": frozenset(("any", "when", *EVERY_NODE)),
-    "all": frozenset(("all", "when", *EVERY_NODE)),
-}
-NODE_KEYS = frozenset().union(*KEYS.values())
-CHART_KEYS = frozenset(
-    ("chart", "about", "parameters", "inputs", "outcomes", "outputs", "data", "when", *CONTAINERS)
-)
 GUESSES = 100  # with more findings than this in a file, unknown keys get no suggestion
 
 
@@ -103,7 +100,7 @@ class _Reader:
             if not self.source.findings:
                 self.report("C03", "a chart is a mapping", (1, 1, 2), "begin with `chart: NAME`")
             return None
-        self.unknown_keys(raw, CHART_KEYS, "a chart")
+        self.unknown_keys(raw, CHART, "a chart")
         name = self.text(raw, "chart")
         if raw.get("chart") in (None, ""):
             at = raw.keys_at.get("chart", raw.at)
@@ -138,7 +135,7 @@ class _Reader:
             return None
         form: Any = forms[0]
         children = self.children(raw, form)
-        when = self.rules(raw, form)
+        when = self.rules(raw, "when")
         return Node("", form, raw.keys_at[form], raw, children=children, when=when)
 
     def children(self, raw: Map, form: str) -> tuple[Node, ...]:
@@ -163,17 +160,17 @@ class _Reader:
     def node(self, name: str, raw: Map, at: Mark) -> Node | None:
         forms = [form for form in FORMS if form in raw]
         if len(forms) != 1:
-            self.unknown_keys(raw, NODE_KEYS, f"node {name!r}")
+            self.unknown_keys(raw, NODE, f"node {name!r}")
             what = f"{forms[0]!r} and {forms[1]!r}" if forms else "none of them"
             hint = "a node has exactly one of do, watch, use, states, any, all"
-            if name in NODE_KEYS and not forms:
+            if name in NODE and not forms:
                 hint = f"{name!r} belongs to a node: indent it as far as that node's other keys"
             self.report(
                 "C04", f"{what} in node {name!r}", raw.keys_at[forms[1]] if forms else at, hint
             )
             return None
         form = forms[0]
-        if not raw.keys() <= KEYS[form]:
+        if not raw.keys() <= KEYS_OF[form]:
             self.foreign_keys(name, raw, form)
         children: tuple[Node, ...] = ()
         target = ""
@@ -183,33 +180,21 @@ class _Reader:
             target = self.text(raw, form) or ""
             if not target and raw[form] is None:
                 self.report("C02", f"{form!r} names nothing", raw.keys_at[form], "`do: CLASS`")
-        return Node(
-            name,
-            form,
-            at,
-            raw,
-            target,
-            children,
-            self.words(raw, "next") if "next" in raw else _NOTHING,
-            self.words(raw, "in") if "in" in raw else _NOTHING,
-            self.words(raw, "out") if "out" in raw else _NOTHING,
-            self.values(raw, "with") if "with" in raw else _NOTHING,
-            self.rules(raw, form) if "when" in raw else (),
-            self.value(raw["timeout"]) if "timeout" in raw else None,
-            self.retry(raw) if "retry" in raw else None,
-            self.autonomy(raw) if "autonomy" in raw else _NOTHING,
-            self.priority(raw) if "priority" in raw else 0,
-            (self.text(raw, "about") or "") if "about" in raw else "",
-        )
+        given = {}
+        for key in raw:
+            if key in _FIELDS:
+                field, read = _FIELDS[key]
+                given[field] = read(self, raw, key)
+        return Node(name, form, at, raw, target, children, **given)
 
     def foreign_keys(self, name: str, raw: Map, form: str) -> None:
-        self.unknown_keys(raw, NODE_KEYS, f"node {name!r}")
-        for key in raw.keys() & NODE_KEYS - KEYS[form]:
-            owners = ", ".join(sorted(owner for owner, keys in KEYS.items() if key in keys))
+        self.unknown_keys(raw, NODE, f"node {name!r}")
+        for key in raw.keys() & NODE.keys() - KEYS_OF[form]:
+            owners = ", ".join(sorted(NODE[key].on))
             message = f"{key!r} has no meaning on a {form!r} node"
             self.report("C05", message, raw.keys_at[key], f"it belongs to: {owners}")
 
-    def unknown_keys(self, raw: Map, known: frozenset[str], where: str) -> None:
+    def unknown_keys(self, raw: Map, known: Keys, where: str) -> None:
         for key in raw:
             if key not in known:
                 hint = did_you_mean(key, known) if len(self.source.findings) < GUESSES else ""
@@ -227,11 +212,12 @@ class _Reader:
         if isinstance(value, Map):
             return value
         if key in raw:
-            self.report("C03", f"{key!r} is a mapping", mark_of(raw, key), example)
+            hint = f"`{key}: {{{example}}}`"
+            self.report("C03", f"{key!r} is a mapping", mark_of(raw, key), hint)
         return Map(raw.at)
 
     def words(self, raw: Map, key: str) -> Mapping[str, str]:
-        inside = self.mapping(raw, key, f"`{key}: {{a: b}}`")
+        inside = self.mapping(raw, key, "a: b")
         for entry, value in inside.items():
             if type(value) is not str:
                 self.not_a_word(key, entry, value, inside)
@@ -257,24 +243,24 @@ class _Reader:
         return value
 
     def values(self, raw: Map, key: str) -> Mapping[str, Any]:
-        inside = self.mapping(raw, key, f"`{key}: {{parameter: value}}`")
+        inside = self.mapping(raw, key, "parameter: value")
         return {entry: self.value(value) for entry, value in inside.items()}
 
-    def rules(self, raw: Map, form: str) -> tuple[Rule, ...]:
-        items = raw.get("when")
+    def rules(self, raw: Map, key: str) -> tuple[Rule, ...]:
+        items = raw.get(key)
         if items is None:
-            if "when" in raw:
-                self.report("C03", "'when' is a list", mark_of(raw, "when"), _A_RULE)
+            if key in raw:
+                self.report("C03", f"{key!r} is a list", mark_of(raw, key), _A_RULE)
             return ()
-        if not isinstance(items, Seq) or form not in ("any", "all"):
-            self.report("C03", "'when' is a list, on any or all", mark_of(raw, "when"), _A_RULE)
+        if not isinstance(items, Seq) or not raw.keys() & {*NODE[key].on}:
+            self.report("C03", f"{key!r} is a list, on any or all", mark_of(raw, key), _A_RULE)
             return ()
         rules = []
         for item, at in zip(items, items.values_at, strict=True):
             if not isinstance(item, Map):
                 self.report("C03", "an item of 'when' is a mapping", at, _A_RULE)
                 continue
-            self.unknown_keys(item, frozenset(("outcome", "if")), "an item of 'when'")
+            self.unknown_keys(item, RULE, "an item of 'when'")
             outcome, conditions = self.text(item, "outcome"), self.words(item, "if")
             if not outcome or not conditions:
                 self.report("C02", "an item of 'when' has an outcome and conditions", at, _A_RULE)
@@ -282,34 +268,34 @@ class _Reader:
             rules.append(Rule(outcome, conditions, at))
         return tuple(rules)
 
-    def retry(self, raw: Map) -> Retry | None:
-        inside = self.mapping(raw, "retry", _A_RETRY)
-        self.unknown_keys(inside, frozenset(("times", "on", "wait")), "'retry'")
+    def retry(self, raw: Map, key: str) -> Retry | None:
+        inside = self.mapping(raw, key, _TRIES)
+        self.unknown_keys(inside, RETRY, f"{key!r}")
         times, on = inside.get("times"), inside.get("on")
         if type(times) is not int or times < 1:
             self.report(
-                "C03", "'times' is a whole number from 1", mark_of(raw, "retry", "times"), _A_RETRY
+                "C03", "'times' is a whole number from 1", mark_of(raw, key, "times"), _A_RETRY
             )
             return None
         names = [on] if isinstance(on, str) else on
         if not isinstance(names, list) or not names or not all(isinstance(n, str) for n in names):
-            self.report("C03", "'on' names outcomes", mark_of(raw, "retry", "on"), _A_RETRY)
+            self.report("C03", "'on' names outcomes", mark_of(raw, key, "on"), _A_RETRY)
             return None
         return Retry(times, tuple(names), self.value(inside.get("wait", 0)))
 
-    def autonomy(self, raw: Map) -> Mapping[str, str]:
-        levels = self.words(raw, "autonomy")
+    def levels(self, raw: Map, key: str) -> Mapping[str, str]:
+        levels = self.words(raw, key)
         for outcome, level in levels.items():
             if level not in AUTONOMY:
-                at = mark_of(raw, "autonomy", outcome)
+                at = mark_of(raw, key, outcome)
                 self.report("C03", f"unknown level {level!r}", at, did_you_mean(level, AUTONOMY))
         return {outcome: level for outcome, level in levels.items() if level in AUTONOMY}
 
-    def priority(self, raw: Map) -> int:
-        value = raw["priority"]
+    def integer(self, raw: Map, key: str) -> int:
+        value = raw[key]
         if type(value) is int:
             return value
-        self.report("C03", "'priority' is a whole number", mark_of(raw, "priority"), "higher wins")
+        self.report("C03", f"{key!r} is a whole number", mark_of(raw, key), "higher wins")
         return 0
 
     def outcomes(self, raw: Map) -> tuple[str, ...]:
@@ -332,7 +318,7 @@ class _Reader:
         return ()
 
     def outputs(self, raw: Map) -> dict[str, Mapping[str, str]]:
-        inside = self.mapping(raw, "outputs", "`outputs: {outcome: {key: Type}}`")
+        inside = self.mapping(raw, "outputs", "outcome: {key: Type}")
         found: dict[str, Mapping[str, str]] = {}
         for outcome in inside:
             found[outcome] = self.words(inside, outcome)
@@ -350,8 +336,7 @@ class _Reader:
         return found
 
     def parameters(self, raw: Map) -> dict[str, Parameter]:
-        allowed = frozenset(("type", "default", "about"))
-        return self.declared(raw, "parameters", allowed, self.parameter)
+        return self.declared(raw, "parameters", PARAMETER, self.parameter)
 
     def parameter(self, name: str, item: Map, at: Mark) -> Parameter:
         kind, about = self.text(item, "type") or "any", self.text(item, "about") or ""
@@ -369,13 +354,12 @@ class _Reader:
             kind = self.text(item, "type") or "any"
             return DataKey(name, kind, initial, given and not nothing, at, is_input, nothing)
 
-        allowed = frozenset(("type", "about") if is_input else ("type", "initial", "about"))
-        return self.declared(raw, section, allowed, key)
+        return self.declared(raw, section, INPUT if is_input else DATA, key)
 
     def declared(
-        self, raw: Map, section: str, allowed: frozenset[str], make: Callable[[str, Map, Mark], Any]
+        self, raw: Map, section: str, allowed: Keys, make: Callable[[str, Map, Mark], Any]
     ) -> dict[str, Any]:
-        inside = self.mapping(raw, section, f"`{section}: {{name: {{type: number}}}}`")
+        inside = self.mapping(raw, section, "name: {type: number}")
         found = {}
         for name, value in inside.items():
             at = inside.keys_at[name]
@@ -396,6 +380,22 @@ class _Reader:
         return found
 
 
-_NOTHING: Mapping[str, Any] = {}
+_READERS: Mapping[str, Callable[[_Reader, Map, str], Any]] = {
+    "words": _Reader.words,
+    "values": _Reader.values,
+    "rules": _Reader.rules,
+    "period": lambda reader, raw, key: reader.value(raw[key]),
+    "retry": _Reader.retry,
+    "levels": _Reader.levels,
+    "integer": _Reader.integer,
+    "text": lambda reader, raw, key: reader.text(raw, key) or "",
+}
+"""How each kind of value on nodes is read, but for what gives a node its form."""
+_FIELDS = {
+    name: (key.field or name, _READERS[key.value])
+    for name, key in NODE.items()
+    if key.value in _READERS
+}
 _A_RULE = "`when: [{outcome: x, if: {child: outcome}}]`"
-_A_RETRY = "`retry: {times: 2, on: failed, wait: 1 s}`"
+_TRIES = "times: 2, on: failed, wait: 1 s"
+_A_RETRY = f"`retry: {{{_TRIES}}}`"

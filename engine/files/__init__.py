@@ -1,4 +1,4 @@
-"""Reader of YAML files with places, units and ranges; independent of charts and robots."""
+"""YAML files with places, units, ranges; values as JSON; independent of charts and robots."""
 
 from engine.faces import face
 

@@ -1,6 +1,13 @@
 from engine.files import (
     source as source,
 )
+from engine.files.codec import (
+    Write as Write,
+    Writers as Writers,
+    decoded as decoded,
+    fields_of as fields_of,
+    quoted as quoted,
+)
 from engine.files.finding import (
     CODE as CODE,
     FileError as FileError,

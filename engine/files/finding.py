@@ -8,10 +8,12 @@ from typing import Literal, NamedTuple
 
 from engine.files.suggestions import advice
 
-Severity = Literal["error", "warning"]
+Severity = Literal["error", "warning", "note"]
 
 CODE = "D01"
 """The code of mistakes in files other than charts, in their keys and values."""
+OLD = "D02"
+"""The code of notes on what is still read, and now written otherwise."""
 
 
 class Place(NamedTuple):

@@ -20,12 +20,13 @@ from engine.files.finding import FileError, Finding, Place
 from engine.files.indentation import Malformed
 from engine.files.malformed import diagnose
 from engine.files.text import read_bytes
+from engine.files.units import NUMBER
 
 MAX_DEPTH = 64
 _TOO_DEEP = f"nested deeper than {MAX_DEPTH} levels"
 MAX_BYTES = 1_000_000
 
-_NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
+_NUMBER = re.compile(rf"{NUMBER}\Z")
 _INTEGER = re.compile(r"[-+]?(?:0|[1-9][0-9]*)\Z")
 _WORDS: dict[str, Any] = {"": None, "~": None, "null": None, "true": True, "false": False}
 _NUMERIC_START = frozenset("-+.0123456789")

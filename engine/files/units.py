@@ -44,9 +44,9 @@ _SPELLINGS = {
     "percent": "%", "pct": "%", "per cent": "%",
 }  # fmt: skip
 """Other spellings of units, in lower case, with the accepted one."""
-_QUANTITY = re.compile(
-    r"([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*([^\s\d].*)\Z"
-)
+NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+"""Pattern of numbers without a unit."""
+_QUANTITY = re.compile(rf"({NUMBER})\s*([^\s\d].*)\Z")
 _COMMA = re.compile(r"([0-9]),([0-9])")
 
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import fields, is_dataclass
 from enum import Enum
 from typing import Any, NamedTuple, Protocol
 
+from engine.files import Write, Writers
 from engine.run.errors import escaped
 
 KEPT, BATCH = 1 << 16, 64
@@ -174,40 +174,54 @@ def _move(time: int, route: Any) -> TraceRecord:
 
 def encode(value: Any) -> str:
     """The canonical text of a value: JSON, shortest floats, dataclasses by name, arrays by hash."""
-    told = json.dumps(plain(value), separators=(",", ":"), ensure_ascii=False, allow_nan=True)
-    return escaped(told)
+    return escaped(_WRITE[type(value)](value))
 
 
-def plain(value: Any) -> Any:
-    """A value as lists, strings and numbers."""
-    if value is None or isinstance(value, bool | float | str):
-        return value
-    if isinstance(value, int):
-        return value if value.bit_length() <= LONG_BITS else {"int": hex(value)}
-    if isinstance(value, tuple | list) and not hasattr(value, "_fields"):
-        return [plain(item) for item in value]
-    if isinstance(value, dict):
-        return {str(key): plain(value[key]) for key in sorted(value, key=str)}
-    if is_dataclass(value):
-        parts = [plain(getattr(value, field.name)) for field in fields(value)]
-        return {type(value).__name__: parts}
-    if isinstance(value, frozenset | set):
-        return {type(value).__name__: sorted(encode(item) for item in value)}
-    if hasattr(value, "_fields"):
-        return {type(value).__name__: [plain(item) for item in value]}
-    if hasattr(value, "tobytes"):
-        content = str(value.dtype).encode() + str(value.shape).encode() + value.tobytes()
-        return {"array": hashlib.sha256(content).hexdigest()}
-    if isinstance(value, Enum):
-        return {type(value).__name__: value.name}
-    return {type(value).__name__: _told(value)}
+def _writer(kind: type) -> Write:
+    name = kind.__name__
+    if (write := _WRITE.of_base(kind)) is not None:
+        return write
+    if issubclass(kind, tuple | list) and not hasattr(kind, "_fields"):
+        return _WRITE.items_text
+    if issubclass(kind, dict):
+        return _pairs
+    if (write := _WRITE.of_fields(kind, name)) is not None:
+        return write
+    if issubclass(kind, frozenset | set):
+        return lambda held: _WRITE.text({name: sorted(encode(item) for item in held)})
+    if hasattr(kind, "tobytes"):
+        return _array
+    if issubclass(kind, Enum):
+        return lambda member: _WRITE.text({name: member.name})
+    return lambda other: _WRITE.text({name: _told(other)})
+
+
+def _integer(held: int) -> str:
+    if held.bit_length() <= LONG_BITS:
+        return int.__repr__(held)
+    return _WRITE.text({"int": hex(held)})
+
+
+def _pairs(pairs: dict[Any, Any]) -> str:
+    told = {str(key): _WRITE.text(pairs[key]) for key in sorted(pairs, key=str)}
+    return f"{{{','.join([f'{_quoted(key)}:{held}' for key, held in told.items()])}}}"
+
+
+def _array(array: Any) -> str:
+    content = str(array.dtype).encode() + str(array.shape).encode() + array.tobytes()
+    return _WRITE.text({"array": hashlib.sha256(content).hexdigest()})
 
 
 def _told(value: Any) -> Any:
     kind: Any = type(value)
     if kind.__repr__ is object.__repr__:  # that one has an address, which differs per process
-        return plain(getattr(value, "__dict__", {}))
+        return getattr(value, "__dict__", {})
     try:
         return repr(value)
     except Exception:  # noqa: BLE001  whatever class it is of
         return "?"
+
+
+_quoted = json.encoder.encode_basestring
+_WRITE = Writers(_writer, string=_quoted)
+_WRITE[int] = _integer

@@ -7,18 +7,15 @@ The schema knows classes and charts; only `engine.check` knows which names exist
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from engine.chart import AUTONOMY, CHART_KEYS, CONTAINERS, FORMS, KEYS, NODE_KEYS, Chart, Parameter
-from engine.files.declared import NAME
-from engine.schema.keys import CHART_SCHEMAS, CHART_SNIPPETS, NODE_SCHEMAS, NODE_SNIPPETS, said
-from engine.schema.value_schemas import ANY_VALUE, Schema, value_schema, written
+from engine.chart import AUTONOMY, CHART, CONTAINERS, FORMS, KEYS_OF, NODE, Chart, Keys, Parameter
+from engine.files.declared import DRAFT, NAME, Schema, said, text_of
+from engine.schema.keys import CHART_SNIPPETS, NODE_SNIPPETS, key_schema
+from engine.schema.value_schemas import ANY_VALUE, value_schema, written
 from engine.state import Argument, Interface
 from engine.types import ANY, Type, known_types
-
-DRAFT = "http://json-schema.org/draft-07/schema#"
 
 
 def schema_text(
@@ -27,7 +24,7 @@ def schema_text(
     types: Mapping[str, Type] | None = None,
 ) -> str:
     """The schema as JSON text; it does not depend on the order of the classes and charts."""
-    return json.dumps(chart_schema(interfaces, charts, types), indent=1, ensure_ascii=False) + "\n"
+    return text_of(chart_schema(interfaces, charts, types))
 
 
 def chart_schema(
@@ -50,10 +47,10 @@ def chart_schema(
         **said("A state chart: what to do and what to watch for."),
         "type": "object",
         "defaultSnippets": CHART_SNIPPETS,
-        "properties": _properties(CHART_SCHEMAS, CHART_KEYS),
+        "properties": _properties(CHART),
         "required": ["chart"],
         "additionalProperties": False,
-        "allOf": [*_forms(CONTAINERS, CHART_KEYS, "states"), _ANY],
+        "allOf": [*_forms(CONTAINERS, CHART, "states"), _ANY],
         "definitions": _definitions(targets, known),
     }
 
@@ -173,7 +170,7 @@ def _closed(properties: Mapping[str, Schema], required: Iterable[str] = ()) -> S
 
 def _node(targets: list[_Target]) -> Schema:
     """The properties of every node, regardless of what it names."""
-    properties = _properties(NODE_SCHEMAS, NODE_KEYS)
+    properties = _properties(NODE)
     for form in ("do", "watch", "use"):
         named = [target for target in targets if target.form == form]
         properties[form] |= {
@@ -185,21 +182,21 @@ def _node(targets: list[_Target]) -> Schema:
         "defaultSnippets": NODE_SNIPPETS,
         "properties": properties,
         "additionalProperties": False,
-        "allOf": [*_forms(FORMS, NODE_KEYS, "do"), _ANY, _TIMEOUT],
+        "allOf": [*_forms(FORMS, NODE, "do"), _ANY, _TIMEOUT],
     }
 
 
-def _properties(schemas: Mapping[str, Schema], keys: Iterable[str]) -> dict[str, Schema]:
-    found = {key: dict(schemas[key]) for key in sorted(keys)}
+def _properties(keys: Keys) -> dict[str, Schema]:
+    found = {name: key_schema(keys[name]) for name in sorted(keys)}
     found["states"] |= _inside("states")
     found["all"] |= _inside("when")
     return found
 
 
-def _forms(forms: Iterable[str], known: frozenset[str], usual: str) -> Iterable[Schema]:
+def _forms(forms: Iterable[str], known: Keys, usual: str) -> Iterable[Schema]:
     """Require exactly one of `forms`, and allow only the keys that belong to it."""
     for form in forms:
-        foreign = sorted(known & NODE_KEYS - KEYS[form] - {"about"})
+        foreign = sorted(known.keys() & NODE.keys() - KEYS_OF[form] - {"about"})
         closed = {"properties": dict.fromkeys(foreign, False)}
         yield {"if": {"required": [form]}, "then": closed}
     none = {"properties": dict.fromkeys(forms, False)}

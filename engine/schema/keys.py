@@ -1,124 +1,76 @@
-"""Every key of the chart language: its meaning, its schema, and snippets of nodes."""
+"""How editors see the keys of a chart, by the kinds of their values; snippets of nodes."""
 
 from __future__ import annotations
 
-from typing import Any
-
-from engine.chart import AUTONOMY
-from engine.files.declared import NAME
-from engine.schema.value_schemas import Schema, value_schema
+from engine.chart import AUTONOMY, DATA, INPUT, PARAMETER, RETRY, RULE, ChartKey, Keys, Value
+from engine.files.declared import NAME, Schema, said
+from engine.schema.value_schemas import value_schema
 from engine.state_class import RESERVED_OUTCOMES
 from engine.types import Type
 
 _NAMES = {"pattern": f"^{NAME}$"}
 
 
-def said(text: str) -> Schema:
-    """`text` as a hover text; most editors show `markdownDescription`."""
-    return {"description": text, "markdownDescription": text}
+def key_schema(key: ChartKey) -> Schema:
+    """What editors show and check of a key."""
+    return {**said(key.about), **_VALUES[key.value]}
 
 
-def _key(text: str, **schema: Any) -> Schema:
-    return {**said(text), **schema}
+def _closed(keys: Keys) -> Schema:
+    properties = {name: key_schema(key) for name, key in keys.items()}
+    return {"properties": properties, "additionalProperties": False}
 
 
-def _words(text: str) -> Schema:
-    return _key(text, type="object", additionalProperties={"type": "string"})
+def _inside(keys: Keys, *required: str) -> Schema:
+    """A mapping with these keys."""
+    closed = _closed(keys)
+    found = {"type": "object", "properties": closed["properties"], "required": [*required]}
+    return {**found, "additionalProperties": False}
 
 
-def _nodes(text: str) -> Schema:
-    return _key(text, type="object", minProperties=1, propertyNames=_NAMES)
-
-
-def _declared(text: str, **more: Schema) -> Schema:
-    kind = _key("A type by name.", **{"$ref": "#/definitions/type"})
-    about = _key("What it is for.", type=["string", "null"])
-    item = {
-        "type": ["string", "object"],
-        "properties": {"type": kind, "about": about, **more},
-        "additionalProperties": False,
-    }
-    return _key(text, type="object", propertyNames=_NAMES, additionalProperties=item)
+def _declared(keys: Keys) -> Schema:
+    item = {"type": ["string", "object"], **_closed(keys)}
+    return {"type": "object", "propertyNames": _NAMES, "additionalProperties": item}
 
 
 _DURATION = value_schema(Type("duration"))
-_RULE: Schema = {
-    "type": "object",
-    "properties": {
-        "outcome": _key("The outcome of the container.", type="string", minLength=1),
-        "if": {
-            **_words("Children and the outcomes they must have ended with."),
-            "minProperties": 1,
-        },
+_WORDS: Schema = {"type": "object", "additionalProperties": {"type": "string"}}
+_VALUES: dict[Value, Schema] = {
+    "any": {},
+    "conditions": {**_WORDS, "minProperties": 1},
+    "count": {"type": "integer", "minimum": 1},
+    "duration": {**_DURATION, "minimum": 0},
+    "integer": {"type": "integer"},
+    "levels": {"type": "object", "additionalProperties": {"enum": list(AUTONOMY)}},
+    "name": {"type": "string", **_NAMES},
+    "names": {"type": ["string", "array"], "minItems": 1},
+    "nodes": {"type": "object", "minProperties": 1, "propertyNames": _NAMES},
+    "outcomes": {
+        "type": "array",
+        "items": {"type": "string", "pattern": f"^(?!(?:{'|'.join(RESERVED_OUTCOMES)})$){NAME}$"},
     },
-    "required": ["outcome", "if"],
-    "additionalProperties": False,
-}
-_SHARED: dict[str, Schema] = {
-    "about": _key("What this is for.", type=["string", "null"]),
-    "states": _nodes("A sequence: one node after another, from the first."),
-    "any": _nodes("Nodes side by side; the first to end decides, the others are stopped."),
-    "all": _nodes("Nodes side by side; ends once all have ended."),
-    "when": _key(
-        "Conditions on `any` or `all`: outcomes of children are kept, the first match ends it.",
-        type="array",
-        items=_RULE,
-    ),
-}
-NODE_SCHEMAS: dict[str, Schema] = {
-    **_SHARED,
-    "do": _key("An action: a state class that may command the robot."),
-    "watch": _key("A monitor: a state class that only watches."),
-    "use": _key("Another chart, by name."),
-    "with": _key("Values of parameters: `5 s`, `20 cm`, or `$parameter`.", type="object"),
-    "in": _words("Inputs and the data keys they are read from."),
-    "out": _words("Outputs and the data keys they are written to."),
-    "next": _words("The target of each outcome: a sibling, or `.x` to end the container with x."),
-    "timeout": _key(
-        "Give up after this long; `next` must map `timeout`.",
-        **_DURATION,
-        exclusiveMinimum=0,
-    ),
-    "retry": _key(
-        "Further tries after some outcomes.",
-        type="object",
-        properties={
-            "times": _key("How many further tries.", type="integer", minimum=1),
-            "on": _key("Outcomes after which to try again.", type=["string", "array"], minItems=1),
-            "wait": _key("How long to wait before each.", **_DURATION, minimum=0),
-        },
-        required=["times", "on"],
-        additionalProperties=False,
-    ),
-    "autonomy": _key(
-        "Per outcome: above this level of autonomy it is taken without asking the operator.",
-        type="object",
-        additionalProperties={"enum": list(AUTONOMY)},
-    ),
-    "priority": _key(
-        "Decides between guards that trip in the same tick; the higher one wins.", type="integer"
-    ),
-}
-CHART_SCHEMAS: dict[str, Schema] = {
-    **_SHARED,
-    "chart": _key("The name of the chart.", type="string", pattern=f"^{NAME}$"),
-    "parameters": _declared("Parameters that `use` can set; `$name` inside the chart.", default={}),
-    "inputs": _declared("Data keys that the using chart provides."),
-    "data": _declared("Data keys of the chart.", initial={}),
-    "outcomes": _key(
-        "How the chart can end.",
-        type="array",
-        items={"type": "string", "pattern": f"^(?!(?:{'|'.join(RESERVED_OUTCOMES)})$){NAME}$"},
-    ),
-    "outputs": _key(
-        "Per outcome: the data keys handed on, with their types.",
-        type="object",
-        additionalProperties={
+    "outputs": {
+        "type": "object",
+        "additionalProperties": {
             "type": "object",
             "propertyNames": _NAMES,
             "additionalProperties": {"type": "string"},
         },
-    ),
+    },
+    "period": {**_DURATION, "exclusiveMinimum": 0},
+    "target": {},
+    "text": {"type": ["string", "null"]},
+    "type": {"$ref": "#/definitions/type"},
+    "values": {"type": "object"},
+    "word": {"type": "string", "minLength": 1},
+    "words": _WORDS,
+}
+_VALUES |= {
+    "data": _declared(DATA),
+    "inputs": _declared(INPUT),
+    "parameters": _declared(PARAMETER),
+    "retry": _inside(RETRY, "times", "on"),
+    "rules": {"type": "array", "items": _inside(RULE, "outcome", "if")},
 }
 
 

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import re
-from typing import Any
-
 from engine.files import UNITS
-from engine.files.declared import NAME
+from engine.files.declared import NAME, Schema, quantity_pattern
 from engine.types import Type
 
-Schema = dict[str, Any]
-
 REFERENCE = rf"\${NAME}"
-_NUMBER = r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _WRITTEN = {"text": ["string"], "boolean": ["boolean", "string"], "list": ["array", "string"]}
 
 
@@ -54,11 +48,9 @@ def _choice(kind: Type) -> Schema:
 
 
 def _number_pattern(kind: Type) -> str:
-    units = [u for u, (dimension, _, _) in UNITS.items() if kind.name in (dimension, "number")]
-    if not units:
+    if kind.name == "integer":
         return f"^{REFERENCE}$"
-    known = "|".join(re.escape(unit) for unit in units)
-    return rf"^(?:{REFERENCE}|\s*{_NUMBER}\s*(?:{known})\s*)$"
+    return rf"^(?:{REFERENCE}|{quantity_pattern(kind.name)})$"
 
 
 def written(kind: Type) -> str:

@@ -1,8 +1,9 @@
 from hw.connection.connection import (
+    OWN_HOST as OWN_HOST,
     REFERS as REFERS,
     Connection as Connection,
+    ConnectionFile as ConnectionFile,
     HostedScene as HostedScene,
-    Listening as Listening,
     Narrowed as Narrowed,
     RunInfo as RunInfo,
     ServedPart as ServedPart,

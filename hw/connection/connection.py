@@ -24,8 +24,7 @@ everything is closed in reverse order. A driver with a method `wait` starts in t
 waited for before the next group is opened. The text `loopback` is replaced by an address of this
 machine that no other run uses.
 
-A driver that opens ports on this machine has a static method `listens`, which takes the arguments
-of its entry and gives a `Listening` for each, for `cobodeck doctor`.
+What a driver needs it says beside its code (`hw/drivers/needs.py`), for `cobodeck doctor`.
 
 `plant: mock` needs no parts: the whole robot of the scene is mocked, in the simulated world.
 """
@@ -38,7 +37,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 from engine.files import Acceleration, AngularAcceleration, AngularSpeed, Speed, did_you_mean, plain
 from engine.files.declared import (
@@ -46,6 +45,7 @@ from engine.files.declared import (
     Item,
     Name,
     Range,
+    Written,
     find_file,
     gather,
     known_files,
@@ -69,7 +69,25 @@ from hw.scene import Scene
 FOLDER = Path(__file__).parent.parent / "connections"
 REFERS = ("link", "tells")
 """The arguments that refer to a link or peer."""
+OWN_HOST = "loopback"
+"""Stands for a loopback address that no other run on this machine uses."""
 PlantKind = Literal["parts", "mock"]
+NAME = r"[A-Za-z_][\w.]*"
+
+
+@dataclass(frozen=True, slots=True)
+class EntryKeys:
+    """What serves a part; all other keys are arguments of the driver."""
+
+    driver: Annotated[str, Written({"type": "string", "pattern": f"^({NAME}:)?{NAME}$"})]
+    """Its class: the name of one of ours, or `module:Class`."""
+    link: str = ""
+    """The link that it uses, by name."""
+    tells: str = ""
+    """The link or peer that it tells, by name."""
+
+
+Entry = Annotated[Item, Written(EntryKeys, keys="more")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,10 +105,15 @@ class Narrowed:
     """Limits of this connection: m/s, m/s2, rad/s, rad/s2; None: the body's own limit."""
 
     speed: Annotated[Speed, Range(0.01, 10.0)] | None = None
+    """Of the base, in any direction."""
     yaw_rate: Annotated[AngularSpeed, Range(0.01, 20.0)] | None = None
+    """Of the base."""
     acceleration: Annotated[Acceleration, Range(0.01, 10.0)] | None = None
+    """Of the base."""
     yaw_acceleration: Annotated[AngularAcceleration, Range(0.01, 20.0)] | None = None
+    """Of the base."""
     brakes: Annotated[Acceleration, Range(0.05, 10.0)] | None = None
+    """How hard the base brakes."""
 
     def faults_of(self, body: RobotModel) -> Iterator[Fault]:
         """Limits that exceed the body's, by key."""
@@ -172,19 +195,6 @@ class Connection:
             yield from ((entry, served.place, inner) for inner in _inner(served.arguments))
 
 
-class Listening(NamedTuple):
-    """A port of this machine: `tcp` or `udp`, its address, and whom its driver believes there.
-
-    `open`: anybody who reaches it.
-    """
-
-    kind: Literal["tcp", "udp"]
-    host: str
-    port: int
-    believes: str = ""
-    open: bool = False
-
-
 @dataclass(frozen=True, slots=True)
 class HostedScene:
     """The scene around fakes: the room and its people, for the world that hosts them.
@@ -225,19 +235,33 @@ class RunInfo:
 
 
 @dataclass(frozen=True, slots=True)
-class _File:
+class ConnectionFile:
+    """Which driver serves which part of a robot, and where."""
+
     connection: Name
-    model: Annotated[str, Item.target] | None = None
-    parts: Mapping[str, Item] = field(default_factory=dict)
+    """Its name."""
+    model: Annotated[str, Item.target, Written(str)] | None = None
+    """The body: a robot by name or by file."""
+    parts: Mapping[str, Entry] = field(default_factory=dict)
+    """Which driver serves each part."""
     about: str = ""
+    """What it is."""
     real: bool = False
+    """A robot that can hurt people: `run` checks what was tried before."""
     limits: Narrowed = Narrowed()
-    links: Mapping[str, Item] = field(default_factory=dict)
-    peers: Mapping[str, Item] = field(default_factory=dict)
+    """Below the body's, never above."""
+    links: Mapping[str, Entry] = field(default_factory=dict)
+    """Shared by several parts: a bus, a server, a process."""
+    peers: Mapping[str, Entry] = field(default_factory=dict)
+    """Fakes that start and end with it."""
     plant: PlantKind = "parts"
-    scene: Annotated[str, Item.target] | None = None
+    """`mock`: the whole robot of the scene is mocked; no parts."""
+    scene: Annotated[str, Item.target, Written(str)] | None = None
+    """The default room; without it there is none."""
     proven: str | None = None
+    """When it was first run on the devices, where, by whom."""
     told: tuple[str, ...] = ()
+    """Notes for the operator, shown at each run."""
 
     def faults(self) -> Iterator[Fault]:
         """Contradictions and missing keys, by key."""
@@ -274,7 +298,7 @@ def connection_from(item: Item) -> Connection:
     Raises:
         FileError: every mistake in it and in the robot's file.
     """
-    found = record(item, _File)
+    found = record(item, ConnectionFile)
     if found.model is not None:
         _check_limits(item, found.model, found.limits)
     known = (*found.links, *found.peers)

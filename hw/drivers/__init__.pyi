@@ -10,6 +10,10 @@ from hw.drivers.chain.chain_client import (
     ChainStopLine as ChainStopLine,
 )
 from hw.drivers.kairos.kairos_base import KairosBase as KairosBase
+from hw.drivers.needs import (
+    Listening as Listening,
+    Observed as Observed,
+)
 from hw.drivers.observer import (
     PERIOD_S as PERIOD_S,
     ObserverLink as ObserverLink,

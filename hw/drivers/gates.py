@@ -1,10 +1,13 @@
 """Limits on the age, silence and plausibility of inputs: the figures of all drivers.
 
 How a person's pose may be used at its age is decided by the safety chain (`hw.safety.limits`: 50,
-150 and 500 ms). Here is what is refused before that, and when a link or device counts as lost.
+150 and 500 ms, the first two from `hw.samples`). Here is what is refused before that, and when a
+link or device counts as lost.
 """
 
 from __future__ import annotations
+
+from hw.samples import OLD_NS
 
 MS = 1_000_000
 
@@ -83,7 +86,7 @@ WORKER_SILENT_NS = 80 * MS
 """Silence after which the arm's worker process is killed, if several looks confirm it."""
 
 # wheels and bumper
-ODOMETRY_OLD_NS = 150 * MS
+ODOMETRY_OLD_NS = OLD_NS
 """Odometry of an RB-KAIROS older than this is a fault; it sends a message every 10 ms."""
 HEARTBEAT_NS = 150 * MS
 """A CAN drive whose heartbeat is older is dead; it sends one every 50 ms."""

@@ -12,7 +12,8 @@ class Peer:
     """Starts a child whose ready line has the door for faults: `control`.
 
     `module` has the child's `main`; `settings` are its arguments; `tells` is the world that it
-    sends to as each of its `sources`, or None; `name` is what an operator calls it.
+    sends to as each of its `sources`, or None; `name` is what an operator calls it. The child
+    imports the modules that it `needs`.
     """
 
     sources: tuple[str, ...] = ()

@@ -26,7 +26,7 @@ from collections.abc import Iterable, Iterator
 from hashlib import blake2b
 from typing import Any, NamedTuple, Protocol
 
-from hw.ipc.plain import GREATEST, parsed, plain
+from hw.ipc.plain import GREATEST, parsed, text
 
 Address = tuple[str, int]
 LOOPBACK = "127.0.0.1"
@@ -89,7 +89,7 @@ class Seal:
         Raises:
             TypeError: neither a plain value nor one of `KINDS`.
         """
-        told = json.dumps([name, stamp_ns, plain(value)], separators=(",", ":")).encode()
+        told = text((name, stamp_ns, value)).encode()
         self._number += 1
         return self._session + self._number.to_bytes(NUMBER, "big") + told
 

@@ -1,4 +1,4 @@
-"""Plain values as JSON: numbers, strings, None, tuples, and the classes in `KINDS` by name.
+"""Values as JSON by the table of `engine.files.codec`; of classes only those in `KINDS`.
 
 Only plain data can be read, and only if every field is of its class: what is read can be used as
 the type says, whoever wrote it. Numbers may be NaN or infinite; see `hw.finite`.
@@ -6,12 +6,12 @@ the type says, whoever wrote it. Numbers may be NaN or infinite; see `hw.finite`
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from engine.files import Write, Writers, decoded, fields_of
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.safety import ChainStatus, SafetyRecord
 from hw.samples import (
@@ -44,50 +44,52 @@ GREATEST = 1 << 63
 Check = Callable[[Any], bool]
 
 
-def plain(value: Any) -> Any:
-    """A value in the form that `json` accepts.
+def text(value: Any) -> str:
+    """A value as JSON text.
 
     Raises:
-        TypeError: it has no such form.
+        TypeError: it is neither plain nor one of `KINDS`.
     """
-    if value is None or isinstance(value, bool | int | float | str):
-        return value
-    if type(value) is tuple:
-        return [plain(item) for item in value]
-    name = type(value).__name__
-    if KINDS.get(name) is not type(value):
+    return _WRITE[type(value)](value)
+
+
+def _writer(kind: type) -> Write:
+    name = kind.__name__
+    write = _WRITE.of_base(kind) or _WRITE.of_fields(kind, name)
+    if write is None or (KINDS.get(name) is not kind and not issubclass(kind, float | int | str)):
         raise TypeError(f"a {name} cannot be sent in a datagram; see hw.ipc.plain.KINDS")
-    if isinstance(value, tuple):
-        return {name: [plain(item) for item in value]}
-    return {name: [plain(getattr(value, field.name)) for field in dataclasses.fields(value)]}
+    return write
+
+
+_WRITE = Writers(_writer)
 
 
 def parsed(found: Any) -> Any:
-    """The value of parsed JSON; the inverse of `plain`.
+    """The value of parsed JSON; the inverse of `text`.
 
     Raises:
         ValueError, TypeError, KeyError: it is invalid.
     """
-    if isinstance(found, list):
-        return tuple([parsed(item) for item in found])
-    if isinstance(found, dict):
-        [(name, content)] = found.items()
-        fields = tuple([parsed(item) for item in content])
-        checks = _checks_of(KINDS[name])
-        if len(fields) != len(checks) or not all(
-            check(field) for check, field in zip(checks, fields, strict=True)
-        ):
-            raise ValueError(f"no {name}: {fields!r}")
-        return KINDS[name](*fields)
-    return found
+    return decoded(found, _made)
+
+
+def _made(name: str, content: Any) -> Any:
+    items = parsed(content)
+    checks = _checks_of(KINDS[name])
+    if (
+        type(items) is not tuple
+        or len(items) != len(checks)
+        or not all(check(item) for check, item in zip(checks, items, strict=True))
+    ):
+        raise ValueError(f"no {name}: {items!r}")
+    return KINDS[name](*items)
 
 
 @cache
 def _checks_of(kind: type) -> tuple[Check, ...]:
     """One check for each field of a class, in their order."""
     hints = get_type_hints(kind)
-    named = kind._fields if hasattr(kind, "_fields") else [f.name for f in dataclasses.fields(kind)]
-    return tuple([_check_of(hints[name]) for name in named])
+    return tuple([_check_of(hints[name]) for name in fields_of(kind) or ()])
 
 
 def _check_of(hint: Any) -> Check:

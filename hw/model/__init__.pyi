@@ -1,6 +1,7 @@
 from hw.model.arm import (
     ALIKE as ALIKE,
     LINKS as LINKS,
+    ArmFile as ArmFile,
     ArmShape as ArmShape,
     Dh as Dh,
     LinkMass as LinkMass,
@@ -10,6 +11,7 @@ from hw.model.arm import (
     six as six,
 )
 from hw.model.calibration import (
+    CalibrationFile as CalibrationFile,
     load_calibration as load_calibration,
 )
 from hw.model.description import (
@@ -19,14 +21,15 @@ from hw.model.prop import (
     ANY as ANY,
     FLANGE as FLANGE,
     JOINTS as JOINTS,
+    ByArm as ByArm,
     Capsule as Capsule,
     GripperModel as GripperModel,
     Placement as Placement,
     Point3 as Point3,
     Prop as Prop,
+    PropFile as PropFile,
     Six as Six,
     WrenchModel as WrenchModel,
-    by_arm as by_arm,
     load_prop as load_prop,
 )
 from hw.model.robot import (
@@ -36,6 +39,7 @@ from hw.model.robot import (
     ChassisBox as ChassisBox,
     Footprint as Footprint,
     MotionLimits as MotionLimits,
+    RobotFile as RobotFile,
     RobotModel as RobotModel,
     check_pace as check_pace,
     load_robot as load_robot,

@@ -61,11 +61,17 @@ class Dh:
     """The six lengths of a UR arm, m (Denavit-Hartenberg; a2 and a3 are negative)."""
 
     d1: _DhLength
+    """From the base up to the shoulder lift."""
     a2: _DhLength
+    """Of the upper arm; negative."""
     a3: _DhLength
+    """Of the forearm; negative."""
     d4: _DhLength
+    """Of the first wrist link."""
     d5: _DhLength
+    """Of the second wrist link."""
     d6: _DhLength
+    """From the last wrist joint to the flange."""
 
     def placements(self) -> tuple[Placement, ...]:
         """Frame of each joint in the link before it, at zero angles."""
@@ -104,8 +110,11 @@ class LinkMass:
     """
 
     mass: Annotated[Mass, Range(0.0, 500.0)]
+    """Of the link."""
     center: Point3
+    """Its centre of mass, in the link's frame."""
     inertia: tuple[_Inertia, _Inertia, _Inertia, _Inertia, _Inertia, _Inertia]
+    """About the centre: ixx, iyy, izz, ixy, ixz, iyz; kg m2."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,9 +167,13 @@ def arms_of(chain: Sequence[Placement]) -> list[str]:
 @dataclass(frozen=True, slots=True)
 class _Joint:
     lower: AnyAngle
+    """The lowest angle."""
     upper: AnyAngle
+    """The highest angle."""
     speed: JointSpeed
+    """The greatest speed."""
     torque: Annotated[Torque, above_0(10_000.0)]
+    """The greatest torque."""
 
     def faults(self) -> Iterator[Fault]:
         if not self.lower < self.upper:
@@ -170,25 +183,42 @@ class _Joint:
 @dataclass(frozen=True, slots=True)
 class _Capsule:
     link: LinkName
+    """The link whose frame it is in."""
     start: Point3
+    """One end of its axis."""
     end: Point3
+    """The other end."""
     radius: Radius
+    """All points as near to the axis belong to it."""
     part: str = ""
+    """Its name, if not that of the link."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Arm:
+class ArmFile:
+    """A jointed arm."""
+
     arm: Name
+    """Its name."""
     payload: Annotated[Mass, Range(0.0, 500.0)]
+    """The greatest mass that it holds."""
     dh: Dh
+    """Its lengths."""
     joints: Mapping[str, _Joint]
+    """The six joints by name, shoulder first."""
     capsules: tuple[_Capsule, ...]
+    """Around its links, in their frames."""
     masses: Mapping[str, LinkMass]
+    """The moving links, shoulder first."""
     about: str = ""
+    """Which arm it is."""
     source: str = ""
+    """Where the numbers come from, with version."""
     apart: tuple[tuple[str, str], ...] = ()
+    """Pairs of links, or parts of them, that cannot touch at any joint angles."""
 
     def faults(self) -> Iterator[Fault]:
+        """Contradictions, by key."""
         if len(self.joints) != JOINTS:
             yield "joints", f"needs {JOINTS} joints, has {len(self.joints)}"
         if tuple(self.masses) not in ((), LINKS[1:]):
@@ -223,7 +253,7 @@ def arm_from(item: Item) -> ArmShape:
     Raises:
         FileError: every mistake in it, with file, line, column and what would be right.
     """
-    read = record(item, _Arm)
+    read = record(item, ArmFile)
     joints = read.joints.values()
     return ArmShape(
         name=read.arm,

@@ -1,6 +1,6 @@
 """A URDF in place of an arm file, named in a robot file.
 
-`urdf: {file: own.urdf, base: base_link, flange: tool0, mount: {xyz: [0, 0, 0.5]}}`; the file's path
+`urdf: {file: own.urdf, base: base_link, flange: tool0, mount: {z: 50 cm}}`; the file's path
 is relative to the robot file's folder.
 """
 
@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Annotated
 
 from engine.files import is_file
-from engine.files.declared import Item, reader_of
-from hw.model.prop import Placement
+from engine.files.declared import Item, Written, reader_of
+from hw.model.prop import SpatialPose
 
 
 def _file(item: Item) -> Path:
@@ -27,11 +27,14 @@ def _file(item: Item) -> Path:
 class UrdfDescription:
     """A URDF that describes the arm: the chain from link `base` to link `flange` (R17).
 
-    The prop is mounted on `flange`, whose z axis points outwards. `mount` is rover_from_base; None:
-    as the arm stands in the robot file.
+    The prop is mounted on `flange`. `mount` is rover_from_base; None: as in the robot file.
     """
 
-    file: Annotated[Path, _file]
+    file: Annotated[Path, _file, Written(str)]
+    """The URDF, relative to this file's folder."""
     base: str
+    """The link that the chain begins with."""
     flange: str
-    mount: Placement | None = None
+    """The link that holds the prop; its z axis points outwards."""
+    mount: SpatialPose | None = None
+    """Where `base` is on the rover; without it as the arm's `mount`."""

@@ -4,7 +4,7 @@ prop: panel
 about: a board to be touched
 mass: 1.5                  # kg, with gripper and sensor; counts against the robot's payload
 center_of_mass: [0, 0, 0.07]   # flange frame, m; half way to the tcp if it is not given
-tcp: {xyz: [0, 0, 0.15], rpy: [0, 1.5707963267948966, 0]}   # flange_from_tcp
+tcp: {x: 0, y: 0, z: 0.15, pitch: 90 deg}   # flange_from_tcp; roll, pitch and yaw: 0 if left out
 capsules:                  # around all of it, in the flange frame
   - {start: [0, 0, 0.03], end: [0, 0, 0.1], radius: 0.05}
 parked:                    # the folded arm, six joints in rad, by arm; or six for any arm
@@ -16,11 +16,10 @@ wrench: {force: 100, torque: 10}                            # optional; full sca
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from engine.files import Force, Length, Mass, Speed, Torque
 from engine.files.declared import (
@@ -28,7 +27,9 @@ from engine.files.declared import (
     Item,
     Name,
     Range,
+    Written,
     above_0,
+    fields_of,
     find_file,
     known_files,
     load_yaml,
@@ -45,6 +46,9 @@ ANY = ""
 FLANGE = 6
 """The link that carries the prop: the last of six."""
 
+OLD_POSE = ("xyz", "rpy")
+"""The keys with which poses were written before."""
+
 Coordinate = Annotated[Length, Range(-10.0, 10.0)]
 Point3 = tuple[Coordinate, Coordinate, Coordinate]
 Angles = tuple[AnyAngle, AnyAngle, AnyAngle]
@@ -58,13 +62,57 @@ class Placement:
     """A frame in its parent: xyz in m, rpy (fixed axes x, y, z, as in URDF) in rad."""
 
     xyz: Point3 = (0.0, 0.0, 0.0)
+    """Where it is."""
     rpy: Angles = (0.0, 0.0, 0.0)
+    """How it is turned, about the fixed axes x, y and z."""
 
     def pose(self) -> Pose3:
         """The frame as a pose: turned about x, then y, then z of its parent."""
-        (x, a), (y, b), (z, c) = ((math.sin(0.5 * r), math.cos(0.5 * r)) for r in self.rpy)
-        about_z = Pose3(*self.xyz, qz=z, qw=c)
-        return about_z @ Pose3(0.0, 0.0, 0.0, qy=y, qw=b) @ Pose3(0.0, 0.0, 0.0, qx=x, qw=a)
+        return Pose3.from_angles(*self.xyz, self.rpy)
+
+
+@dataclass(frozen=True, slots=True)
+class SpatialPoseKeys:
+    """A pose in space, in the frame of its parent."""
+
+    x: Coordinate = 0.0
+    """Along x of the parent."""
+    y: Coordinate = 0.0
+    """Along y."""
+    z: Coordinate = 0.0
+    """Along z."""
+    roll: AnyAngle = 0.0
+    """About the parent's x, first."""
+    pitch: AnyAngle = 0.0
+    """About its y, then."""
+    yaw: AnyAngle = 0.0
+    """About its z, last."""
+
+
+def placement(item: Item) -> Placement:
+    """A pose written `{x: 1.0, y: 2.0, z: 0.5, roll: 0, pitch: 0, yaw: 90 deg}`; 0 if left out.
+
+    Raises:
+        FileError: every mistake in it.
+    """
+    keys = item.mapping().keys()
+    if keys & {*OLD_POSE} and not keys & fields_of(SpatialPoseKeys).keys():
+        found = record(item, Placement)
+        item.note("a pose in the old way", f"write `{_rewritten(item.value)}`")
+        return found
+    read = record(item, SpatialPoseKeys)
+    return Placement((read.x, read.y, read.z), (read.roll, read.pitch, read.yaw))
+
+
+def _rewritten(old: Mapping[str, Sequence[Any]]) -> str:
+    """A pose in the old way as it is written now."""
+    values = [value for key in OLD_POSE for value in old.get(key, (0, 0, 0))]
+    pairs = zip(fields_of(SpatialPoseKeys), values, strict=True)
+    kept = (f"{key}: {value}" for key, value in pairs if value or key in "xyz")
+    return f"{{{', '.join(kept)}}}"
+
+
+SpatialPose = Annotated[Placement, placement, Written(SpatialPoseKeys, old=Placement)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +134,11 @@ class GripperModel:
     """Fingers that open to `opening` m at `speed` m/s and hold an object `held` m wide."""
 
     opening: Annotated[Length, above_0(0.5)]
+    """How far apart the fingers go."""
     speed: Annotated[Speed, above_0(1.0)]
+    """How fast they move."""
     held: Annotated[Length, above_0(0.5)]
+    """How wide the held object is."""
 
     def faults(self) -> Iterator[Fault]:
         """Contradictions, by key."""
@@ -100,7 +151,9 @@ class WrenchModel:
     """Full scale of a force-torque sensor, N and Nm."""
 
     force: Annotated[Force, above_0(10_000.0)]
+    """The largest force."""
     torque: Annotated[Torque, above_0(1_000.0)]
+    """The largest torque."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,8 +218,11 @@ def load_prop(name_or_path: str | Path = "prop") -> Prop:
 @dataclass(frozen=True, slots=True)
 class _Capsule:
     start: Point3
+    """One end of its axis."""
     end: Point3
+    """The other end."""
     radius: Radius
+    """All points as near to the axis belong to it."""
 
 
 def by_arm(item: Item) -> Mapping[str, Six]:
@@ -179,22 +235,37 @@ def by_arm(item: Item) -> Mapping[str, Six]:
     return found
 
 
+ByArm = Annotated[Mapping[str, Six], by_arm, Written(Mapping[str, Six] | Six)]
+
+
 @dataclass(frozen=True, slots=True)
-class _Prop:
+class PropFile:
+    """What the arm holds."""
+
     prop: Name
+    """Its name."""
     mass: Annotated[Mass, Range(0.0, 50.0)]
-    tcp: Placement
+    """With gripper and sensor; counts against the robot's payload."""
+    tcp: SpatialPose
+    """The point that touches, flange_from_tcp."""
     capsules: tuple[_Capsule, ...]
-    parked: Annotated[Mapping[str, Six], by_arm]
-    parked_paper: Annotated[Mapping[str, Six], by_arm] | None = None
+    """Around all of it, in the flange frame."""
+    parked: ByArm
+    """The folded arm, six joints, by arm; or six for any arm."""
+    parked_paper: ByArm | None = None
+    """A second folded pose, which reproduces the paper's times."""
     about: str = ""
+    """What it is."""
     gripper: GripperModel | None = None
+    """The gripper, if there is one."""
     wrench: WrenchModel | None = None
+    """The force-torque sensor, if there is one."""
     center_of_mass: tuple[ToolLength, ToolLength, ToolLength] | None = None
+    """In the flange frame; half way to the tcp if it is not given."""
 
 
 def _prop(item: Item) -> Prop:
-    read = record(item, _Prop)
+    read = record(item, PropFile)
     x, y, z = read.tcp.xyz
     return Prop(
         name=read.prop,

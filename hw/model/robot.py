@@ -30,6 +30,7 @@ from engine.files.declared import (
     Item,
     Name,
     Range,
+    Written,
     above_0,
     find_file,
     known_files,
@@ -40,7 +41,7 @@ from hw.interfaces import DriveMode
 from hw.model.arm import ArmShape, arms_of, load_arm
 from hw.model.calibration import load_calibration
 from hw.model.description import UrdfDescription
-from hw.model.prop import Placement, Point3, Prop, load_prop
+from hw.model.prop import Placement, Point3, Prop, SpatialPose, load_prop
 from hw.model.sensing import Sensing
 from hw.samples import Joints, TimedJoints
 
@@ -55,15 +56,16 @@ _ROUNDED = 1.0 + 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Footprint:
-    """The outline with foam: a rectangle centred on base_link, x ahead, m (R3, R4).
-
-    `enclosing_radius` is the paper's own figure, larger than half the diagonal.
-    """
+    """The outline with foam: a rectangle centred on base_link, x ahead, m (R3, R4)."""
 
     length: Annotated[Length, Range(0.3, 3.0)]
+    """With foam, along x."""
     width: Annotated[Length, Range(0.3, 3.0)]
+    """With foam, along y."""
     foam: Annotated[Length, Range(0.0, 0.5)]
+    """How thick the foam is, on every side."""
     enclosing_radius: Annotated[Length, Range(0.1, 5.0)]
+    """Of a circle around all of it; the paper's own figure is larger than half the diagonal."""
 
     def faults(self) -> Iterator[Fault]:
         """Contradictions, by key."""
@@ -93,23 +95,30 @@ class Footprint:
 
 @dataclass(frozen=True, slots=True)
 class BaseModel:
-    """The wheels; m, s, rad.
-
-    The safety chain relies on `brake_deceleration` and on `reaction_time`, from a new pose of the
-    user to braking wheels: figures to be measured on the robot, not assumed.
-    """
+    """The wheels; m, s, rad."""
 
     modes: Annotated[tuple[DriveMode, ...], Count(1, 2)]
+    """How it drives."""
     max_speed: Annotated[Speed, Range(0.05, 10.0)]
+    """In any direction."""
     max_yaw_rate: Annotated[AngularSpeed, Range(0.05, 20.0)]
+    """On the spot."""
     brake_deceleration: Annotated[Acceleration, Range(0.5, 10.0)]
+    """Of a software stop; measure it on the robot, the safety chain relies on it."""
     command_timeout: Annotated[Duration, Range(0.02, 2.0)]
+    """Without a new command the wheels stop by themselves after this time."""
     wheel_radius: Annotated[Length, Range(0.01, 0.5)]
+    """Of the wheels."""
     max_wheel_rate: Annotated[AngularSpeed, Range(0.1, 1000.0)]
+    """How fast the wheels turn."""
     half_wheelbase: Annotated[Length, Range(0.01, 1.5)]
+    """From base_link ahead to the axle."""
     half_track: Annotated[Length, Range(0.01, 1.5)]
+    """From base_link aside to the wheels."""
     rolling_resistance: Annotated[Ratio, Range(0.0001, 0.5)]
+    """As a share of the weight."""
     reaction_time: Annotated[Duration, Range(0.02, 1.0)] = 0.1
+    """From a new pose of the user to braking wheels; measure it too."""
 
     def faults(self) -> Iterator[Fault]:
         """Speeds beyond the wheels' rates, by key.
@@ -134,8 +143,11 @@ class ChassisBox:
     """A part of the rover that the arm must not touch: corners in the rover frame, m."""
 
     name: str
+    """What it is."""
     low: Point3
+    """The lowest corner."""
     high: Point3
+    """The highest corner."""
 
     def faults(self) -> Iterator[Fault]:
         """Values that contradict each other, by key."""
@@ -151,7 +163,9 @@ class Installation:
     """
 
     power: Annotated[Power, above_0(10_000.0)] = 300.0
+    """The greatest power."""
     momentum: Annotated[Momentum, above_0(1_000.0)] = 25.0
+    """The greatest momentum."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -326,12 +340,18 @@ def _shape(item: Item) -> ArmShape:
 
 @dataclass(frozen=True, slots=True)
 class _Arm:
-    model: Annotated[ArmShape, _shape]
-    mount: Placement
+    model: Annotated[ArmShape, _shape, Written(str)]
+    """An arm by name or by file: lengths, limits, shape."""
+    mount: SpatialPose
+    """Where the base of the arm's controller is on the rover, rover_from_base."""
     stop_deceleration: Annotated[AngularAcceleration, Range(0.1, 1000.0)]
-    calibration: Annotated[tuple[Placement, ...], _calibration] | None = None
+    """Of each joint, when it is stopped."""
+    calibration: Annotated[tuple[Placement, ...], _calibration, Written(str)] | None = None
+    """The measured chain of this one arm, by name or by file; null: the nominal one."""
     urdf: UrdfDescription | None = None
+    """A URDF that describes the arm."""
     installation: Installation = field(default_factory=Installation)
+    """Limits of the controller's safety installation."""
 
     def faults(self) -> Iterator[Fault]:
         """The fault of a calibration that is another arm's, by key."""
@@ -356,19 +376,32 @@ class _Arm:
 
 
 @dataclass(frozen=True, slots=True)
-class _Robot:
+class RobotFile:
+    """The body of a robot."""
+
     robot: Name
+    """Its name."""
     mass: Annotated[Mass, Range(1.0, 5000.0)]
+    """Of the whole robot."""
     payload: Annotated[Mass, Range(0.0, 500.0)]
+    """The greatest mass that the arm holds."""
     footprint: Footprint
+    """The outline with foam."""
     base: BaseModel
+    """The wheels."""
     arm: _Arm | None = None
-    prop: Annotated[Prop, _held] | None = None
+    """The arm, if there is one; it needs a `prop`."""
+    prop: Annotated[Prop, _held, Written(str)] | None = None
+    """What the arm holds, by name or by file; it says how the arm is folded."""
     chassis: tuple[ChassisBox, ...] = ()
+    """What of the rover the arm must not touch."""
     sensing: Sensing = field(default_factory=Sensing)
+    """Its sensors."""
     about: str = ""
+    """Which robot it is."""
 
     def faults(self) -> Iterator[Fault]:
+        """Contradictions, by key."""
         if self.arm is not None and self.prop is None:
             yield "arm", "needs a prop, which says how the arm is folded; the key 'prop' is missing"
         if self.arm is None and self.prop is not None:
@@ -381,7 +414,7 @@ def robot_from(item: Item, other: Prop | None = None) -> RobotModel:
     Raises:
         FileError: every mistake in it, with file, line, column and a suggestion.
     """
-    read = record(item, _Robot)
+    read = record(item, RobotFile)
     arm, held = read.arm, other or read.prop
     if arm is None:
         held = None

@@ -27,9 +27,13 @@ class Mount:
     """The mount of an upright sensor: base_from_sensor, m and rad."""
 
     x: Offset
+    """Ahead of base_link."""
     y: Offset
+    """To its left."""
     z: Offset = 0.0
+    """Above the floor."""
     yaw: AnyAngle = 0.0
+    """Counterclockwise from ahead."""
 
     @property
     def flat(self) -> Pose2:
@@ -48,18 +52,24 @@ class Mount:
 
 @dataclass(frozen=True, slots=True)
 class LidarModel:
-    """A scanner with a rotating mirror: `beams` over `field_of_view`, the middle one ahead.
+    """A scanner with a rotating mirror.
 
-    `rate` is that of its mirror. Beams are taken one after another, counterclockwise, so a scan
-    takes the share field_of_view / 2 pi of a revolution.
+    Beams are taken one after another, counterclockwise, so a scan takes the share
+    field_of_view / 2 pi of a revolution.
     """
 
     mount: Mount
+    """Where it is, base_from_sensor."""
     beams: Annotated[int, Range(2, 100_000)]
+    """How many a scan has, the middle one ahead."""
     field_of_view: Annotated[Angle, Range(0.01, _TURN + 1e-9)]
+    """Between the first and the last beam."""
     rate: Frequency
+    """Of the mirror."""
     min_range: Annotated[Length, Range(0.0, 10.0)]
+    """What is nearer is not seen."""
     max_range: Annotated[Length, Range(0.1, 1000.0)]
+    """What is farther is not seen."""
 
     def faults(self) -> Iterator[Fault]:
         """Contradictions, by key."""
@@ -88,7 +98,9 @@ class TrackerModel:
     """A tracker of the VR system on the rover (R8)."""
 
     mount: Mount
+    """Where it is, base_from_sensor."""
     rate: Frequency = 90.0
+    """Of its samples."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +108,7 @@ class OdometryModel:
     """Wheel odometry."""
 
     rate: Frequency = 50.0
+    """Of its samples."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +116,7 @@ class ImuModel:
     """An inertial sensor: angular rates and accelerations, in the base frame."""
 
     rate: Frequency = 100.0
+    """Of its samples."""
 
 
 def _none() -> Mapping[str, LidarModel]:
@@ -118,9 +132,13 @@ class Sensing:
     """The sensors by which a robot can localize itself; each is optional."""
 
     lidars: Mapping[str, LidarModel] = field(default_factory=_none)
+    """Scanners by name."""
     trackers: Mapping[str, TrackerModel] = field(default_factory=_no_trackers)
+    """Trackers of the VR system by name."""
     odometry: OdometryModel | None = None
+    """Wheel odometry."""
     imu: ImuModel | None = None
+    """Angular rates and accelerations."""
 
     def moved(self, by: Mapping[str, Pose2]) -> Sensing:
         """The same with scanners elsewhere, by name: see `Mount.moved`."""

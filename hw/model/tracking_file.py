@@ -1,9 +1,9 @@
 """The file of a calibrated tracking system, as written by `cobodeck calibrate`.
 
 tracking: lab_a
-map_from_vive: {xyz: [3.1, 0.4, 0.0], rpy: [0, 0, 1.57]}
+map_from_vive: {x: 3.1, y: 0.4, z: 0.0, roll: 0, pitch: 0, yaw: 1.57}
 mounts:                        # base_from_tracker, by tracker name
-  front_tracker: {xyz: [0.38, 0.27, 0.45], rpy: [0, 0, 0]}
+  front_tracker: {x: 0.38, y: 0.27, z: 0.45}
 scanner_yaws: {front_laser: 0.002}   # rotation against the mounts of the robot file, rad
 residual: {position: 0.0016, yaw: 0.0004}   # fit to its log: rms, m and rad
 """
@@ -19,7 +19,7 @@ from typing import Annotated
 from engine.files import Angle, Length
 from engine.files.declared import Name, Range, find_file, load_yaml, record
 from hw.geometry import Pose3
-from hw.model.prop import Placement
+from hw.model.prop import Placement, SpatialPose
 from hw.model.tracking import Tracking
 from hw.places import AnyAngle
 
@@ -31,7 +31,9 @@ class Residual:
     """Residuals of the calibration, root mean square, m and rad."""
 
     position: Annotated[Length, Range(0.0, 10.0)]
+    """Of positions."""
     yaw: Annotated[Angle, Range(0.0, math.pi)]
+    """Of angles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,16 +41,22 @@ class TrackingFile:
     """A named calibration and its residuals."""
 
     tracking: Name
-    map_from_vive: Placement
-    mounts: Mapping[str, Placement]
+    """Its name."""
+    map_from_vive: SpatialPose
+    """The pose of the tracking frame in the map."""
+    mounts: Mapping[str, SpatialPose]
+    """The pose of each tracker on the robot, base_from_tracker, by its name."""
     residual: Residual
+    """How well it fits the log it is from."""
     scanner_yaws: Mapping[str, AnyAngle] = field(default_factory=dict)
+    """How far scanners are turned against their mounts in the robot file."""
     about: str = ""
+    """What it was measured on."""
 
     def poses(self) -> Tracking:
         """The calibrated poses."""
-        mounts = {name: pose_of(placed) for name, placed in self.mounts.items()}
-        return Tracking(pose_of(self.map_from_vive), mounts)
+        mounts = {name: placed.pose() for name, placed in self.mounts.items()}
+        return Tracking(self.map_from_vive.pose(), mounts)
 
     def text(self) -> str:
         """The text of the file."""
@@ -77,14 +85,6 @@ def load_tracking(name_or_path: str | Path) -> TrackingFile:
     return load_yaml(path, lambda item: record(item, TrackingFile))
 
 
-def pose_of(placed: Placement) -> Pose3:
-    """A pose from roll, pitch and yaw about fixed axes: yaw @ pitch @ roll."""
-    roll, pitch, yaw = (0.5 * angle for angle in placed.rpy)
-    level = Pose3(*placed.xyz, 0.0, 0.0, math.sin(yaw), math.cos(yaw))
-    nodded = Pose3(0.0, 0.0, 0.0, 0.0, math.sin(pitch), 0.0, math.cos(pitch))
-    return level @ nodded @ Pose3(0.0, 0.0, 0.0, math.sin(roll), 0.0, 0.0, math.cos(roll))
-
-
 def placement_of(pose: Pose3) -> Placement:
     """Roll, pitch and yaw of a pose; the pitch is within 90 degrees."""
     return Placement((pose.x, pose.y, pose.z), pose.roll_pitch_yaw)
@@ -93,4 +93,4 @@ def placement_of(pose: Pose3) -> Placement:
 def _written(placed: Placement) -> str:
     x, y, z = placed.xyz
     roll, pitch, yaw = placed.rpy
-    return f"{{xyz: [{x!r}, {y!r}, {z!r}], rpy: [{roll!r}, {pitch!r}, {yaw!r}]}}"
+    return f"{{x: {x!r}, y: {y!r}, z: {z!r}, roll: {roll!r}, pitch: {pitch!r}, yaw: {yaw!r}}}"

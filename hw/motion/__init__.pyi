@@ -1,3 +1,8 @@
+from hw.motion.pose_history import (
+    PoseHistory as PoseHistory,
+    along_arc as along_arc,
+    wrapped as wrapped,
+)
 from hw.motion.reckoner import (
     Reckoner as Reckoner,
 )

@@ -8,16 +8,13 @@ precedence over the estimate.
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections import deque
 from typing import NamedTuple
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.model import Tracking
-from hw.samples import Odometry, PoseSigma, TrackerPose
+from hw.motion.pose_history import PoseHistory, wrapped
+from hw.samples import OLD_NS, Odometry, PoseSigma, TrackerPose
 
-FRESH_NS = 150_000_000
-"""Wheels or a tracker silent for longer are not used, ns."""
 KEPT_NS = 1_000_000_000
 """Odometry kept, ns: a fix that arrives later than this after its stamp is ignored."""
 TRACKER_SIGMA = 0.01
@@ -31,6 +28,10 @@ class Located(NamedTuple):
 
     pose: Pose2
     sigma: float
+
+
+_Driven = tuple[Pose2, float]
+"""odom_from_base, and the distance driven so far, m."""
 
 
 class _Fix(NamedTuple):
@@ -49,7 +50,7 @@ class Reckoner:
 
     def __init__(self, tracking: Tracking) -> None:
         self._tracking = tracking
-        self._wheels: deque[tuple[int, Pose2, float]] = deque()
+        self._wheels = PoseHistory(_along, KEPT_NS)
         self._twist = STILL
         self._seen: tuple[int, TrackerPose] | None = None
         self._tracked: _Fix | None = None
@@ -58,14 +59,13 @@ class Reckoner:
     def move(self, stamp_ns: int, wheels_say: Odometry) -> None:
         """Take odometry (odom_from_base and twist); late stamps are ignored."""
         wheels, way, odom_from_base = self._wheels, 0.0, wheels_say.pose
-        if wheels:
-            if stamp_ns <= wheels[-1][0]:
+        if wheels.newest is not None:
+            last_ns, (last, gone) = wheels.newest
+            if stamp_ns <= last_ns:
                 return
-            way = wheels[-1][2] + wheels[-1][1].distance_to(odom_from_base)
-        wheels.append((stamp_ns, odom_from_base, way))
+            way = gone + last.distance_to(odom_from_base)
+        wheels.put(stamp_ns, (odom_from_base, way))
         self._twist = wheels_say.twist
-        while stamp_ns - wheels[0][0] > KEPT_NS:
-            wheels.popleft()
 
     def track(self, stamp_ns: int, seen: TrackerPose) -> None:
         """Take a tracker's pose; only the newest one from a tracker with a known mount is kept."""
@@ -86,9 +86,10 @@ class Reckoner:
         Since the last odometry the velocity is assumed constant. If both a tracker and an estimate
         are known, sigma is at least their distance from each other.
         """
-        if not self._wheels or now_ns - self._wheels[-1][0] > FRESH_NS:
+        newest = self._wheels.newest
+        if newest is None or now_ns - newest[0] > OLD_NS:
             return None
-        stamp, last, way = self._wheels[-1]
+        stamp, (last, way) = newest
         place = last @ _way(self._twist, max(0, now_ns - stamp) * 1e-9)
         way += last.distance_to(place)
         tracked, estimated = self._newest_tracked(now_ns), self._estimated
@@ -102,7 +103,7 @@ class Reckoner:
 
     def _newest_tracked(self, now_ns: int) -> _Fix | None:
         """The fix by the newest tracker; None if none was seen lately."""
-        if self._seen is None or now_ns - self._seen[0] > FRESH_NS:
+        if self._seen is None or now_ns - self._seen[0] > OLD_NS:
             return None
         stamp, seen = self._seen
         if self._tracked is None or self._tracked.stamp_ns != stamp:
@@ -113,23 +114,20 @@ class Reckoner:
 
     def _fix(self, stamp_ns: int, pose: Pose2, sigma: float) -> _Fix | None:
         """A fix, from the odometry interpolated at its stamp; None if that is not known."""
-        wheels = self._wheels
-        later = bisect_left(wheels, stamp_ns, key=lambda entry: entry[0])
-        if later == len(wheels):  # no odometry since: it still holds
-            if not wheels or stamp_ns - wheels[-1][0] > FRESH_NS:
-                return None
-            _, odom, way = wheels[-1]
-        else:
-            then, odom, way = wheels[later]
-            if then != stamp_ns:
-                if later == 0:
-                    return None
-                before, a, start = wheels[later - 1]
-                share = (stamp_ns - before) / (then - before)
-                middle = a.between(odom, share)
-                odom = Pose2(middle.x, middle.y, wrap(middle.yaw))
-                way = start + share * (way - start)
+        newest = self._wheels.newest
+        if newest is None or not -KEPT_NS <= stamp_ns - newest[0] <= OLD_NS:
+            return None
+        # without odometry since, the newest still holds
+        then = newest[1] if stamp_ns > newest[0] else self._wheels.at(stamp_ns)
+        if then is None:
+            return None
+        odom, way = then
         return _Fix(stamp_ns, pose @ odom.inverse(), sigma, way)
+
+
+def _along(a: _Driven, b: _Driven, share: float) -> _Driven:
+    (pose, way), (then, further) = a, b
+    return wrapped(pose, then, share), way + share * (further - way)
 
 
 def _way(twist: Twist2, time: float) -> Pose2:

@@ -9,11 +9,10 @@ import math
 from collections import deque
 
 from hw.geometry import STILL, Twist2, unwrap
+from hw.samples import OLD_S
 
 LEAST_NS = 50_000_000
 """Least time span of poses for a velocity, ns."""
-GONE_S = 0.15
-"""After a longer gap between poses the estimate restarts, unless told otherwise, s."""
 JUMP = 0.3
 FASTEST = 4.0
 """A step beyond JUMP (m) + FASTEST (m/s) times its duration is a jump of the tracking."""
@@ -31,7 +30,7 @@ class Motion:
     poses are equal.
     """
 
-    def __init__(self, window: float, gone: float = GONE_S) -> None:
+    def __init__(self, window: float, gone: float = OLD_S) -> None:
         self.velocity: Twist2 | None = None
         self._window_ns, self._gone_ns = round(window * 1e9), round(gone * 1e9)
         self._seen: deque[Seen] = deque()

@@ -1,5 +1,6 @@
 from hw.safety.chain import (
-    KEPT as KEPT,
+    LocalChain as LocalChain,
+    is_standing as is_standing,
 )
 from hw.safety.cycle_record import (
     GRANTED as GRANTED,
@@ -11,13 +12,7 @@ from hw.safety.guarded import (
     HEARD as HEARD,
     GuardedBase as GuardedBase,
 )
-from hw.safety.keeper import (
-    Keeper as Keeper,
-    is_standing as is_standing,
-)
 from hw.safety.limits import (
-    LATE_S as LATE_S,
-    OLD_S as OLD_S,
     SafetyLimits as SafetyLimits,
 )
 from hw.safety.ramps import (
@@ -26,6 +21,9 @@ from hw.safety.ramps import (
     Ramps as Ramps,
     Velocity as Velocity,
     twist_after as twist_after,
+)
+from hw.safety.rule import (
+    KEPT as KEPT,
 )
 from hw.safety.separation import (
     QUICK as QUICK,

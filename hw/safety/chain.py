@@ -1,316 +1,288 @@
-"""The safety chain: the last stage before the wheels. It can only slow the base down or stop it.
+"""The safety chain, last before the wheels: it gets a velocity and decides how much may be driven.
 
-It is a software stop of a research prototype, not a safety device (R54): a hardware stop, with a
-person's hand on it, is needed as well. It knows nothing of charts and plans, has no queue and no
-lock, and is called at 100 Hz or more by the owner of the wheels:
+A chain is the rule (`hw.safety.rule`) with its inputs. The guarded base (`hw.safety.guarded`)
+passes on samples as they arrive, and the velocity of each tick with the tick's stamp, so that the
+chain notices when ticks stop. Whoever owns the wheels asks in each cycle what they may do:
 
-    chain.see(now_ns, stamp_ns, x, y)              # each tracked pose of the user, in the map
-    chain.stop_line = reason                       # why the stop line is pulled, or None
-    chain.request(True); chain.grant(pose)         # a touch is requested, and served from `pose`
-    record = chain.admit(now_ns, command, stamp_ns, pose, twist)
-    wheels.go(record.admitted)
+    chain.hear(sample, now_ns)                     # signals of `hears`, as they arrive
+    chain.command(twist, stamp_ns)                 # in each tick; stamp None: no source drives
+    chain.admit(now_ns, next_velocity, pose, twist)
 
-`command` is the velocity that the wheels would get in the next cycle, ramps included: nothing after
-the chain may slow down more gently than the brakes. The checks are, in this order: stop line and
-latches, age of the command, age of the user's pose, speed limit, separation governor (R48-R52,
-R149). The speed limit falls as a command ages, so that a computer that cannot keep up slows the
-robot down before it stops it. Time that runs backwards latches a stop. A stamp ahead of the clock
-is refused: a negative age is never fresh.
-
-The governor limits only what closes the gap between the robot's footprint, a rectangle at its
-measured yaw, and the user's cylinder: the velocity component towards the user, and a rotation that
-brings the nearest point of the footprint closer. Both are scaled by one share and neither offsets
-the other, because they need not brake in step. Motion away from the user or along the footprint's
-side is not limited.
+`LocalChain` runs in the process that owns the wheels. Real wheels have a process of their own with
+a `LocalChain` in it; the engine then has its client, `hw.drivers.chain.remote_chain.RemoteChain`.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
+from functools import partial
+from threading import Lock
+from typing import Any, Protocol
 
-from hw.finite import is_finite
 from hw.geometry import STILL, Pose2, Twist2
+from hw.interfaces import DriveMode
 from hw.log import Log
-from hw.safety.cycle_record import (
-    BACKWARDS,
-    BASE_UNKNOWN,
-    COMMAND_AHEAD,
-    COMMAND_LATE,
-    COMMAND_OLD,
-    GRANTED,
-    LATCHED,
-    NOT_FINITE,
-    RUNS_ON,
-    SEPARATION,
-    SPEED,
-    STOP_LINE,
-    TOO_FAST,
-    USER_AHEAD,
-    USER_LATE,
-    USER_LOST,
-    USER_OLD,
-    USER_UNKNOWN,
-    SafetyRecord,
-)
-from hw.safety.limits import SafetyLimits as SafetyLimits  # whoever wires a chain needs both
-from hw.safety.separation import Nearness, UserTrack, nearness
-from hw.samples import USER_RADIUS
+from hw.motion import Reckoner
+from hw.safety.cycle_record import SafetyRecord
+from hw.safety.limits import SafetyLimits
+from hw.safety.rule import STANDING, SafetyRule
+from hw.samples import Odometry, PoseSigma, Sample, TrackerPose, UserPose
 
-KEPT = 4096
-"""Records kept: 34 s at 120 Hz."""
-STANDING = 0.02
-"""A base slower than this counts as standing, m/s and rad/s."""
-FASTER = 1.1
-"""A measured speed above the limit by this factor latches a stop: the base does not obey."""
-SLOWER = 1.5
-"""A stop that takes longer than the brakes should need, by this factor, latches as well."""
-ROUNDING = 1e-9
-"""Tolerance within which an already limited velocity is not scaled again, m/s and rad/s."""
-_NOWHERE = 1e9
-_ORIGIN = Pose2(0.0, 0.0)
+Hear = Callable[[int, int, Any], None]
+"""Takes now and the stamp, both ns, and the value of a sample."""
+Pull = Callable[[str], None]
 
 
-class SafetyChain:
-    """See the module. `cycles` holds the newest records, for any number of readers.
+class Chain(Protocol):
+    """The safety chain as the guarded base sees it, wherever it runs."""
 
-    `stop_line` is the reason why the stop line is pulled, or None. `holonomic` is False for a base
-    that drives along its heading only. `latched` is the reason of a latched stop, or None; while
-    latched, nothing moves until `reset`. `refused` says why the last cycle allowed no motion at
-    all; it is empty if some was allowed.
-    """
+    stops: Pull | None
+    """Called with the reason, from any thread, when the chain has stopped the base until a reset;
+    it may be called again with the same reason."""
 
-    def __init__(self, limits: SafetyLimits) -> None:
-        self.limits = limits
-        self.latched: str | None = None
-        self.refused: tuple[str, ...] = ()
-        self.stop_line: str | None = None
-        self.holonomic = True
-        self.cycles: Log[SafetyRecord] = Log(KEPT)
-        self._half = limits.footprint.half_length, limits.footprint.half_width
-        self._user = UserTrack(limits.ahead)
-        self._requested = False
-        self._served_from: Pose2 | None = None
-        self._measured = self._command_age = 0.0
-        self._stand_by_ns: int | None = None
-        self._now_ns: int | None = None
+    @property
+    def limits(self) -> SafetyLimits:
+        """The limits of the chain."""
+        ...
 
-    def see(self, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
-        """Take a pose of the user (map) that arrived now; False if refused, see `UserTrack`."""
-        return self._user.see(now_ns, stamp_ns, x, y)
+    @property
+    def cycles(self) -> Log[SafetyRecord]:
+        """The newest records, for any number of readers."""
+        ...
 
-    def request(self, level: bool) -> None:
-        """Set whether the user requests a touch. The end of a request ends its grant.
+    @property
+    def latched(self) -> str | None:
+        """The reason of a latched stop; None if there is none."""
+        ...
 
-        This is a level that is sent on change, so silence does not end it: the owner of the link to
-        the user reports its loss (`Vr`). A touch still needs a fresh pose of a user who stands
-        still.
-        """
-        self._requested = level
-        if not level:
-            self._served_from = None
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """Why no motion at all was possible in the last cycle; empty if some was."""
+        ...
+
+    @property
+    def admitted(self) -> Twist2 | None:
+        """What was last admitted, base frame; None if nothing was cut since the last tick."""
+        ...
+
+    @property
+    def reckons(self) -> bool:
+        """True if `locate` has to be called with the localization's estimate in every tick."""
+        ...
+
+    @property
+    def hears(self) -> tuple[str, ...]:
+        """The signals to call `hear` with."""
+        ...
+
+    def hear(self, sample: Sample, now_ns: int) -> None:
+        """Take a sample that arrived now; signals not in `hears` are ignored."""
+        ...
+
+    def locate_by(self, reckoner: Reckoner) -> None:
+        """Take poses from a reckoner from now on: the base does not measure its own."""
+        ...
+
+    def locate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
+        """Take the localization's estimate of the base at an instant; None: it has none."""
+        ...
 
     def grant(self, pose: Pose2 | None) -> None:
-        """Set the base pose (map_from_base) from which the request is served; None: none known.
+        """Serve the user's request from this base pose (map_from_base); None: it is not served.
 
-        A pose that is not finite counts as None.
+        While the request lasts, the chain lets the base approach the user slowly down to the gap of
+        that pose. The end of the request ends the grant.
         """
-        self._served_from = pose if is_finite(pose) else None
+        ...
+
+    def command(self, twist: Twist2, stamp_ns: int | None) -> None:
+        """Set the velocity commanded at stamp_ns; a stamp of None: no source drives."""
+        ...
+
+    def pull(self, reason: str) -> None:
+        """The stop line was pulled: stop at once, without waiting for its sample."""
+        ...
 
     def reset(self, now_ns: int) -> bool:
-        """Release the latch; False while its cause persists or the base moves.
+        """Release a latched stop on the operator's order; False while its cause persists."""
+        ...
 
-        Called by an operator's command only (R49).
-        """
-        if self.latched is None:
-            return True
-        lost = self.latched == USER_LOST and self._stale(self._user.age_s(now_ns)) != ()
-        if lost or self._measured > STANDING:
-            return False
-        self.latched = None
-        return True
 
-    def rest(self, now_ns: int) -> None:
-        """Run a cycle of a base that stands without a command: checks time and the user's age only.
+class LocalChain:
+    """The chain in the process that owns the wheels; see `Chain`.
 
-        It writes no record.
-        """
-        self._watch(now_ns, STILL, self._age(now_ns))
-        self.refused = ()
+    Samples, ticks and cycles may come from different threads. `wanted` is the commanded velocity.
+
+    Args:
+        limits: of the rule.
+        measures: True to take the base's pose and twist from samples; else `admit` gets them.
+    """
+
+    def __init__(self, limits: SafetyLimits, measures: bool = True) -> None:
+        self.rule = SafetyRule(limits)
+        self.stops: Pull | None = None
+        self.admitted: Twist2 | None = None
+        self.wanted = STILL
+        self._stamp_ns: int | None = None
+        self._measured: dict[str, tuple[int, Any]] = {}
+        self._mutex = Lock()
+        self._reckoner: Reckoner | None = None
+        self._hears: dict[str, Hear] = {
+            "vr.haptic_request": self._hear_request,
+            "stop.engaged": self._hear_stop_line,
+        }
+        if limits.watched:
+            self._hears["user.pose"] = self._hear_user
+        if measures:
+            for name in ("base.pose", "base.twist"):
+                self._hears[name] = partial(self._measure, name)
+
+    @property
+    def limits(self) -> SafetyLimits:
+        """The limits of the rule."""
+        return self.rule.limits
+
+    @property
+    def cycles(self) -> Log[SafetyRecord]:
+        """The newest records."""
+        return self.rule.cycles
+
+    @property
+    def latched(self) -> str | None:
+        """The reason of a latched stop."""
+        return self.rule.latched
+
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """Why no motion at all was possible in the last cycle."""
+        return self.rule.refused
+
+    @property
+    def reckons(self) -> bool:
+        """True if it needs estimates."""
+        return self._reckoner is not None
+
+    @property
+    def hears(self) -> tuple[str, ...]:
+        """The signals to call `hear` with."""
+        return tuple(self._hears)
+
+    def locate_by(self, reckoner: Reckoner) -> None:
+        """Take poses from a reckoner from now on."""
+        self._reckoner = reckoner
+        self._hears["base.odometry"] = self._hear_odometry
+        self._hears["rover.tracker"] = self._hear_tracker
+
+    def hear(self, sample: Sample, now_ns: int) -> None:
+        """Take a sample that arrived now."""
+        hear = self._hears.get(sample.name)
+        if hear is not None:
+            with self._mutex:
+                hear(now_ns, sample.stamp_ns, sample.value)
+
+    def locate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
+        """Take the localization's estimate of the base."""
+        if self._reckoner is not None:
+            with self._mutex:
+                self._reckoner.estimate(stamp_ns, pose, sigma)
+
+    def grant(self, pose: Pose2 | None) -> None:
+        """Serve the user's request from this base pose."""
+        with self._mutex:
+            self.rule.grant(pose)
+
+    def command(self, twist: Twist2, stamp_ns: int | None) -> None:
+        """Set the commanded velocity."""
+        self.wanted, self._stamp_ns = twist, stamp_ns
+        self.admitted = None
+
+    def pull(self, reason: str) -> None:
+        """Do nothing: the stop line is heard in this process."""
+
+    def reset(self, now_ns: int) -> bool:
+        """Release a latched stop."""
+        with self._mutex:
+            return self.rule.reset(now_ns)
+
+    # in each cycle
+
+    def measured(self, now_ns: int) -> tuple[Pose2 | None, Twist2 | None]:
+        """The newest pose and velocity heard; None where it is too old."""
+        pose, twist = self._recent("base.pose", now_ns), self._recent("base.twist", now_ns)
+        if self._reckoner is not None:
+            wheels = self._recent("base.odometry", now_ns)
+            twist = None if wheels is None else wheels.twist
+        return pose, twist
 
     def admit(
         self,
         now_ns: int,
         command: Twist2,
-        stamp_ns: int,
         pose: Pose2 | None,
         twist: Twist2 | None,
-        sigma: float = 0.0,
-    ) -> SafetyRecord:
-        """Limit the next velocity of the wheels.
+        mode: DriveMode = "omni",
+    ) -> Twist2:
+        """The part of the next velocity, ramps included, that may reach the motors.
 
-        Args:
-            now_ns: the instant of this cycle.
-            command: the next velocity of the wheels, base frame.
-            stamp_ns: the instant at which that velocity was last commanded.
-            pose: measured map_from_base; None if unknown.
-            twist: measured velocity, base frame; None if unknown.
-            sigma: standard deviation of the pose's position, m.
+        `pose` is map_from_base; with a reckoner its pose is used instead. See `SafetyRule`.
         """
-        age = self._age(now_ns)
-        record = None
-        if twist is None:
-            self.refused = BASE_UNKNOWN
-        elif not _is_finite(command, pose or _ORIGIN, twist):
-            self.refused = NOT_FINITE
-        else:
-            self._watch(now_ns, twist, age)
-            lost = (pose is None or not sigma < math.inf) and self.limits.watched
-            self.refused = BASE_UNKNOWN if lost else self._refusal(now_ns, stamp_ns, age)
-            self._command_age = (now_ns - stamp_ns) / 1e9
-            if pose is not None and age < math.inf:
-                off = self.limits.pose_error(sigma)
-                record = self._governed(now_ns, max(age, 0.0), command, pose, twist, off)
-        record = record or self._unwatched(now_ns, command)
-        self.cycles.append(record)
-        return record
+        rule, stamp, sigma = self.rule, self._stamp_ns, 0.0
+        with self._mutex:
+            if self._reckoner is not None:
+                located = self._reckoner.at(now_ns)
+                pose, sigma = (None, 0.0) if located is None else located
+            rule.holonomic = mode == "omni"
+            if stamp is None:
+                stamp = now_ns  # a commanded stop does not age
+            record = rule.admit(now_ns, command, stamp, pose, twist, sigma)
+            admitted = record.admitted
+            if self.admitted is not None or (admitted is not command and admitted != command):
+                self.admitted = admitted
+        self._stop_if_latched()
+        return admitted
 
-    # stop line, latches, ages
+    def rest(self, now_ns: int) -> None:
+        """A cycle of a standing base without a command."""
+        with self._mutex:
+            self.rule.rest(now_ns)
+        self._stop_if_latched()
 
-    def _age(self, now_ns: int) -> float:
-        """Age of the user's pose, s; infinite without a pose, or if no part tracks the user."""
-        if self._now_ns is not None and now_ns < self._now_ns:
-            self._latch(BACKWARDS)  # stamps from before the jump mean nothing any more
-            self._user = UserTrack(self.limits.ahead)
-            self._stand_by_ns = None
-        self._now_ns = now_ns
-        return self._user.age_s(now_ns) if self.limits.watched else math.inf
+    def _stop_if_latched(self) -> None:
+        latched = self.rule.latched
+        if latched is not None and self.stops is not None:
+            self.stops(latched)
 
-    def _watch(self, now_ns: int, twist: Twist2, age: float) -> None:
-        """Latch a stop on any condition that must not clear by itself."""
-        limits = self.limits
-        speed, turn = math.hypot(twist.vx, twist.vy), abs(twist.wz)
-        self._measured = max(speed, turn)
-        if limits.lost < age < math.inf:
-            self._latch(USER_LOST)
-        if speed > FASTER * limits.speed or turn > FASTER * limits.yaw_rate:
-            self._latch(TOO_FAST)
-        if not self.refused or self._measured <= STANDING:
-            self._stand_by_ns = None
-        elif self._stand_by_ns is None:
-            within = self._measured / limits.stopping.deceleration
-            self._stand_by_ns = now_ns + round((limits.stopping.reaction + SLOWER * within) * 1e9)
-        elif now_ns > self._stand_by_ns:
-            self._latch(RUNS_ON)
+    # samples heard
 
-    def _latch(self, reason: str) -> None:
-        if self.latched is None:
-            self.latched = reason
+    def _hear_user(self, now_ns: int, stamp_ns: int, user: UserPose | None) -> None:
+        if user is not None:
+            self.rule.track_user(now_ns, stamp_ns, user.body.x, user.body.y)
 
-    def _refusal(self, now_ns: int, stamp_ns: int, age: float) -> tuple[str, ...]:
-        """Why no motion at all is allowed; empty if some is."""
-        if self.stop_line is not None:
-            return STOP_LINE
-        if self.latched is not None:
-            return LATCHED
-        since = (now_ns - stamp_ns) / 1e9
-        if since >= self.limits.command_age:
-            return COMMAND_OLD
-        if since < -self.limits.ahead:
-            return COMMAND_AHEAD
-        return self._stale(age) if self.limits.watched else ()
+    def _hear_request(self, now_ns: int, stamp_ns: int, deep: object) -> None:  # noqa: ARG002
+        self.rule.request(deep is not None)
 
-    def _stale(self, age: float) -> tuple[str, ...]:
-        """Why the user's pose cannot be used; empty if it can."""
-        if age > self.limits.old:
-            return USER_OLD if age < math.inf else USER_UNKNOWN
-        return USER_AHEAD if age < -self.limits.ahead else ()
+    def _hear_stop_line(self, now_ns: int, stamp_ns: int, reason: str | None) -> None:  # noqa: ARG002
+        self.rule.stop_line = reason
 
-    # limits and separation
+    def _hear_odometry(self, now_ns: int, stamp_ns: int, wheels: Odometry) -> None:
+        assert self._reckoner is not None
+        self._reckoner.move(stamp_ns, wheels)
+        self._measure("base.odometry", now_ns, stamp_ns, wheels)
 
-    def _unwatched(self, now_ns: int, command: Twist2) -> SafetyRecord:
-        """A cycle without any pose of the user."""
-        admitted, reasons = STILL, self.refused
-        if not reasons:
-            admitted, reasons = self._limited(command, 0.0, ())
-        return SafetyRecord(now_ns, command, admitted, reasons=reasons)
+    def _hear_tracker(self, now_ns: int, stamp_ns: int, seen: TrackerPose) -> None:  # noqa: ARG002
+        assert self._reckoner is not None
+        self._reckoner.track(stamp_ns, seen)
 
-    def _governed(
-        self, now_ns: int, age: float, command: Twist2, pose: Pose2, twist: Twist2, off: float
-    ) -> SafetyRecord:
-        """A cycle with a pose of the user; `off` is the excess error of the base's pose, m."""
-        limits, user = self.limits, self._user
-        near = self._nearness(pose)
-        speed = limits.walking if user.speed is None else user.speed + limits.uncertainty
-        if age > limits.late:
-            speed = max(speed, limits.walking)
-        allowed = limits.stopping.allowed(near.gap - off, speed, age)
-        admitted, reasons = STILL, self.refused
-        if not reasons:
-            touch = self._touch_speed(near.gap, age) if self._requested else 0.0
-            if touch > allowed:
-                allowed, reasons = touch, (GRANTED,)
-            admitted, reasons = self._limited(command, age, reasons)
-            slower = near.held_back(admitted, allowed, self.holonomic)
-            if limits.governor and slower is not admitted:
-                admitted, reasons = slower, (*reasons, SEPARATION)
-        needed = limits.stopping.needed(near.closing(twist), speed, age)
-        needed += off if needed else 0.0
-        return SafetyRecord(
-            now_ns, command, admitted, near.gap, needed, allowed, speed, age, reasons
-        )
+    def _measure(self, name: str, now_ns: int, stamp_ns: int, value: Any) -> None:  # noqa: ARG002
+        self._measured[name] = stamp_ns, value
 
-    def _nearness(self, pose: Pose2) -> Nearness:
-        user = self._user
-        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
-        dx, dy = user.x - pose.x, user.y - pose.y
-        return nearness(*self._half, c * dx + s * dy, c * dy - s * dx, USER_RADIUS)
-
-    def _touch_speed(self, gap: float, age: float) -> float:
-        """The closing speed granted towards a user who requests a touch and stands still, m/s.
-
-        It falls with the age of the user's pose, so that the distance covered since that pose
-        stays bounded.
-        """
-        limits, user = self.limits, self._user
-        if user.steady is None or user.steady >= limits.still:
-            return 0.0
-        floor = limits.touch_gap
-        if self._served_from is not None:
-            floor = max(floor, self._nearness(self._served_from).gap - limits.touch_slack)
-        fastest = self._share(age) * limits.touch_speed
-        return min(fastest, limits.stopping.allowed_above(floor, gap))
-
-    def _limited(
-        self, command: Twist2, age: float, reasons: tuple[str, ...]
-    ) -> tuple[Twist2, tuple[str, ...]]:
-        """The command scaled to the speed limit; to the reasons so far, that of a scaling is added.
-
-        The limit falls to 0 as the command or the user's pose ages (R149).
-        """
-        limits, seen = self.limits, self._share(age)
-        share = min(seen, limits.command_share(self._command_age))
-        speed, turn = math.hypot(command.vx, command.vy), abs(command.wz)
-        scale = 1.0
-        if speed > share * limits.speed + ROUNDING:
-            scale = share * limits.speed / speed
-        if turn * scale > share * limits.yaw_rate + ROUNDING:
-            scale = share * limits.yaw_rate / turn
-        if scale == 1.0:
-            return command, reasons
-        slower = Twist2(scale * command.vx, scale * command.vy, scale * command.wz)
-        reason = SPEED if share == 1.0 else USER_LATE if share == seen else COMMAND_LATE
-        return slower, (*reasons, reason)
-
-    def _share(self, age: float) -> float:
-        """Share of a speed limit left at this age of the user's pose: 1 to `late`, 0 at `old`."""
-        limits = self.limits
-        return 1.0 if age <= limits.late else (limits.old - age) / (limits.old - limits.late)
+    def _recent(self, name: str, now_ns: int) -> Any:
+        """The newest value; None if it is older than `limits.old`, or ahead of the clock."""
+        limits = self.rule.limits
+        stamp, value = self._measured.get(name, (now_ns, None))
+        return value if -limits.ahead <= (now_ns - stamp) / 1e9 <= limits.old else None
 
 
-def _is_finite(command: Twist2, pose: Pose2, twist: Twist2) -> bool:
-    length = math.hypot(
-        command.vx, command.vy, command.wz,
-        pose.x, pose.y, pose.yaw,
-        twist.vx, twist.vy, twist.wz,
-    )  # fmt: skip
-    return length < _NOWHERE
+def is_standing(twist: Twist2) -> bool:
+    """True for the velocity of a base that counts as standing."""
+    return max(twist.speed, abs(twist.wz)) <= STANDING

@@ -52,7 +52,7 @@ class SafetyRecord(NamedTuple):
 class ChainStatus(NamedTuple):
     """The status that a chain in a process of its own reports periodically.
 
-    `latched`, `refused` and `admitted` are those of `hw.safety.keeper`; `mode` is the drive mode.
+    `latched`, `refused` and `admitted` are those of `hw.safety.chain`; `mode` is the drive mode.
     `cycles` counts cycles since the start, `missed` those more than one period late, `records` the
     records sent; `longest_ms` is the longest time between two cycles since the status before.
     """

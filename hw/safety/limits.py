@@ -17,9 +17,8 @@ import math
 from dataclasses import dataclass
 
 from hw.model import Footprint, MotionLimits, RobotModel
+from hw.samples import LATE_S, OLD_S
 
-LATE_S, OLD_S = 0.05, 0.15
-"""Ages of the user's pose, s: fully used up to the first, not used beyond the second (R149)."""
 POSE_ERROR_M = 0.075
 """Three standard deviations of the base's position that C covers, m: half of its 0.15 m."""
 _NOTHING = 1e-12

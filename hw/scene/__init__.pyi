@@ -16,6 +16,7 @@ from hw.scene.room import (
 )
 from hw.scene.scene import (
     Scene as Scene,
+    SceneFile as SceneFile,
     load_scene as load_scene,
     scene_from as scene_from,
     scene_names as scene_names,

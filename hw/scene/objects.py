@@ -39,14 +39,23 @@ class Thing:
     """A checked object of a scene; s, m, m/s."""
 
     kind: Literal["chair", "person"]
+    """Gives the size, unless `radius` and `height` do."""
     at: PlanePoint
+    """Where it stands, or starts from."""
     radius: Annotated[Length, Range(0.02, 2.0)] | None = None
+    """Of the upright cylinder."""
     height: Annotated[Length, Range(0.1, 3.0)] | None = None
+    """Of the upright cylinder."""
     appears: Time = 0.0
+    """From then on it is there."""
     leaves: Time | None = None
+    """From then on it is gone; without it, it stays."""
     walks: tuple[PlanePoint, ...] = ()
+    """Places that it goes to, one after another."""
     speed: Annotated[Speed, Range(0.01, 5.0)] = 1.0
+    """How fast it walks."""
     again: bool = False
+    """Back and forth endlessly; else it stays at the last place."""
 
     def faults(self) -> Iterator[Fault]:
         """Contradictions, by key."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated
 
-from engine.files.declared import Fault, Item, reader_of
+from engine.files.declared import Count, Fault, Item, Written, reader_of
 from hw.places import PlanePoint
 
 if TYPE_CHECKING:
@@ -59,20 +59,22 @@ def ring(item: Item) -> Ring:
     return corners
 
 
-Polygon = Annotated[Ring, ring]
+_Corners = Annotated[tuple[PlanePoint, ...], Count(3, MAX_CORNERS + 1)]
+Polygon = Annotated[Ring, ring, Written(_Corners)]
 
 
 @dataclass(frozen=True)
 class Room:
-    """Rings are closed without repeating the first corner, m, in either direction.
-
-    `tracked_area` is where the person's tracking works (R6); None: everywhere.
-    """
+    """Rings are closed without repeating the first corner, m, in either direction."""
 
     outer: Polygon
+    """The corners of the room."""
     walls: tuple[Polygon, ...] = ()
+    """Polygons inside it that block the way."""
     columns: tuple[Polygon, ...] = ()
+    """The same, for columns."""
     tracked_area: Polygon | None = None
+    """Where the person's tracking works (R6); everywhere without it."""
 
     def faults(self) -> Iterator[Fault]:
         """Walls and columns outside the room, by key."""

@@ -40,6 +40,7 @@ from engine.files.declared import (
     Item,
     Name,
     Range,
+    Written,
     find_file,
     known_files,
     load_yaml,
@@ -115,27 +116,35 @@ def load_scene(name_or_path: str | Path) -> Scene:
     return load_yaml(find_file(str(name_or_path), FOLDER, "scene"), scene_from)
 
 
-Named = Annotated[str, Item.target]
+Named = Annotated[str, Item.target, Written(str)]
 
 
 @dataclass(frozen=True, slots=True)
 class _Robot:
     start: Pose
+    """Where it starts."""
     file: Named = "rbkairos_ur10"
+    """A robot by name or by file."""
 
 
 @dataclass(frozen=True, slots=True)
 class _User:
     source: Named | None = None
+    """A script by name, a recording, or `random`; `--user` overrides it."""
     start: Pose | None = None
+    """Where they start; else as the script or recording says."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Surface:
     from_: PlanePoint
+    """One end of it, seen from above."""
     to: PlanePoint
+    """The other end."""
     low: Annotated[Length, Range(0.0, 100.0)] = 0.0
+    """Height of its lower edge."""
     high: Annotated[Length, Range(0.0, 100.0)] = 2.0
+    """Height of its upper edge."""
 
     def faults(self) -> Iterator[Fault]:
         if math.dist(self.from_, self.to) < MIN_WIDTH:
@@ -157,7 +166,7 @@ def _room(item: Item) -> Room:
     def own(other: Item) -> Room:
         if isinstance(other.inner("room").value, str):
             raise item.error("is taken from a scene that takes its own from another; name that one")
-        return record(other, _Scene).room
+        return record(other, SceneFile).room
 
     return item.refer(lambda: load_yaml(find_file(named, FOLDER, "scene"), own))
 
@@ -168,20 +177,34 @@ def _calibration(item: Item) -> TrackingFile:
 
 
 @dataclass(frozen=True, slots=True)
-class _Scene:
+class SceneFile:
+    """A scene: the room, and where robot and person start."""
+
     scene: Name
-    room: Annotated[Room, _room]
+    """Its name."""
+    room: Annotated[Room, _room, Written(Room | str)]
+    """The polygons of the room, or the scene that it is taken from."""
     robot: _Robot
+    """The robot, and where it starts."""
     about: str = ""
+    """What it is good for."""
     user: _User = _User()
+    """The person, and where they start."""
     parking: Mapping[str, Pose] = field(default_factory=dict)
+    """The robot's parking spots by name."""
     touchable: tuple[_Surface, ...] = ()
+    """Surfaces that only the user sees."""
     objects: tuple[Thing, ...] = ()
+    """What is there and in no map: chairs and other people."""
     zones: Zones = NO_ZONES
+    """Areas that restrict the robot."""
     tracking: Tracked = "everywhere"
-    calibration: Annotated[TrackingFile, _calibration] | None = None
+    """Where the person is tracked: everywhere, or only in the room's tracked area (R6)."""
+    calibration: Annotated[TrackingFile, _calibration, Written(str)] | None = None
+    """The tracking system, by name or by the file that `cobodeck calibrate` wrote."""
 
     def faults(self) -> Iterator[Fault]:
+        """Contradictions, by key."""
         if self.tracking == "area" and self.room.tracked_area is None:
             yield "tracking", "the room has no tracked_area to be tracked in"
         poses = {"robot.start": self.robot.start}
@@ -211,7 +234,7 @@ def scene_from(item: Item) -> Scene:
     Raises:
         FileError: every mistake in it.
     """
-    read = record(item, _Scene)
+    read = record(item, SceneFile)
     return Scene(
         name=read.scene,
         about=read.about,

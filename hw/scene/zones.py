@@ -16,7 +16,9 @@ class SpeedZone:
     """An area in which the robot's centre moves no faster than `limit`, m/s."""
 
     area: Polygon
+    """The corners of the area."""
     limit: Annotated[Speed, Range(0.05, 10.0)]
+    """The robot's centre is no faster there."""
 
     def speed_at(self, x: float, y: float, braking: float) -> float:
         """The speed from which braking, m/s2, still meets the limit at the border, m/s.
@@ -31,10 +33,12 @@ class SpeedZone:
 
 @dataclass(frozen=True, slots=True)
 class Zones:
-    """`keepout`: areas that block the robot like walls; `speed`: areas with a speed limit."""
+    """Areas that restrict the robot."""
 
     keepout: tuple[Polygon, ...] = ()
+    """Areas that block the robot like walls."""
     speed: tuple[SpeedZone, ...] = ()
+    """Areas with a speed limit."""
 
     def speed_at(self, x: float, y: float, braking: float) -> float:
         """The largest speed that all zones allow at a place, m/s; infinite without zones."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hw.interfaces import RobotPart
+from hw.jit import compile_examples
 from hw.model import RobotModel, SensorErrors, Tracking
 from hw.people.walking import Person
 from hw.samples import USER_RADIUS
@@ -40,8 +41,7 @@ class Equipment:
         seed: int,
         bodies: Sequence[Body] = (),
     ) -> None:
-        rays.warm_up()
-        coverage.warm_up()
+        compile_examples((rays, coverage))
         self._person = person
         self._body = Track(base.pose)
         wheels, floor = self._body, None
@@ -77,5 +77,5 @@ class Equipment:
             self._walked.note(now_ns, self._person.body)
 
     def _walker(self, time_ns: int) -> Point:
-        x, y, _ = self._walked.at(time_ns)
+        x, y, _ = self._walked.held(time_ns)
         return x, y

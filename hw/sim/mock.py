@@ -1,109 +1,73 @@
-"""Mock parts: they follow commands exactly, from the next tick on, and keep a list of them."""
+"""Mock parts: the simulated ones without ramps, which do exactly as told from the next tick on."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
-from hw.model import ArmModel, GripperModel, Prop, RobotModel, WrenchModel, check_pace
+from hw.model import MotionLimits, Prop, RobotModel, WrenchModel, check_pace
 from hw.people.walking import Person
-from hw.safety import CYCLE_NS, GuardedBase, SafetyLimits
-from hw.samples import ArmState, GripperState, Joints, Sample, TimedJoints
+from hw.safety import CYCLE_NS, SafetyLimits
+from hw.samples import GripperState
 from hw.scene import Scene
-from hw.sim.sim_arm import STOPPED, JointCourse, refusal
+from hw.sim.sim_arm import SimArm
+from hw.sim.sim_base import SimBase
 from hw.sim.tool import Hand, SimGripper, SimWrench
 from hw.sim.world import World
 
+if TYPE_CHECKING:
+    from hw.sim.sensors import Track
+    from hw.sim.slip import SlipperyFloor
 
-class MockBase:
-    """A base that has the commanded velocity at once; its pose follows exact arcs.
 
-    `gate` limits what reaches the wheels; None: no limit.
+class MockBase(SimBase):
+    """A base that has the commanded velocity and mode at once; its pose follows exact arcs.
+
+    It has no limits but those of the safety chain, and uses no energy.
     """
 
-    signals: tuple[str, ...] = ("base.pose", "base.twist")
-
     def __init__(self, robot: RobotModel, start: Pose2) -> None:
-        self.pose = start
-        self.mode: DriveMode = robot.base.modes[0]
-        self.twist = STILL
-        self.distance_m = 0.0
-        self.energy_j = 0.0
-        self.braked = False
-        self.gate: GuardedBase | None = None
-        self.commands: list[Twist2] = []
-        self._model = robot.base
-        self._timeout_ns = round(robot.base.command_timeout * 1e9)
-        self._target = STILL
-        self._now = 0
-        self._expires = 0
-        self._reported = -1
+        super().__init__(robot, MotionLimits(), start)
+
+    def watch(self, body: Track, wheels: Track, floor: SlipperyFloor | None) -> None:  # noqa: ARG002
+        """Refuse sensors: they measure how wheels and body differ, and these do not."""
+        raise TypeError("sensing needs a SimBase, not a MockBase")
 
     def use(self, mode: DriveMode) -> None:
         """Change the drive mode; see `Base`."""
-        if mode not in self._model.modes:
-            raise ValueError(f"base: mode '{mode}' is not one of {', '.join(self._model.modes)}")
+        super().use(mode)
         self.mode = mode
 
-    def drive(self, command: Twist2) -> None:
-        """Command a velocity; see `Base`."""
-        Twist2.checked(command.vx, command.vy, command.wz)
-        self.commands.append(command)
-        sideways = command.vy if self.mode == "omni" else 0.0
-        target = Twist2(command.vx, sideways, command.wz)
-        self._target = STILL if target == STILL else target
-        self._expires = self._now + self._timeout_ns
+    def _limited(self, command: Twist2) -> Twist2:
+        return command if self.mode == "omni" else Twist2(command.vx, 0.0, command.wz)
 
-    def stop(self) -> None:
-        """Stand at once; see `Base`."""
-        self.commands.append(STILL)
-        self._target = STILL
-
-    def samples(self, now_ns: int) -> list[Sample]:
-        """Pose and twist at this instant."""
-        if self._reported == now_ns:
-            return []
-        self._reported = now_ns
-        return [Sample("base.pose", now_ns, self.pose), Sample("base.twist", now_ns, self.twist)]
-
-    def block(self, pose: Pose2) -> None:
-        """A solid obstacle stops the base at once, at this pose."""
-        self.pose, self.twist, self._target = pose, STILL, STILL
-
-    def advance(self, until_ns: int) -> None:
-        """Move on to until_ns."""
-        if self.braked:
-            self._target = STILL
-        end = min(until_ns, self._expires)
-        if self._target != STILL and end > self._now:
-            self._go(end)
-        if self._target == STILL or self._expires < until_ns:
-            self._target = self.twist = STILL
-            if self.gate is not None:
-                self.gate.rest(self._now)
-        self._now = until_ns
-
-    def _go(self, end_ns: int) -> None:
-        """Follow the command to end_ns, as far as the gate admits it, from cycle to cycle.
+    def _move(self, until_ns: int) -> None:
+        """Follow the command, as far as the chain admits it, from cycle to cycle.
 
         Arcs are computed from the last change of velocity, so that rounding does not accumulate.
         """
-        begun, start, twist = self._now, self.pose, None
-        for now in range(self._now, end_ns, CYCLE_NS):
+        since, self._now = self._now, until_ns
+        if self._target == STILL:
+            self.twist = STILL
+            if self.chain is not None:
+                self.chain.rest(since)
+            return
+        begun, start, twist = since, self.pose, None
+        for now in range(since, until_ns, CYCLE_NS):
             admitted = self._admitted(now)
             if admitted != twist:
                 begun, start, twist = now, self.pose, admitted
-            end = min(now + CYCLE_NS, end_ns)
+            end = min(now + CYCLE_NS, until_ns)
             self.pose, self.twist = _along(start, admitted, (end - begun) * 1e-9), admitted
             self.distance_m += admitted.speed * (end - now) * 1e-9
 
     def _admitted(self, now_ns: int) -> Twist2:
-        if self.gate is None:
+        if self.chain is None:
             return self._target
-        return self.gate.admit(now_ns, self._target, self.pose, self.twist)
+        return self.chain.admit(now_ns, self._target, self.pose, self.twist, self.mode)
 
 
 def _along(start: Pose2, twist: Twist2, span: float) -> Pose2:
@@ -115,85 +79,27 @@ def _along(start: Pose2, twist: Twist2, span: float) -> Pose2:
     return Pose2(start.x + way.vx * chord, start.y + way.vy * chord, wrap(start.yaw + turn))
 
 
-class MockArm:
-    """An arm that follows its trajectory exactly, and stops instantly."""
-
-    signals: tuple[str, ...] = ("arm.joints",)
-
-    def __init__(self, model: ArmModel) -> None:
-        self.state = ArmState(model.parked, (0.0,) * len(model.parked))
-        self.braked = False
-        self.commands: list[Joints] = []
-        self._model = model
-        self._course: JointCourse | None = None
-        self._since, self._share, self._rate = 0, 0.0, 1.0
-        self._now = 0
-        self._reported = -1
-
-    def follow(self, points: Sequence[TimedJoints]) -> int:
-        """Follow a trajectory; see `Arm`."""
-        self._model.check_course(points)
-        refused = refusal(self.state, points, self.braked)
-        self.stop()
-        number = self.state.course + 1
-        self.state = replace(self.state, course=number, refused=refused)
-        if refused is None:
-            self.commands.append(points[-1][1])
-            self._course, self._since, self._share = JointCourse.of(points), self._now, 0.0
-            self._rate = 1.0
-        return number
+class MockArm(SimArm):
+    """An arm that changes its pace, and stops, at once."""
 
     def pace(self, share: float, separation: float | None = None, needed: float = 0.0) -> None:  # noqa: ARG002  why is for the record
         """Follow the present trajectory at this share of its speed, at once; see `Arm`."""
         check_pace(share)
-        self._share, self._since, self._rate = self._progress(self._now), self._now, share
+        self._jump_to(share)
 
     def stop(self) -> None:
         """Stand at once; see `Arm`."""
-        self._course = None
+        self._jump_to(0.0)
 
-    def samples(self, now_ns: int) -> list[Sample]:
-        """The joints at this instant."""
-        if self._reported == now_ns:
-            return []
-        self._reported = now_ns
-        return [Sample("arm.joints", now_ns, self.state)]
-
-    def advance(self, until_ns: int) -> None:
-        """Move on to until_ns."""
-        self._now = until_ns
-        if self.braked and self._course is not None:
-            self.state = replace(self.state, refused=STOPPED)
-            self.stop()
-        if self._course is not None:
-            share = self._progress(until_ns)
-            moving = share < self._course.duration
-            scaling = self._rate if moving else 1.0
-            self.state = replace(
-                self.state, joints=self._course.joints(share), moving=moving, scaling=scaling
-            )
-        elif self.state.moving:
-            self.state = replace(self.state, moving=False, scaling=1.0)
-        if not self.state.moving:
-            self._course = None
-
-    def _progress(self, now_ns: int) -> float:
-        """The planned time reached, s."""
-        return self._share + self._rate * (now_ns - self._since) * 1e-9
+    def _jump_to(self, rate: float) -> None:
+        course = self._course
+        if course is not None and course.rate > 0.0:
+            share, _ = course.at(self._now)
+            self._course = replace(course, since_ns=self._now, share=share, before=rate, rate=rate)
 
 
 class MockGripper(SimGripper):
     """Fingers that have the commanded opening at once, or the width of an object if wider."""
-
-    def __init__(self, model: GripperModel) -> None:
-        super().__init__(model)
-        self.commands: list[float] = []
-
-    def open_to(self, opening: float) -> None:
-        """Command an opening; see `Gripper`."""
-        super().open_to(opening)
-        if not self.braked:
-            self.commands.append(opening)
 
     def advance(self, until_ns: int) -> None:  # noqa: ARG002
         """Move on to until_ns."""
@@ -205,17 +111,11 @@ class MockGripper(SimGripper):
             self.state = GripperState(opening, holding)
 
 
-class MockWrench(SimWrench):
-    """A sensor that reads the applied load less the one at zeroing, not limited to a full scale."""
-
-    def __init__(self) -> None:
-        super().__init__(WrenchModel(math.inf, math.inf))
-
-
 def mock_hand(prop: Prop) -> Hand:
-    """The mocked gripper and sensor of a prop."""
+    """The mocked gripper and sensor of a prop; the sensor has no full scale."""
     gripper = None if prop.gripper is None else MockGripper(prop.gripper)
-    return Hand(gripper, None if prop.wrench is None else MockWrench())
+    unlimited = WrenchModel(math.inf, math.inf)
+    return Hand(gripper, None if prop.wrench is None else SimWrench(unlimited))
 
 
 def mock_world(

@@ -82,11 +82,14 @@ class PacedCourse:
         """
         t = (now_ns - self.since_ns) * 1e-9
         change = self.rate - self.before
-        slope = math.copysign(self.slope, change)
-        changing = min(t, abs(change) / self.slope)
-        share = self.share + changing * (self.before + 0.5 * slope * changing)
-        share += (t - changing) * self.rate
-        rate = self.rate if t >= abs(change) / self.slope else self.before + slope * t
+        if change == 0.0:
+            share, rate = self.share + self.rate * (now_ns - self.since_ns) * 1e-9, self.rate
+        else:
+            slope = math.copysign(self.slope, change)
+            changing = min(t, abs(change) / self.slope)
+            share = self.share + changing * (self.before + 0.5 * slope * changing)
+            share += (t - changing) * self.rate
+            rate = self.rate if t >= abs(change) / self.slope else self.before + slope * t
         end = self.course.duration
         return (end, 0.0) if share >= end else (share, rate)
 

@@ -1,8 +1,8 @@
 """The wheels of the reduced simulation: ideal pose, limited speed and acceleration.
 
-The limits are those of `hw.safety.ramps`. With a gate the base runs its own loop at 100 Hz or more
-and calls the gate in each cycle, after the ramps and last before the wheels; what the gate cuts is
-braked away.
+The limits are those of `hw.safety.ramps`. With a safety chain the base runs its own loop at 100 Hz
+or more and asks the chain in each cycle, after the ramps and last before the wheels; what the chain
+cuts is braked away.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from hw.geometry import STILL, Pose2, Twist2, wrap
 from hw.interfaces import DriveMode
 from hw.model import MotionLimits, RobotModel, WhiteNoise, added
-from hw.safety import CYCLE_NS, GuardedBase, PlanarState, Ramps, twist_after
+from hw.safety import CYCLE_NS, LocalChain, PlanarState, Ramps, twist_after
 from hw.samples import Sample
 
 if TYPE_CHECKING:
@@ -33,11 +33,11 @@ class SimBase:
     `differential` mode the base moves along its heading only, and the curve widens where speed
     times yaw rate would exceed the acceleration. A change of mode waits for standstill.
 
-    `gate` limits what reaches the wheels; None: no limit. `noise` is that of the measured pose,
-    which the gate uses too; `pose` is the true one.
+    `chain` limits what reaches the wheels; None: no limit. `noise` is that of the measured pose,
+    which the chain uses too; `pose` is the true one.
 
     With a floor the wheels obey exactly and the body slips: `pose` is the body's. With sensors
-    (`watch`) the base does not measure its pose and gives the velocity of its wheels only; a gate
+    (`watch`) the base does not measure its pose and gives the velocity of its wheels only; a chain
     without a reckoner then uses the true pose.
     """
 
@@ -55,7 +55,7 @@ class SimBase:
         self.distance_m = 0.0
         self.energy_j = 0.0
         self.braked = False
-        self.gate: GuardedBase | None = None
+        self.chain: LocalChain | None = None
         self.signals: tuple[str, ...] = ("base.pose", "base.twist")
         self._floor: SlipperyFloor | None = None
         self._tracks: tuple[Track, Track] | None = None
@@ -146,32 +146,33 @@ class SimBase:
             self.mode = self._wanted_mode
             if target.vx == 0.0 and target.vy == 0.0 and target.wz == 0.0:
                 self.twist = STILL
-                if self.gate is not None:
-                    self.gate.rest(since)
+                if self.chain is not None:
+                    self.chain.rest(since)
                 return
         elif self.mode != self._wanted_mode:
             target = STILL
         turning = max(abs(self._wz), abs(target.wz)) * span
         pieces = max(1, math.ceil(turning / _TURN_STEP))
-        if self.gate is not None and span > 0.0:
+        if self.chain is not None and span > 0.0:
             cycles = -(-(until_ns - since) // CYCLE_NS)
-            self._go_gated(self.gate, target, since, max(pieces, cycles))
+            self._move_admitted(self.chain, target, since, max(pieces, cycles))
             return
         for _ in range(pieces):
             self._step(self._toward(target, span / pieces, self.braked))
         self.pose = self._place()
         self.twist = self._twist((0.0, 0.0, 0.0, (self._vx, self._vy, self._wz)))
 
-    def _go_gated(self, gate: GuardedBase, target: Twist2, since: int, cycles: int) -> None:
+    def _move_admitted(self, chain: LocalChain, target: Twist2, since: int, cycles: int) -> None:
+        """Move from `since` until now, as far as the chain admits it, from cycle to cycle."""
         span = self._now - since
         h = span * 1e-9 / cycles
-        braked, reckons = self.braked, gate.reckons
+        braked, reckons = self.braked, chain.reckons
         for cycle in range(cycles):
             now = since + span * cycle // cycles
             motion = self._toward(target, h, braked)
             command = self._twist(motion)
             pose = None if reckons else self._measured()
-            admitted = gate.admit(now, command, pose, self.twist)
+            admitted = chain.admit(now, command, pose, self.twist, self.mode)
             if admitted is not command:
                 motion = self._toward(self._limited(admitted), h, braked=True)
                 command = self._twist(motion)

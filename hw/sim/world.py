@@ -291,6 +291,6 @@ class World:
 
     def _release(self) -> bool:
         """True if the stop line may be reset: nobody touches the foam, and the chain agrees."""
-        freed = not self.pressed and self.guard.reset(self.now_ns)
+        freed = not self.pressed and self.guard.chain.reset(self.now_ns)
         self.collisions.release(freed)
         return freed

@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hw import STILL, USER_RADIUS, Pose2, Twist2
+from hw import OLD_S, STILL, USER_RADIUS, Pose2, Twist2
 from hw.motion import Motion
 from hw.safety import QUICK, STEADY
 from states.arm.arm_situation import slimmed
@@ -50,8 +50,8 @@ AHEAD_S = np.array((0.0, 0.15, 0.3))
 """How far ahead on the trajectory the separation is computed, s."""
 STARTING = 0.5
 """Speed assumed of a person whose speed is not known yet, m/s."""
-WALKING, OLD_S = 1.6, 0.15
-"""Speed assumed of a person whose newest pose is older than this, m/s and s."""
+WALKING = 1.6
+"""Speed assumed of a person whose newest pose is too old to be used, m/s."""
 HAND_SPEED = 2.0
 """Speed that a hand may have at any instant, m/s (ISO 13855, K within arm's length)."""
 HAND_REACTION_S = 0.05

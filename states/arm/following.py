@@ -51,4 +51,4 @@ def in_map(situation: ArmSituation, deep: Pose3, frame: Frame) -> Pose3 | None:
     if frame == "map":
         return deep
     here = situation.base if frame == "rover" else situation.user
-    return None if here is None else Pose3.from_yaw(here.x, here.y, 0.0, here.yaw) @ deep
+    return None if here is None else here.upright() @ deep

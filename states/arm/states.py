@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from engine import NEVER_NS, Action, Context, On, Run, Until, Yielded
 from engine.files import Angle, Duration
-from hw import Arm, Pose3
+from hw import Arm, Pose3, needs
 from states.arm.following import (
     CORRECTIONS,
     LATE_S,
@@ -153,7 +153,7 @@ def _sure(ctx: Context, patience: float) -> Generator[Yielded, None, bool]:
 def _installed(solver: Solver) -> Solver:
     """The name of a planner, if its package is installed."""
     if solver == "ompl" and find_spec("ompl") is None:
-        raise ValueError("solver 'ompl' needs the package ompl: pip install 'cobodeck[ompl]'")
+        raise ValueError(f"solver 'ompl' {needs('ompl')}")
     return solver
 
 

@@ -10,7 +10,7 @@ from heapq import heappop, heappush
 import numpy as np
 from numpy.typing import NDArray
 
-from hw import Joints, Pose2, Pose3, TimedJoints
+from hw import Joints, Pose2, Pose3, TimedJoints, example
 from hw.model import JOINTS, ArmModel, MotionLimits
 from states.arm.arm_separation import Brakes, Governor
 from states.arm.arm_situation import (
@@ -36,7 +36,11 @@ from states.arm.kinematics import (
     inverse,
     inverse_near,
     inverted,
+    jacobian,
+    link_frames,
+    meets_disc,
     nearest_copies,
+    outline,
     pose_matrix,
     six,
 )
@@ -57,7 +61,6 @@ from states.arm.planning import (
     rover_from_deep,
     rungs,
     tool_lines,
-    warm_up,
 )
 
 ACCEPTED = (0.02, 0.1)
@@ -368,23 +371,6 @@ class Workspace:
     def _gap(self, checker: CollisionChecker, situation: ArmSituation) -> float:
         return checker.tightest(np.array(situation.joints))[0]
 
-    def warm_up(self, model: Manipulator) -> None:
-        """Compile what moving the arm needs, so that no control tick does."""
-        warm_up(model)
-        situation = ArmSituation(Pose2(0.0, 0.0), Pose2(1.85, 0.0), self.parked)
-        deep = Pose3.from_yaw(1.0, 0.0, 1.2, math.pi)
-        self.best([situation.base], [0.0], deep, situation.user, (0.1, 0.1))
-        self.reached([situation.base], deep)
-        start = np.array(self.parked)
-        checker = CollisionChecker.of(self.solid, Surroundings.empty())
-        answer = plan(Query(self.chain, checker, self.limits, start, start[None] + 0.01))
-        assert isinstance(answer, Plan)  # it is hardly a motion
-        governor = self.governor_of(answer, situation, deep)
-        if governor is not None:
-            hand = Limb((1.85, 0.0, 1.4), (1.2, 0.0, 1.2), ARM_RADIUS)
-            governor.see(0, Pose2(1.85, 0.0), (hand,))
-            governor.pace(0, 0.0, 0.0, situation.base)
-
 
 def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:
     """Timed joints of a plan for `Arm.follow`; the last equals the goal exactly."""
@@ -393,3 +379,27 @@ def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:
     times = np.linspace(0.0, trajectory.duration, count + 1)
     joints = trajectory.at(times + trajectory.times[0])[0].tolist()
     return tuple((t, tuple(q)) for t, q in zip(times.tolist(), joints, strict=True))
+
+
+@example
+def _example(workspace: Workspace) -> None:
+    held, still = workspace, np.zeros(6)
+    inverse(held.chain, forward(held.chain, still))
+    jacobian(held.chain, still)
+    link_frames(held.chain, still)
+    checker = CollisionChecker.of(held.solid, Surroundings.empty())
+    checker.clearance(still)
+    checker.line_free(still, still)
+    meets_disc(*outline(held.solid, still), 1.0, 0.0, 0.5)
+    situation = ArmSituation(Pose2(0.0, 0.0), Pose2(1.85, 0.0), held.parked)
+    deep = Pose3.from_yaw(1.0, 0.0, 1.2, math.pi)
+    held.best([situation.base], [0.0], deep, situation.user, (0.1, 0.1))
+    held.reached([situation.base], deep)
+    start = np.array(held.parked)
+    answer = plan(Query(held.chain, checker, held.limits, start, start[None] + 0.01))
+    assert isinstance(answer, Plan)  # it is hardly a motion
+    governor = held.governor_of(answer, situation, deep)
+    if governor is not None:
+        hand = Limb((1.85, 0.0, 1.4), (1.2, 0.0, 1.2), ARM_RADIUS)
+        governor.see(0, Pose2(1.85, 0.0), (hand,))
+        governor.pace(0, 0.0, 0.0, situation.base)

@@ -4,9 +4,6 @@ from states.environment import (
 from states.environment.environment import (
     Environment as Environment,
 )
-from states.environment.extrapolated_state import (
-    slowed as slowed,
-)
 from states.environment.signal_names import (
     ACKNOWLEDGE as ACKNOWLEDGE,
     ARM_JOINTS as ARM_JOINTS,

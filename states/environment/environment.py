@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 from hw import EXACT, Joints, Outline, Pose2, PoseSigma, Twist2
 from hw.model import MotionLimits, RobotModel, Tracking
 from hw.scene import NO_ZONES, Room, Zones
-from states.environment.extrapolated_state import slowed
 from states.subsystems import SUBSYSTEMS, Localization, Navigation, SubsystemName
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from states.navigation import GlobalPlanner
     from states.navigation.exact import ExactPlanner
     from states.navigation.grid import Costmaps, ObstacleEstimator, Obstacles, StaticLayer
-    from states.navigation.local import LocalPlanner
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,63 +171,29 @@ class Environment:
 
         return Localizer(self.field, sensing, tracking, start, seed)
 
-    def driver(
-        self, name: SubsystemName, planner: GlobalPlanner, keeping: SubsystemName | None = None
-    ) -> LocalPlanner:
-        """A new local planner with a subsystem's values; one per drive.
-
-        `keeping` names the subsystem whose distance from walls it keeps; None: its own.
-        """
-        from states.navigation import Limits, Tolerance
-        from states.navigation.local import ProfilePlanner
-
-        subsystem, room = self.navigation.named(name), self.room
-        own, base = self.limits, self.robot.base
-        limits = Limits(
-            min(subsystem.max_speed, own.base_speed, base.max_speed),
-            own.base_acceleration,
-            min(own.base_yaw_rate, base.max_yaw_rate),
-            own.base_yaw_acceleration,
-        )
-        tolerance, latency = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance), self.latency
-        kept = self.navigation.named(keeping or name).inflation
-        driver: LocalPlanner
-        if subsystem.local_planner == "profile":
-            driver = ProfilePlanner(planner, limits, tolerance, latency=latency)
-        else:
-            from states.navigation.local import TebPlanner
-
-            walls = (room.outer, *room.obstacles, *self.zones.keepout)
-            driver = TebPlanner(
-                planner, limits, tolerance, latency=latency, walls=walls, wall_distance=kept
-            )
-        driver.zones = self.zones
-        driver.reach = self.robot.footprint.half_diagonal
-        driver.spare = kept - driver.reach
-        return driver
-
-    def warm_up(self, scanning: bool = True) -> None:
-        """Compile the kernels that the subsystems use, or load them, and build their planners.
+    def compiled(self, scanning: bool = True) -> list[ModuleType]:
+        """The modules with compiled functions that the subsystems use; see `hw.jit`.
 
         `scanning`: whether scans will arrive.
         """
-        from states.navigation.local import profile_planner as profile
+        from states.navigation.exact import visibility
+        from states.navigation.local import profile_planner
 
-        profile.warm_up()
+        found = [visibility, profile_planner]
         if scanning:
-            from states.navigation.grid import scanning as scans
+            from states.navigation.grid import obstacles, scanning as scans
 
-            scans.warm_up()
+            found += [obstacles, scans]
         used = [self.navigation.named(name) for name in SUBSYSTEMS]
         if any(subsystem.planner != "exact" for subsystem in used):
             from states.navigation.grid import grid_planners
 
-            grid_planners.warm_up()
+            found.append(grid_planners)
         if any(subsystem.local_planner == "teb" for subsystem in used):
             from states.navigation.local import teb_planner
 
-            teb_planner.warm_up()
-        _ = self.static_planners
+            found.append(teb_planner)
+        return found
 
     def slowed(self, command: Twist2, share: float, name: SubsystemName) -> Twist2:
         """A subsystem's command scaled to this share of its speed.
@@ -238,7 +203,7 @@ class Environment:
         if share >= 1.0:
             return command
         speed, yaw_rate = self.navigation.named(name).max_speed, self.limits.base_yaw_rate
-        return slowed(command, share, speed, yaw_rate)
+        return command.scaled_to(share * speed, share * yaw_rate)
 
     def standstill(self, pose: Pose2, twist: Twist2) -> Pose2:
         """Where the robot comes to rest if it brakes now: v^2 / 2a ahead; `twist` in base frame."""

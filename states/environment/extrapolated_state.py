@@ -12,8 +12,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-from hw import STILL, Pose2, Twist2, UserPose, wrap
-from hw.safety import LATE_S, OLD_S
+from hw import LATE_S, OLD_S, STILL, Pose2, Twist2, UserPose, wrap
 from states.environment.signal_names import (
     BASE_POSE,
     BASE_TWIST,
@@ -108,15 +107,3 @@ def around(ctx: SignalReader) -> RobotAndUser | None:
 def share_at(age: float) -> float:
     """Admissible share of the speed limit with poses of this age, s: 1 to LATE_S, 0 from OLD_S."""
     return min(1.0, max(0.0, (OLD_S - age) / (OLD_S - LATE_S)))
-
-
-def slowed(command: Twist2, share: float, speed: float, yaw_rate: float) -> Twist2:
-    """A command scaled as a whole to this share of its limits, m/s and rad/s."""
-    if share >= 1.0:
-        return command
-    scale = 1.0
-    if command.speed > share * speed:
-        scale = share * speed / command.speed
-    if abs(command.wz) * scale > share * yaw_rate:
-        scale = share * yaw_rate / abs(command.wz)
-    return Twist2(scale * command.vx, scale * command.vy, scale * command.wz)

@@ -143,7 +143,7 @@ class Localizer:
 
     @property
     def _is_ambiguous(self) -> bool:
-        """True while several places are about as likely, and none is believed."""
+        """True while several places are about as likely, and none is accepted."""
         return self._health.mode in ("starting", "lost") and self._search.ambiguous
 
     def update(self, name: str, stamp_ns: int, value: object) -> None:
@@ -301,7 +301,7 @@ class Localizer:
             self._check_ns = stamp_ns + round(self._values.check * 1e9)
 
     def _still_rests(self, cloud: Cloud) -> bool:
-        """Check by one scan that nobody has moved the base; if somebody has, end the rest."""
+        """Check by one scan that the base was not moved at rest; if it was, end the rest."""
         assert self._known is not None  # a base rests at a known pose only
         found, is_there = self._matcher.at_rest(cloud, *self._known)
         if is_there:

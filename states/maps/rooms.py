@@ -32,7 +32,7 @@ ROBOT_M, APART_M = 1.0, 3.0
 _LEAST_AREA = 1e-6
 _STAIR = 1
 _SHOWN = 6
-"""Specks whose places are told."""
+"""Largest number of specks whose places are reported."""
 _ROUNDING = 1e-9
 
 

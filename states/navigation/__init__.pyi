@@ -6,6 +6,7 @@ from states.navigation.planner_interfaces import (
 from states.navigation.planners import (
     GLOBAL_PLANNERS as GLOBAL_PLANNERS,
     LOCAL_PLANNERS as LOCAL_PLANNERS,
+    driver_of as driver_of,
 )
 from states.navigation.states import (
     DRIVES as DRIVES,

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
 
+from hw import DriveMode
 from states.navigation.exact import ExactPlanner
-from states.navigation.grid import (
-    GridPlanner,
-    NavfnPlanner,
-    ThetaStarPlanner,
-    grid_planners,
-    scanning,
-)
-from states.navigation.local import (
-    LocalPlanner,
-    ProfilePlanner,
-    TebPlanner,
-    profile_planner as profile,
-    teb_planner,
-)
+from states.navigation.grid import GridPlanner, NavfnPlanner, ThetaStarPlanner
+from states.navigation.local import LocalPlanner, ProfilePlanner, TebPlanner
+from states.navigation.planner_interfaces import GlobalPlanner, Limits, Tolerance
+
+if TYPE_CHECKING:
+    from states.environment import Environment
+    from states.subsystems import SubsystemName
 
 GLOBAL_PLANNERS: Mapping[str, Callable[..., ExactPlanner | GridPlanner]] = {
     "exact": ExactPlanner,
@@ -34,9 +29,34 @@ LOCAL_PLANNERS: Mapping[str, Callable[..., LocalPlanner]] = {
 """They take a global planner, limits, tolerance and mode; `teb` needs the `walls` as well."""
 
 
-def warm_up() -> None:
-    """Compile all kernels, or load them from the cache, before the first tick."""
-    profile.warm_up()
-    teb_planner.warm_up()
-    grid_planners.warm_up()
-    scanning.warm_up()
+def driver_of(
+    environment: Environment,
+    name: SubsystemName,
+    planner: GlobalPlanner,
+    keeping: SubsystemName | None = None,
+    mode: DriveMode = "omni",
+) -> LocalPlanner:
+    """A new local planner with a subsystem's values; one per drive.
+
+    `keeping` names the subsystem whose distance from walls it keeps; None: its own.
+    """
+    subsystem, room = environment.navigation.named(name), environment.room
+    own, base = environment.limits, environment.robot.base
+    limits = Limits(
+        min(subsystem.max_speed, own.base_speed, base.max_speed),
+        own.base_acceleration,
+        min(own.base_yaw_rate, base.max_yaw_rate),
+        own.base_yaw_acceleration,
+    )
+    tolerance = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance)
+    kept = environment.navigation.named(keeping or name).inflation
+    more: dict[str, Any] = {}
+    if subsystem.local_planner == "teb":
+        walls = (room.outer, *room.obstacles, *environment.zones.keepout)
+        more = {"walls": walls, "wall_distance": kept}
+    make = LOCAL_PLANNERS[subsystem.local_planner]
+    driver = make(planner, limits, tolerance, mode, latency=environment.latency, **more)
+    driver.zones = environment.zones
+    driver.reach = environment.robot.footprint.half_diagonal
+    driver.spare = kept - driver.reach
+    return driver

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 from engine import NEVER_NS, Action, Context, Run, Yielded
 from engine.files import Duration
-from hw import DriveMode, Pose2, Twist2, UserPose, wrap
-from hw.safety import OLD_S
+from hw import OLD_S, DriveMode, Pose2, Twist2, UserPose, wrap
 from hw.scene import Disc
 from states.environment import (
     BASE_ADMITTED,
@@ -84,13 +83,14 @@ class DriveTo(Action):
         self.mode: DriveMode = mode
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
+        from states.navigation.planners import driver_of
+
         environment = environment_of(ctx)
         keeping = yield from self._keeping(ctx)
         planner = planner_of(ctx, keeping)
         if planner is None:
             return "lost"
-        driver = environment.driver(self.subsystem, planner, keeping)
-        driver.mode = self.mode
+        driver = driver_of(environment, self.subsystem, planner, keeping, self.mode)
         driver.go_to(goal)
         progress, give_up = GoalProgress(self.patience), NEVER_NS
         base, touches = ctx.part("base"), self.subsystem == "haptic"

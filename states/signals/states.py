@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from engine import NEVER_NS, Action, Context, Monitor, On, Run
 from engine.files import Angle, Duration, Length
-from hw import UserPose, wrap
+from hw import OLD_S, UserPose, wrap
 from states.environment import ACKNOWLEDGE, STOP_ENGAGED, USER_POSE, USER_STILL_SINCE
-
-STALE_S = 0.15
-"""Greatest age of the user's pose, s (R149); 0.5 s without one is a latched fault."""
 
 USER_LOST = "tracking of the user is lost"
 STUCK = "robot and user are in each other's way"
@@ -22,7 +19,7 @@ class UserSettled(Monitor):
     """
 
     outcomes = ("settled",)
-    reads = {USER_STILL_SINCE: STALE_S, USER_POSE: STALE_S}
+    reads = {USER_STILL_SINCE: OLD_S, USER_POSE: OLD_S}
 
     def __init__(
         self,
@@ -62,16 +59,16 @@ class UserLost(Monitor):
     """`lost` once the newest pose of the user is older than 150 ms."""
 
     outcomes = ("lost",)
-    reads = {USER_POSE: STALE_S}
+    reads = {USER_POSE: OLD_S}
 
     def run(self, ctx: Context) -> Run:
         # at the start of a run there may be no pose yet
-        first = ctx.now if ctx.sample(USER_POSE) is not None else ctx.after(STALE_S)
+        first = ctx.now if ctx.sample(USER_POSE) is not None else ctx.after(OLD_S)
         while True:
             seen = ctx.value(USER_POSE) is not None
             if not seen and ctx.now >= first:
                 return "lost"
-            yield On(USER_POSE, until=NEVER_NS if seen else first, older=STALE_S)
+            yield On(USER_POSE, until=NEVER_NS if seen else first, older=OLD_S)
 
 
 class FaultRaised(Monitor):
@@ -97,7 +94,7 @@ class CallOperator(Action):
 
     outcomes = ("helped",)
     outputs = {"helped": {"user": UserPose}}
-    reads = {STOP_ENGAGED: None, USER_POSE: STALE_S, ACKNOWLEDGE: None}
+    reads = {STOP_ENGAGED: None, USER_POSE: OLD_S, ACKNOWLEDGE: None}
     commands = ("operator", "stop_line")
 
     def __init__(
@@ -109,7 +106,7 @@ class CallOperator(Action):
         operator, stop_line = ctx.part("operator"), ctx.part("stop_line")
         ask_at, asked, helped = ctx.after(self.patience), False, False
         earliest = ctx.after(self.least)
-        latch_at = ctx.after(self.latch - STALE_S)
+        latch_at = ctx.after(self.latch - OLD_S)
         reported = None
         while True:
             reason, user = ctx.value(STOP_ENGAGED), ctx.value(USER_POSE)
@@ -119,7 +116,7 @@ class CallOperator(Action):
             if reason is None and user is None and ctx.now >= latch_at:
                 stop_line.pull(USER_LOST)
             if reason is None and user is not None:
-                latch_at = ctx.after(self.latch - STALE_S)
+                latch_at = ctx.after(self.latch - OLD_S)
                 helped = helped or (asked and acknowledged)
                 if helped and ctx.now >= earliest:
                     return "helped", {"user": user}

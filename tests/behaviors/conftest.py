@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from behaviors import escape
 from behaviors.profile.profile import Profile, load_profile
+from behaviors.profile.settings import Settings
 from behaviors.situation.present_situation import Situation
-from engine.state import Stamped
+from cobodeck.testing.testing import ChartTester
 from hw.geometry import Pose2, Twist2
 from hw.model.robot import RobotModel, load_robot
 from hw.samples import UserPose
@@ -67,39 +69,6 @@ def situation_of(environment_of: Callable[..., Environment]) -> Callable[..., Si
     return make
 
 
-class FakeContext:
-    """What a state sees, from plain dicts; `events` are handed out once."""
-
-    def __init__(self, values: dict[str, Any], parts: dict[str, Any] | None = None) -> None:
-        self.values, self.parts = values, parts or {}
-        self.stamps: dict[str, int] = {}
-        self.pending: dict[str, list[Stamped]] = {}
-        self.ages: dict[str, float] = {}
-        self.now = 0
-
-    def after(self, seconds: float) -> int:
-        return self.now + round(seconds * 1e9)
-
-    def value(self, signal: str) -> Any:
-        if signal.endswith(".planner") and signal not in self.values:
-            return self.values["environment"].static_planners[signal.removesuffix(".planner")]
-        return self.values.get(signal)
-
-    def sample(self, signal: str) -> Stamped | None:
-        if signal not in self.values:
-            return None
-        return Stamped(self.values[signal], self.stamps.get(signal, 0))
-
-    def age(self, signal: str) -> float:
-        return self.ages.get(signal, 0.0) if self.values.get(signal) is not None else math.inf
-
-    def events(self, signal: str) -> tuple[Stamped, ...]:
-        return tuple(self.pending.pop(signal, ()))
-
-    def part(self, name: str) -> Any:
-        return self.parts[name]
-
-
 class Base:
     """A base that keeps its newest command, which has to come from one `source`."""
 
@@ -126,6 +95,21 @@ class Vr:
         self.told.append(("shown" if sign else "robot") if show else "hidden")
 
 
-@pytest.fixture
-def context() -> type[FakeContext]:
-    return FakeContext
+def is_required(environment: Environment, chosen: Settings, *seen: Any) -> bool:
+    """With Escape's planner of a room in which nothing was scanned."""
+    return escape.is_required(environment, chosen, environment.static_planners["escape"], *seen)
+
+
+def is_safe(environment: Environment, chosen: Settings, *seen: Any) -> bool:
+    return escape.is_safe(environment, chosen, environment.static_planners["escape"], *seen)
+
+
+def behaviour(sim: ChartTester) -> str:
+    return sim.active[0].partition("/")[0]
+
+
+def written(folder: Path, text: str, name: str = "mine.yaml") -> Path:
+    file = folder / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_text(text)
+    return file

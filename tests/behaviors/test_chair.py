@@ -25,6 +25,7 @@ from engine.signals.board import Board
 from engine.signals.signal_kinds import declare
 from engine.state import interface
 from hw.geometry import Pose2
+from hw.jit import compile_examples
 from hw.model.robot import load_robot
 from hw.model.sensor_errors import LidarErrors
 from hw.safety.guarded import GuardedBase
@@ -55,7 +56,7 @@ def environment_of(planner: str, local_planner: str) -> Environment:
         own = replace(own, max_speed=1.5)
         navigation = replace(navigation, **{name: own})
     environment = replace(PROFILE, navigation=navigation).environment(SCENE.room, ROBOT)
-    environment.warm_up()
+    compile_examples(environment.compiled())
     return environment
 
 

@@ -18,7 +18,8 @@ from engine.state import NEVER_NS
 from hw.geometry import Pose2, Twist2
 from hw.samples import UserPose
 from hw.scene.room import Room
-from tests.behaviors.conftest import Base, FakeContext, Vr
+from tests.behaviors.conftest import Base, Vr
+from tests.fake_context import FakeContext
 from tests.repeats import examples
 
 CORRIDOR = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 2.2), (0.0, 2.2)))

@@ -19,7 +19,7 @@ from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import UserPose
 from hw.scene.room import Point, Room
 from states.environment.environment import Environment
-from tests.behaviors.conftest import Base, Vr
+from tests.behaviors.conftest import Base, Vr, is_required, is_safe
 from tests.repeats import examples
 
 WALKING = Twist2(0.5)
@@ -32,15 +32,6 @@ def user_seeing(bearing: float, distance: float, body_yaw: float = 1.0) -> UserP
     """A user who sees the robot at HERE at this bearing from the line of sight."""
     yaw = wrap(math.pi - bearing)
     return UserPose(Pose2(HERE.x + distance, HERE.y, body_yaw), yaw)
-
-
-def is_required(environment: Environment, chosen: Settings, *seen: Any) -> bool:
-    """With Escape's planner of a room in which nothing was scanned."""
-    return escape.is_required(environment, chosen, environment.static_planners["escape"], *seen)
-
-
-def is_safe(environment: Environment, chosen: Settings, *seen: Any) -> bool:
-    return escape.is_safe(environment, chosen, environment.static_planners["escape"], *seen)
 
 
 TABLE = [

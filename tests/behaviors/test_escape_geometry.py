@@ -5,28 +5,18 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import pytest
 
 from behaviors import escape
 from behaviors.profile.profile import Profile
-from behaviors.profile.settings import Settings
 from hw.geometry import STILL, Pose2, Twist2
 from hw.samples import UserPose
 from hw.scene.room import Room
 from states.environment.environment import Environment
+from tests.behaviors.conftest import is_required, is_safe
 
 EDGE = 1e-6
-
-
-def is_required(environment: Environment, chosen: Settings, *seen: Any) -> bool:
-    """With Escape's planner of a room in which nothing was scanned."""
-    return escape.is_required(environment, chosen, environment.static_planners["escape"], *seen)
-
-
-def is_safe(environment: Environment, chosen: Settings, *seen: Any) -> bool:
-    return escape.is_safe(environment, chosen, environment.static_planners["escape"], *seen)
 
 
 def places() -> Iterator[tuple[float, float]]:

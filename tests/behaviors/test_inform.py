@@ -16,7 +16,7 @@ from engine.state import NEVER_NS, Stamped
 from hw.geometry import Pose2, Twist2
 from hw.samples import UserPose
 from hw.scene.room import Room
-from tests.behaviors.conftest import FakeContext
+from tests.fake_context import FakeContext
 from tests.repeats import examples
 
 STANDING, WALKING = Twist2(0.0), Twist2(0.5)

@@ -15,7 +15,8 @@ from engine.state import Stamped
 from hw.geometry import Pose2, Twist2
 from hw.samples import UserPose
 from states.signals.user_motion import StillnessEstimator
-from tests.behaviors.conftest import Base, FakeContext
+from tests.behaviors.conftest import Base
+from tests.fake_context import FakeContext
 
 USER = UserPose(Pose2(10.0, 10.0, 0.0), 0.0)
 TURNING, NOW_NS = Twist2(0.0, 0.0, 1.5), 10 * 10**9

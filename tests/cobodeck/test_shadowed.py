@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,17 +9,10 @@ import pytest
 from cobodeck.project.project import projects
 from cobodeck.shadowed import PACKAGES, explained, shadows
 from cobodeck.terminal.console import OK, USAGE, Problem
+from tests.program import python
 
 ROOT = Path(__file__).resolve().parents[2]
 ENTRY = '[project.entry-points."cobodeck.states"]\nown = "{}"\n'
-
-
-def python(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
-    return subprocess.run(
-        [sys.executable, *arguments],
-        cwd=folder, env=environment, capture_output=True, text=True, check=False,
-    )  # fmt: skip
 
 
 def hide(folder: Path, name: str, *, package: bool) -> Path:

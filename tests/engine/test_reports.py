@@ -50,6 +50,7 @@ def test_related_places_follow_as_notes_with_their_own_line() -> None:
         (["error"], 1, "1 error in 1 file"),
         (["warning", "warning"], 1, "2 warnings in 1 file"),
         (["error", "warning", "error"], 2, "2 errors and 1 warning in 2 files"),
+        (["note", "error"], 2, "1 error and 1 note in 2 files"),
     ],
 )
 def test_the_last_line_counts(severities: list[str], files: int, line: str) -> None:
@@ -294,7 +295,7 @@ FINDINGS = st.builds(
         st.integers(1, 99),
         st.integers(0, 20),
     ),
-    severity=st.sampled_from(["error", "warning"]),
+    severity=st.sampled_from(["error", "warning", "note"]),
     related=st.sampled_from([(), ((Place("b.yaml", 1, 1, 6), "first here"),)]),
 )
 

@@ -182,3 +182,13 @@ def test_roll_pitch_and_yaw_give_the_orientation_again_up_to_the_vertical(roll, 
     assert abs(found[1]) <= math.pi / 2
     again = product(product(about(2, found[2]), about(1, found[1])), about(0, found[0]))
     assert_close(again, turns, 1e-6)
+
+
+def test_a_velocity_is_scaled_as_a_whole_and_never_up() -> None:
+    fast, slow = Twist2(1.2, 0.9, 1.0), Twist2(0.1, 0.0, 0.1)
+
+    assert fast.scaled_to(1.5, 1.0) == fast
+    assert fast.scaled_to(0.75, 0.5) == Twist2(0.6, 0.45, 0.5)
+    assert fast.scaled_to(4.5, 0.5) == Twist2(0.6, 0.45, 0.5)
+    assert slow.scaled_to(0.75, 0.5) == slow
+    assert fast.scaled_to(0.0, 0.0) == Twist2(0.0, 0.0, 0.0)

@@ -19,7 +19,7 @@ def test_every_reader_gets_every_entry_once_and_in_order():
     assert (first.missed, second.missed) == (0, 0)
 
 
-def test_an_entry_that_is_overwritten_or_not_yet_written_is_none_of_another_number():
+def test_an_overwritten_or_unwritten_entry_is_none_instead_of_another_entry():
     log = Log(2)
     for n in range(3):
         log.append(n)

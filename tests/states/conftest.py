@@ -2,51 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import pytest
 
 from behaviors.profile.profile import load_profile
-from engine.state import Stamped
 from hw.model.robot import load_robot
 from hw.scene.room import Room
 from states.environment.environment import Environment
 
 ROOM = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)))
-
-
-class FakeContext:
-    """What a state sees, from plain dicts; events are handed out once."""
-
-    def __init__(self, values: dict[str, Any], parts: dict[str, Any] | None = None) -> None:
-        self.values, self.parts = values, parts or {}
-        self.stamps: dict[str, int] = {}
-        self.pending: dict[str, list[Stamped]] = {}
-        self.ages: dict[str, float] = {}
-        self.now = 0
-
-    def after(self, seconds: float) -> int:
-        return self.now + round(seconds * 1e9)
-
-    def value(self, signal: str) -> Any:
-        if signal.endswith(".planner") and signal not in self.values:
-            return self.values["environment"].static_planners[signal.removesuffix(".planner")]
-        return self.values.get(signal)
-
-    def sample(self, signal: str) -> Stamped | None:
-        if signal not in self.values:
-            return None
-        return Stamped(self.values[signal], self.stamps.get(signal, 0))
-
-    def age(self, signal: str) -> float:
-        return self.ages.get(signal, 0.0) if self.values.get(signal) is not None else math.inf
-
-    def events(self, signal: str) -> tuple[Stamped, ...]:
-        return tuple(self.pending.pop(signal, ()))
-
-    def part(self, name: str) -> Any:
-        return self.parts[name]
 
 
 def step(run: Any) -> str | tuple[str, Any] | None:
@@ -57,11 +22,6 @@ def step(run: Any) -> str | tuple[str, Any] | None:
         outcome: str | tuple[str, Any] = stop.value
         return outcome
     return None
-
-
-@pytest.fixture
-def context() -> type[FakeContext]:
-    return FakeContext
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from hw.geometry import Pose2, Twist2
 from hw.model.robot import load_robot
 from hw.scene.room import Room
 from states.environment.environment import Environment
+from states.navigation.planners import driver_of
 from states.subsystems import SubsystemName
 
 NAMES: tuple[SubsystemName, ...] = ("chase", "haptic", "escape")
@@ -28,7 +29,7 @@ ROOM = Room(((0.0, 0.0), (9.0, 0.0), (9.0, 8.0), (0.0, 8.0)), columns=(PILLAR,))
 
 def driven(environment: Environment, name: SubsystemName) -> str:
     """A digest of everything a drive commands, past the pillar to its goal."""
-    driver = environment.driver(name, environment.static_planners[name])
+    driver = driver_of(environment, name, environment.static_planners[name])
     pose, twist = Pose2(1.5, 3.9), Twist2(0.0)
     driver.go_to(Pose2(7.0, 3.9, 0.5))
     digest = hashlib.sha256()

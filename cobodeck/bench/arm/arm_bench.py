@@ -14,11 +14,14 @@ from time import perf_counter
 
 import numpy as np
 
+import states.arm
 from behaviors.profile import load_profile
 from cobodeck.bench.arm.arm_peers import IK_PEERS, found
 from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchCase, BenchRow, Work, measure, seconds_of
+from hw import compile_examples
 from hw.model import load_robot
+from hw.scene import Room
 from states.arm.description import manipulator_of
 from states.arm.kinematics import (
     Array,
@@ -43,7 +46,6 @@ from states.arm.planning import (
     lines_first,
     plan,
     planner,
-    warm_up,
 )
 
 NAME = "arm"
@@ -59,8 +61,9 @@ STEP = 0.01
 
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     """Everything, row by row."""
-    arm = manipulator_of(load_robot("rbkairos_ur10"))
-    warm_up(arm)
+    robot = load_robot("rbkairos_ur10")
+    arm, environment = manipulator_of(robot), load_profile("tuned").environment(Room(()), robot)
+    compile_examples((states.arm,), workspace=environment.workspace)
     yield from ik_rows(arm, rounds)
     asked = problems(PROBLEMS)
     for profile in ("tuned", "paper"):

@@ -11,7 +11,7 @@ import math
 import statistics
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from time import perf_counter
 from typing import Any
 
@@ -21,6 +21,7 @@ from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 from hw import Odometry, Pose2, Pose3, Sample, Scan, Twist2
 from hw.model import MotionLimits, SensorErrors, SensorModel, Tracking, load_robot
+from hw.motion import PoseHistory
 from hw.scene import load_scene
 from hw.sim import World
 from states.localization import Localizer
@@ -77,12 +78,10 @@ class Ride:
     stamps: tuple[int, ...]
     poses: tuple[Pose2, ...]
 
-    def true(self, stamp_ns: int) -> Pose2:
-        """The true pose at a stamp, interpolated."""
-        after = int(np.searchsorted(self.stamps, stamp_ns).clip(1, len(self.stamps) - 1))
-        first, last = self.stamps[after - 1], self.stamps[after]
-        share = (stamp_ns - first) / (last - first)
-        return self.poses[after - 1].between(self.poses[after], share)
+    @cached_property
+    def truth(self) -> PoseHistory[Pose2]:
+        """The true poses."""
+        return PoseHistory(Pose2.between, poses=zip(self.stamps, self.poses, strict=True))
 
 
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
@@ -136,7 +135,7 @@ def clouds(beams: int) -> Iterator[tuple[Cloud, Pose2, Pose2]]:
             )
             wheels = trail.at(middle_ns(value, stamp))
             if wheels is not None:
-                yield cloud, wheels, found.true(cloud.stamp_ns)
+                yield cloud, wheels, found.truth.extended(cloud.stamp_ns)
 
 
 # particles
@@ -212,7 +211,7 @@ def localizer_row(field: Field) -> BenchRow:
         localizer.update(*sample)
         took += perf_counter() - begin
         if localizer.pose is not None and localizer.stamp_ns is not None:
-            true = found.true(localizer.stamp_ns)
+            true = found.truth.extended(localizer.stamp_ns)
             errors.append(localizer.pose.distance_to(true))
     seconds = found.stamps[-1] * 1e-9
     return BenchRow(

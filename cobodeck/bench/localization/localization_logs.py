@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import time
-from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ from cobodeck.bench.localization.log_variants import USUAL, VARIANTS, LogDrive, 
 from cobodeck.logs import LocalizedScan, built_ground, open_log, scans_of
 from engine.files import mistake
 from hw import Pose2
+from hw.motion import PoseHistory
 
 NAME = "localization"
 OFF = 0.5
@@ -93,22 +93,18 @@ def _true_poses(drive: LogDrive, steps: Sequence[LocalizedScan]) -> list[Pose2 |
 
     None where that is between scans too far apart: the scan waits for its wheels.
     """
-    stamps = [seen.stamp_ns for seen in scans_of(drive.log)]
+    known = [
+        (seen.stamp_ns, true) for seen, true in zip(scans_of(drive.log), drive.truth, strict=True)
+    ]
+    truth: PoseHistory[Pose2 | None] = PoseHistory(_between, poses=known)
     return [
-        true if step.stamp_ns >= stamp else _true_at(step.stamp_ns, stamps, drive.truth)
-        for step, stamp, true in zip(steps, stamps, drive.truth, strict=True)
+        true if step.stamp_ns >= stamp else truth.at(step.stamp_ns, LONGEST_NS)
+        for step, (stamp, true) in zip(steps, known, strict=True)
     ]
 
 
-def _true_at(stamp_ns: int, stamps: Sequence[int], truth: Sequence[Pose2 | None]) -> Pose2 | None:
-    after = bisect_right(stamps, stamp_ns)
-    before, then = truth[max(0, after - 1)], truth[min(after, len(truth) - 1)]
-    if not 0 < after < len(stamps) or before is None or then is None:
-        return None
-    if stamps[after] - stamps[after - 1] > LONGEST_NS:
-        return None
-    share = (stamp_ns - stamps[after - 1]) / (stamps[after] - stamps[after - 1])
-    return before.between(then, share)
+def _between(a: Pose2 | None, b: Pose2 | None, share: float) -> Pose2 | None:
+    return None if a is None or b is None else a.between(b, share)
 
 
 def log_row(

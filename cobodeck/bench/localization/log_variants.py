@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from cobodeck.logs import Ground, reference_at, scans_of
+from cobodeck.logs import Ground, reference_of, scans_of
 from cobodeck.logs.formats import ODOMETRY, SCAN, SensorLog, odometry_of
 from hw import Odometry, Pose2, Sample
 
@@ -53,7 +53,7 @@ def drive_of(log: SensorLog, ground: Ground) -> LogDrive:
         if (number in ground.scored if sample.name == SCAN else number >= begin)
     )
     cut = replace(log, samples=samples)
-    truth = tuple(reference_at(log, seen.stamp_ns) for seen in scans_of(cut))
+    truth = tuple(map(reference_of(log), (seen.stamp_ns for seen in scans_of(cut))))
     return LogDrive(cut, replace(ground, scored=frozenset(range(len(truth)))), truth)
 
 
@@ -62,11 +62,11 @@ def slip(drive: LogDrive, factor: float, rng: np.random.Generator) -> LogDrive:
 
     Wheel samples at whose stamps there is no corrected pose are left out.
     """
+    reference = reference_of(drive.log)
     path = [
         (sample.stamp_ns, pose)
         for sample in drive.log.samples
-        if isinstance(sample.value, Odometry)
-        and (pose := reference_at(drive.log, sample.stamp_ns)) is not None
+        if isinstance(sample.value, Odometry) and (pose := reference(sample.stamp_ns)) is not None
     ]
     odom = Pose2(0.0, 0.0)
     poses = [(path[0][0], odom)]

@@ -15,16 +15,18 @@ from typing import Any
 
 import numpy as np
 
-from behaviors import chase, dodge, escape, haptic
+from behaviors import chase, escape, haptic
+from behaviors.prediction import costs, rollout, waiting
 from behaviors.profile import load_profile, profile_names
 from behaviors.situation import Situation, chase_space, grid
 from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 from engine import Action
-from hw import USER_RADIUS, Pose2, Pose3, Twist2, UserPose
+from hw import USER_RADIUS, Pose2, Pose3, Twist2, UserPose, compile_examples
 from hw.model import load_robot
 from hw.scene import load_scene
 from states.environment import Environment
+from states.navigation.exact import visibility
 
 NAME, SCENE = "navigation", "lab_a"
 SITUATIONS, SEED = 200, 5
@@ -66,7 +68,7 @@ class _Moment:
 
 def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
     """Median and 95th percentile of one decision of each behaviour, by profile."""
-    dodge.warm_up()
+    compile_examples((costs, rollout, waiting, visibility))
     scene = load_scene(SCENE)
     robot = load_robot(scene.robot)
     for profile in map(load_profile, profile_names()):

@@ -112,7 +112,7 @@ CASES = (
 
 @dataclass(frozen=True, slots=True)
 class WalkBy:
-    """A drive beside a user who walks with this constant velocity in the map, m/s."""
+    """A drive beside a user walking at this constant velocity in the map, m/s."""
 
     name: str
     trial: Trial

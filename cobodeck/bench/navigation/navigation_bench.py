@@ -24,10 +24,11 @@ from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 from cobodeck.bench.navigation import decisions, drives
 from cobodeck.terminal import complain
-from hw import Pose2
+from hw import Pose2, compile_examples
 from hw.scene import Point, load_scene
 from states.maps import FREE, OCCUPIED, Grid, OccupancyMap, load_map
 from states.navigation import GLOBAL_PLANNERS
+from states.navigation.exact import visibility
 from states.navigation.grid import (
     Costmap,
     Costs,
@@ -36,7 +37,7 @@ from states.navigation.grid import (
     StaticLayer,
     ThetaStarPlanner,
 )
-from states.navigation.local import profile_planner as profile, teb_planner
+from states.navigation.local import profile_planner, teb_planner
 
 NAME = "navigation"
 ROOMS = ("lab_a", "lab_b", "hall")
@@ -82,8 +83,7 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     """All rows of the benchmark."""
     for floor in floors():
         yield from path_rows(floor, rounds=rounds)
-    profile.warm_up()
-    teb_planner.warm_up()
+    compile_examples((visibility, profile_planner, teb_planner))
     yield from drives.rows(rounds)
     yield from decisions.rows(rounds)
 

@@ -1,4 +1,4 @@
-"""Log files of others: CARMEN, rosbag, MRPT, and our own records as logs."""
+"""Log files as drives: CARMEN, ROS bags, and our own records."""
 
 from engine.faces import face
 

@@ -12,8 +12,8 @@ from typing import Any
 
 from cobodeck.logs.formats.bag_frames import BagFrames
 from cobodeck.logs.formats.bag_messages import BagMessages
-from cobodeck.logs.formats.content import head, plain_file
 from cobodeck.logs.formats.drive_log import Gathered, SensorLog
+from cobodeck.logs.formats.log_content import head, plain_file
 from cobodeck.logs.formats.run_record import MAGIC as MCAP
 from engine.files import mistake
 
@@ -69,6 +69,8 @@ def _read(path: Path, messages: BagMessages, gathered: Gathered) -> None:
             gathered.remark(broken)
         try:
             _take(plain, messages)
+        except ImportError:
+            raise
         except Exception as error:  # noqa: BLE001  the library may raise anything on a damaged file
             if messages.are_none:
                 hint = "`rosbag reindex`, `ros2 bag reindex` and `mcap recover` repair bags"

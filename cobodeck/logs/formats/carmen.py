@@ -14,16 +14,16 @@ relative to the robot; in logs that were corrected afterwards it is the robot's 
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from statistics import median
 
-from cobodeck.logs.formats.content import content, head
 from cobodeck.logs.formats.drive_log import ODOMETRY, Gathered, RawScan, SensorLog, odometry_of
+from cobodeck.logs.formats.log_content import content, head
 from cobodeck.logs.formats.stamps import Stamp, straightened
 from hw import Pose2, Pose3, wrap
+from hw.motion import PoseHistory
 
 OLD = ("FLASER", "RLASER", "LASER3", "LASER4", "LASER5")
 RAW = tuple(f"RAWLASER{n}" for n in range(1, 6))
@@ -148,7 +148,7 @@ class _Lines:
             if one.first is not None and mount is None:
                 self.gathered.refer(stamp, one.first)
             if one.scan is not None:
-                placed = _level(mount or self._offset(one.name))
+                placed = (mount or self._offset(one.name)).upright()
                 self.gathered.scan(stamp, replace(one.scan, base_from_sensor=placed))
 
     def _mount(self, name: str) -> Pose2 | None:
@@ -215,23 +215,12 @@ def _pose(words: Sequence[str], at: int) -> Pose2:
     return Pose2.checked(x, y, yaw)
 
 
-def _level(pose: Pose2) -> Pose3:
-    return Pose3.from_yaw(pose.x, pose.y, 0.0, pose.yaw)
-
-
 def _stray(poses: Mapping[int, Pose2], wheels: Mapping[int, Pose2]) -> bool:
     """True if poses of scans differ from the odometry of the same stamps, so are corrected ones."""
-    stamps = sorted(wheels)
     if not poses:
         return False
-    off = []
-    for stamp, pose in poses.items():
-        after = min(max(bisect_left(stamps, stamp), 1), len(stamps) - 1)
-        before = max(after - 1, 0)
-        share = (stamp - stamps[before]) / max(1, stamps[after] - stamps[before])
-        first, second = wheels[stamps[before]], wheels[stamps[after]]
-        off.append(first.between(second, min(max(share, 0.0), 1.0)).distance_to(pose))
-    return median(off) > _STRAY
+    way = PoseHistory(Pose2.between, poses=sorted(wheels.items()))
+    return median(way.held(stamp).distance_to(pose) for stamp, pose in poses.items()) > _STRAY
 
 
 def _same(one: Pose2, other: Pose2) -> bool:

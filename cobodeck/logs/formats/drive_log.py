@@ -12,10 +12,9 @@ from statistics import median
 from typing import NamedTuple
 
 from engine.files import mistake
-from hw import STILL, Odometry, Pose2, Pose3, Sample, Scan, is_finite
+from hw import STILL, Odometry, Pose2, Pose3, Sample, Scan, is_finite, velocity_of
 from hw.model import ImuModel, LidarModel, Mount, OdometryModel, Sensing
 from hw.scene import Room
-from states.localization.wheels import velocity_of
 
 SCAN, ODOMETRY, IMU, TRACKER = "base.scan", "base.odometry", "base.imu", "rover.tracker"
 _ORDER = (ODOMETRY, IMU, TRACKER, SCAN)

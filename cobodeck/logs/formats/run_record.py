@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from cobodeck.logs.formats.content import head, plain_file
 from cobodeck.logs.formats.drive_log import IMU, ODOMETRY, SCAN, TRACKER, Gathered, SensorLog
+from cobodeck.logs.formats.log_content import head, plain_file
 from cobodeck.record.format import TOPIC, SampleReader, truth_again
-from cobodeck.record.read import Group, Record, texts_of
 from engine import TickGrid
 from engine.files import instead
 from hw import Truth
 from hw.model import RobotModel, load_robot
 from hw.scene import Room, load_scene
+
+if TYPE_CHECKING:
+    from cobodeck.record.read import Group, Record
 
 MAGIC = b"\x89MCAP0\r\n"
 """First bytes of an MCAP file, be it a record of ours or a bag of ROS 2."""
@@ -36,6 +38,8 @@ def read_record(path: Path) -> SensorLog:
     Raises:
         FileError: it cannot be read, or holds nothing usable.
     """
+    from cobodeck.record.read import Record
+
     gathered = Gathered(path, "record")
     with plain_file(path, ".mcap") as (plain, broken):
         if broken is not None:
@@ -58,6 +62,8 @@ def surroundings_of(record: Record) -> tuple[RobotModel, Room | None]:
     Raises:
         FileError: one of them is malformed.
     """
+    from cobodeck.record.read import texts_of
+
     given = record.header["given"]
     with instead(texts_of(record)):
         scene = None if given["scene"] is None else load_scene(given["scene"])

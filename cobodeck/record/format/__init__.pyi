@@ -4,6 +4,13 @@ from cobodeck.record.format import (
 from cobodeck.record.format.chunks import (
     records_of as records_of,
 )
+from cobodeck.record.format.class_names import (
+    Unknown as Unknown,
+)
+from cobodeck.record.format.file_names import (
+    FOLDER as FOLDER,
+    default_name as default_name,
+)
 from cobodeck.record.format.messages import (
     TruthWriter as TruthWriter,
     arguments_text as arguments_text,
@@ -27,7 +34,6 @@ from cobodeck.record.format.record_header import (
     code as code,
     header as header,
     header_of_replay as header_of_replay,
-    kind_of as kind_of,
     label as label,
     read_files as read_files,
     sha256 as sha256,
@@ -55,8 +61,7 @@ from cobodeck.record.format.sink import (
     require_free as require_free,
 )
 from cobodeck.record.format.value_codec import (
-    Unknown as Unknown,
-    quoted as quoted,
     text as text,
+    today as today,
     value as value,
 )

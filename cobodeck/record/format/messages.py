@@ -10,9 +10,11 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from cobodeck.project import reached
 from cobodeck.record.format import value_codec as values
+from cobodeck.record.format.class_names import Unknown, class_of, name_of
 from cobodeck.record.format.schemas import time_of
-from cobodeck.record.format.value_codec import Unknown, class_of, name_of, quoted, text
+from cobodeck.record.format.value_codec import text
 from engine.chart import Chart, load_text
+from engine.files import quoted
 from engine.machine import Machine
 from engine.operator import Replace, commands
 from engine.run import Command, Raised

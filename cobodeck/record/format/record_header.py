@@ -85,7 +85,7 @@ def header(
         "flowing": sorted(loop.wired.inlet.flowing),
         "guard": None
         if guard is None
-        else {"governor": guard.limits.governor, "watched": guard.limits.watched},
+        else {"governor": guard.chain.limits.governor, "watched": guard.chain.limits.watched},
         "versions": versions(),
         "machine": machine(),
         "files": {label(path): sha256(data) for path, data in read_files()} | _of_person(options),

@@ -1,41 +1,33 @@
 """Any value as JSON text, and back without loss.
 
+Beyond the table of `engine.files.codec`, which a number, text, tuple or class is written by:
+
 | value | JSON |
 |---|---|
-| None, bool, str, int, finite float | itself; `1` and `1.0` stay apart |
-| tuple | `[…]` |
 | list, dict | `{"$list": […]}`, `{"$dict": [[key, value], …]}` |
 | set, frozenset | `{"$set": […]}`, `{"$frozenset": […]}`, in the order of their texts |
 | inf, nan | `{"$float": "inf"}` |
-| dataclass, named tuple | `{"hw.geometry.Twist2": […]}`, its fields in order |
-| enum member, all of them | `{"$enum": ["module.Class", "NAME"]}`, `{"$members": "module.Class"}` |
+| enum member, all of them | `{"$enum": ["Class", "NAME"]}`, `{"$members": "Class"}` |
 | bytes, numpy array | `{"$bytes": base64}`, `{"$array": [dtype, shape, base64]}` |
 | anything else | `{"$opaque": ["module.Class", text]}`, which only compares |
 
-Classes are looked up among the modules that are loaded already: reading a record imports nothing.
+Names of classes: `cobodeck.record.format.class_names`.
 """
 
 from __future__ import annotations
 
 import base64
-import dataclasses
-import json
-import math
 import re
-import sys
 from collections.abc import Callable
+from dataclasses import is_dataclass
 from enum import Enum
 from typing import Any
 
+from cobodeck.record.format.class_names import Unknown, class_of, name_of, renamed
+from engine.files import Write, Writers, decoded, fields_of, quoted
 from engine.run import encode
 
-Encode = Callable[[Any], str]
-quoted = json.encoder.encode_basestring_ascii
 _ADDRESS = re.compile(r" at 0x[0-9a-f]+")
-
-
-class Unknown(Exception):
-    """A value that cannot be restored: its class is missing, or it was written as opaque."""
 
 
 def text(value: Any) -> str:
@@ -52,33 +44,31 @@ def value(found: Any) -> Any:
     Raises:
         Unknown: there is no such class.
     """
+    return decoded(found, _made)
+
+
+def today(found: Any) -> Any:
+    """Parsed JSON with the names that classes have today, as it would be written now."""
     if isinstance(found, list):
-        return tuple([value(item) for item in found])
-    if isinstance(found, dict):
-        [(key, content)] = found.items()
-        read = _READ.get(key)
-        return _instance(key, content) if read is None else read(content)
-    return found
+        return [today(item) for item in found]
+    if not isinstance(found, dict) or len(found) != 1:
+        return found
+    [(key, content)] = found.items()
+    if key == "$members":
+        return {key: renamed(content)}
+    if key in ("$enum", "$opaque"):
+        return {key: [renamed(part) for part in content]}
+    return {key if key.startswith("$") else renamed(key): today(content)}
 
 
-class _Writers(dict[type, Encode]):
-    """Functions that write values, by class; each is made once."""
-
-    def __missing__(self, kind: type) -> Encode:
-        write = self[kind] = _writer(kind)
-        return write
-
-
-def _writer(kind: type) -> Encode:
+def _writer(kind: type) -> Write:
     if issubclass(kind, Enum):
         key = quoted(name_of(kind))
         return lambda member: f'{{"$enum":[{key},{quoted(member.name)}]}}'
     if issubclass(kind, type):
         return _class
-    if dataclasses.is_dataclass(kind):
-        return _fields(kind, [field.name for field in dataclasses.fields(kind)])
-    if issubclass(kind, tuple) and hasattr(kind, "_fields"):
-        return _fields(kind, list(kind._fields))
+    if (fields := _WRITE.of_fields(kind, name_of(kind))) is not None:
+        return fields
     if issubclass(kind, dict):
         return _pairs
     if issubclass(kind, list):
@@ -88,41 +78,30 @@ def _writer(kind: type) -> Encode:
     return lambda other: _opaque(kind, _ADDRESS.sub("", encode(other)))
 
 
-def _fields(kind: type, names: list[str]) -> Encode:
-    key = quoted(name_of(kind))
-
-    def write(held: Any) -> str:
-        items = [_WRITE[type(item)](item) for item in [getattr(held, name) for name in names]]
-        return f"{{{key}:[{','.join(items)}]}}"
-
-    return write
-
-
-def number(held: float) -> str:
-    """A float as JSON text."""
-    return repr(held) if math.isfinite(held) else f'{{"$float":"{held!r}"}}'
-
-
-def _items(items: Any) -> str:
-    return f"[{','.join([_WRITE[type(item)](item) for item in items])}]"
+def _infinite(held: float) -> str:
+    return f'{{"$float":"{held!r}"}}'
 
 
 def _list(items: list[Any]) -> str:
-    return f'{{"$list":{_items(items)}}}'
+    return f'{{"$list":{_WRITE.items_text(items)}}}'
 
 
 def _pairs(pairs: dict[Any, Any]) -> str:
-    return f'{{"$dict":{_items(pairs.items())}}}'
+    return f'{{"$dict":{_WRITE.items_text(pairs.items())}}}'
 
 
-def _members(key: str) -> Callable[[Any], str]:
-    return lambda held: f'{{"{key}":[{",".join(sorted(_WRITE[type(m)](m) for m in held))}]}}'
+def _members(key: str) -> Write:
+    return lambda held: f'{{"{key}":[{",".join(sorted(map(_WRITE.text, held)))}]}}'
+
+
+def _bytes(data: bytes) -> str:
+    return f'{{"$bytes":"{base64.b64encode(data).decode()}"}}'
 
 
 def _array(array: Any) -> str:
     if array.dtype.hasobject:
         return _opaque(type(array), encode(array.tolist()))
-    shape, content = _items(array.shape), base64.b64encode(array.tobytes()).decode()
+    shape, content = _WRITE.items_text(array.shape), base64.b64encode(array.tobytes()).decode()
     return f'{{"$array":["{array.dtype.str}",{shape},"{content}"]}}'
 
 
@@ -136,59 +115,37 @@ def _opaque(kind: type, shown: str) -> str:
     return f'{{"$opaque":[{quoted(name_of(kind))},{quoted(shown)}]}}'
 
 
-_WRITE = _Writers(
-    {
-        type(None): lambda _: "null",
-        bool: lambda flag: "true" if flag else "false",
-        int: repr,
-        float: number,
-        str: quoted,
-        tuple: _items,
-        list: _list,
-        dict: _pairs,
-        set: _members("$set"),
-        frozenset: _members("$frozenset"),
-        bytes: lambda data: f'{{"$bytes":"{base64.b64encode(data).decode()}"}}',
-    }
-)
+_WRITE = Writers(_writer, infinite=_infinite)
+_WRITE |= {
+    list: _list,
+    dict: _pairs,
+    set: _members("$set"),
+    frozenset: _members("$frozenset"),
+    bytes: _bytes,
+}
+number = _WRITE[float]
+"""A float as JSON text."""
 
 
-def name_of(kind: type) -> str:
-    """A class's name with its module."""
-    return f"{kind.__module__}.{kind.__qualname__}"
-
-
-def class_of(name: str) -> type:
-    """The class of this name in a loaded module.
-
-    Raises:
-        Unknown: there is no such class.
-    """
-    module = name.rpartition(".")[0]
-    while module and module not in sys.modules:  # a nested class
-        module = module.rpartition(".")[0]
-    found: Any = sys.modules.get(module)
-    for part in name[len(module) + 1 :].split(".") if module else ():
-        found = getattr(found, part, None)
-    if not isinstance(found, type) or name_of(found) != name:
-        raise Unknown(f"no class {name}")
-    return found
+def _made(key: str, content: Any) -> Any:
+    make = _MAKE.get(key)
+    return _instance(key, content) if make is None else make(content)
 
 
 def _instance(name: str, content: list[Any]) -> Any:
     kind = class_of(name)
-    items = [value(item) for item in content]
+    items = value(content)
     if issubclass(kind, tuple):
         make: Any = kind
         return make._make(items)
-    if not dataclasses.is_dataclass(kind):
+    if not is_dataclass(kind):
         raise Unknown(f"{name} is no dataclass")
-    fields = dataclasses.fields(kind)
-    if len(fields) != len(items):
-        raise Unknown(f"{name} has {len(fields)} fields now, not {len(items)}")
+    names = fields_of(kind) or ()
+    if len(names) != len(items):
+        raise Unknown(f"{name} has {len(names)} fields now, not {len(items)}")
     made: Any = object.__new__(kind)
-    for field, item in zip(fields, items, strict=True):
-        object.__setattr__(made, field.name, item)
+    for field, item in zip(names, items, strict=True):
+        object.__setattr__(made, field, item)
     return made
 
 
@@ -218,11 +175,11 @@ def _lost(content: list[str]) -> Any:
     raise Unknown(f"a {content[0]} cannot be written down; make it a dataclass")
 
 
-_READ: dict[str, Callable[[Any], Any]] = {
-    "$list": lambda items: [value(item) for item in items],
-    "$dict": lambda pairs: {value(key): value(item) for key, item in pairs},
-    "$set": lambda items: {value(item) for item in items},
-    "$frozenset": lambda items: frozenset(value(item) for item in items),
+_MAKE: dict[str, Callable[[Any], Any]] = {
+    "$list": lambda items: list(value(items)),
+    "$dict": lambda pairs: dict(value(pairs)),
+    "$set": lambda items: set(value(items)),
+    "$frozenset": lambda items: frozenset(value(items)),
     "$float": float,
     "$bytes": base64.b64decode,
     "$array": _made_array,

@@ -15,6 +15,7 @@ from cobodeck.record.format import (
     Unknown,
     cycle_again,
     raised_again,
+    today,
     trace_line,
     truth_again,
     value,
@@ -93,7 +94,8 @@ class RecordFeed:
         elif topic == "operator":
             fed.commands.append(_named(found, "command"))
         elif topic == "parts":
-            fed.calls.append(_named(found, "part", "what"))
+            called = _named(found, "part", "what")
+            fed.calls.append({**called, "args": today(called["args"])})
         elif topic == "failures":
             fed.failures.append((found["part"], raised_again(found["raised"])))
         elif topic == "safety":

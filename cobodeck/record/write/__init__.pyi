@@ -7,8 +7,6 @@ from cobodeck.record.write.run_recorder import (
     Recorder as Recorder,
 )
 from cobodeck.record.write.start import (
-    FOLDER as FOLDER,
-    default_name as default_name,
     recorder as recorder,
     replay_recorder as replay_recorder,
 )

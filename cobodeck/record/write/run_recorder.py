@@ -25,7 +25,6 @@ from cobodeck.record.format import (
     cycle_text,
     failure_text,
     log_text,
-    quoted,
     schema_of,
     schemas,
     text,
@@ -104,7 +103,7 @@ class Recorder:
         name, stamp, value = sample
         if refused is not None:
             told = f'"signal":{text(name)},"stamp":{text(stamp)},"value":{text(value)}'
-            self._log("refused", schemas.REFUSED, f'{{{told},"reason":{quoted(refused)}}}')
+            self._log("refused", schemas.REFUSED, f'{{{told},"reason":{text(refused)}}}')
             return
         writer = self._samples.get(name)
         if writer is None:

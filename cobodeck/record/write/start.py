@@ -1,8 +1,7 @@
-"""Starts records, under names that tell runs apart."""
+"""Starts records."""
 
 from __future__ import annotations
 
-import re
 import sys
 from collections.abc import Callable
 from datetime import UTC, datetime
@@ -10,12 +9,13 @@ from pathlib import Path
 
 from cobodeck.loop import Loop
 from cobodeck.record.format import (
+    FOLDER,
     Sink,
     Taken,
     attachments,
+    default_name,
     header,
     header_of_replay,
-    kind_of,
     open_free,
 )
 from cobodeck.record.read import Record
@@ -25,20 +25,6 @@ from cobodeck.setup import Options, Setup
 from cobodeck.terminal import ENDING, USAGE, Problem
 
 TellLine = Callable[[str], None]
-FOLDER = Path("out")
-_LONGEST = 30
-"""Longest part of a default name, in letters; file systems allow 255 bytes in all."""
-
-
-def default_name(setup: Setup, options: Options, at: datetime) -> str:
-    """`KIND-CHART-SCENE-PERSON-PROFILE-SEED-TIME`, in characters that are safe in file names."""
-    where = setup.robot.name if setup.scene is None else setup.scene.name
-    scenes = None if setup.scene is None else setup.scene.user
-    person = Path(str(options.user or scenes or "nobody").partition("@")[0]).name
-    profile, seed = setup.profile.name, options.seed
-    parts = (kind_of(options), setup.chart.name, where, person, profile, seed)
-    short = [str(part)[:_LONGEST] for part in parts]
-    return re.sub(r"[^\w.-]", "_", "-".join([*short, f"{at:%Y%m%dT%H%M%S}"]), flags=re.ASCII)
 
 
 def recorder(

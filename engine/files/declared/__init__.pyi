@@ -4,6 +4,7 @@ from engine.files.declared.item import (
     find_file as find_file,
     gather as gather,
     load_yaml as load_yaml,
+    notes as notes,
 )
 from engine.files.declared.merge import (
     merged as merged,
@@ -19,8 +20,18 @@ from engine.files.declared.named import (
 )
 from engine.files.declared.records import (
     Name as Name,
+    Written as Written,
+    fields_of as fields_of,
     reader_of as reader_of,
     record as record,
+)
+from engine.files.declared.schema import (
+    DRAFT as DRAFT,
+    Schema as Schema,
+    document as document,
+    quantity_pattern as quantity_pattern,
+    said as said,
+    text_of as text_of,
 )
 from engine.files.declared.values import (
     NAME as NAME,

@@ -6,6 +6,7 @@ import dataclasses
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -13,13 +14,14 @@ from typing import Any, TypeVar
 from engine.files import source as yaml
 from engine.files.declared.named import YAML, known_files
 from engine.files.declared.values import shown
-from engine.files.finding import CODE, FileError, Finding, Place, did_you_mean, not_found
+from engine.files.finding import CODE, OLD, FileError, Finding, Place, did_you_mean, not_found
 from engine.files.source import Map, Mark, Seq, SourceFile
 from engine.files.text import is_file, read_bytes
 
 T = TypeVar("T")
 Fault = tuple[str, str]
 """The dotted key of a value that is inconsistent with others of its mapping, and why."""
+_notes: ContextVar[list[Finding] | None] = ContextVar("notes", default=None)
 SUFFIXES = (*YAML, ".txt", ".csv")
 
 
@@ -46,6 +48,12 @@ class Item:
         """The error to raise for this item."""
         told = f"{self.key}: {message}" if self.key else message
         return FileError([Finding(CODE, told, self.place, hint)])
+
+    def note(self, message: str, hint: str = "") -> None:
+        """Remark on this item, which is read all the same; see `notes`."""
+        told = f"{self.key}: {message}" if self.key else message
+        if (found := _notes.get()) is not None:
+            found.append(Finding(OLD, told, self.place, hint, "note"))
 
     def inner(self, dotted: str) -> Item:
         """The value at a dotted key (`walls.0`), or the innermost existing one around it."""
@@ -215,6 +223,17 @@ def gather(reads: Iterable[Callable[[], T]]) -> list[T]:
     if findings:
         raise FileError(findings)
     return found
+
+
+@contextmanager
+def notes() -> Iterator[list[Finding]]:
+    """Gives the notes on all items that are read in the block."""
+    found: list[Finding] = []
+    token = _notes.set(found)
+    try:
+        yield found
+    finally:
+        _notes.reset(token)
 
 
 @contextmanager

@@ -11,8 +11,10 @@ out, and annotations give dimension, range, choices and length:
         def faults(self) -> Iterator[Fault]: ...  # inconsistent values, by key
 
 `record(item, Wheel)` returns a `Wheel`, or raises a FileError with every mistake in it. A
-function among the annotations, `Annotated[Pose2, pose]`, reads its value itself; a field of type
-`Item` is passed on unread. A field `from_` is the key `from`.
+function among the annotations, `Annotated[Pose2, pose, Written(PoseKeys)]`, reads its value itself,
+and `Written` says how such a value is written. A field of type `Item` is passed on unread. A field
+`from_` is the key `from`. Text after a field says what the key means; `schema.py` shows it in
+editors.
 """
 
 from __future__ import annotations
@@ -28,6 +30,8 @@ from typing import Annotated, Any, Literal, TypeVar, Union
 
 from engine.files.declared.item import Item, gather, noted
 from engine.files.declared.values import (
+    LONGEST,
+    NAME,
     PLAIN,
     Count,
     Mismatch,
@@ -55,7 +59,7 @@ def record(item: Item, kind: type[T], *, more: bool = False) -> T:
     Raises:
         FileError: every mistake in it.
     """
-    fields = _fields(kind)  # type: ignore[arg-type]
+    fields = fields_of(kind)  # type: ignore[arg-type]
     content = item.mapping()
     findings = [] if more else _unknown_keys(item, content, fields)
     findings += _missing_keys(item, content, fields, more=more)
@@ -72,7 +76,7 @@ def record(item: Item, kind: type[T], *, more: bool = False) -> T:
 
 
 def _unknown_keys(
-    item: Item, content: Mapping[str, Item], known: Mapping[str, _Field]
+    item: Item, content: Mapping[str, Item], known: Mapping[str, FileKey]
 ) -> list[Finding]:
     unknown = [key for key in content if key not in known]
     return [
@@ -86,7 +90,7 @@ def _unknown_keys(
     ]
 
 
-def _meant(item: Item, key: str, known: Mapping[str, _Field]) -> str:
+def _meant(item: Item, key: str, known: Mapping[str, FileKey]) -> str:
     """Help with an unknown key; in braces, YAML reads `x: 8,5` as the keys `x` and `5`."""
     keys = list(item.value)
     before = keys[keys.index(key) - 1] if key.isdigit() and keys[0] != key else ""
@@ -96,7 +100,7 @@ def _meant(item: Item, key: str, known: Mapping[str, _Field]) -> str:
 
 
 def _missing_keys(
-    item: Item, content: Mapping[str, Item], known: Mapping[str, _Field], *, more: bool
+    item: Item, content: Mapping[str, Item], known: Mapping[str, FileKey], *, more: bool
 ) -> list[Finding]:
     unknown = [key for key in content if key not in known][:GUESSES]
     # a misspelt key is one mistake, not also a missing one
@@ -107,24 +111,53 @@ def _missing_keys(
 
 
 @dataclass(frozen=True, slots=True)
-class _Field:
+class Written:
+    """How a value is written that a function reads: the annotation of what it reads, or a schema.
+
+    `keys` of a mapping: those of its dataclass, any others too, or exactly one of them. `old`: a
+    dataclass whose keys were used before. Reading ignores all this; `schema.py` does not.
+    """
+
+    written: Any
+    old: Any = None
+    keys: Literal["these", "more", "one"] = "these"
+
+
+@dataclass(frozen=True, slots=True)
+class FileKey:
+    """A key of a mapping; `default` is dataclasses.MISSING if it has none, or a factory."""
+
     name: str
+    annotation: Any
     read: Read
     required: bool
+    default: Any
 
 
 @cache
-def _fields(kind: type) -> dict[str, _Field]:
+def fields_of(kind: type) -> dict[str, FileKey]:
+    """The fields of a dataclass by the keys that files have for them."""
     hints = typing.get_type_hints(kind, include_extras=True)
+    missing = dataclasses.MISSING
     return {
-        field.name.rstrip("_"): _Field(
+        field.name.rstrip("_"): FileKey(
             field.name,
+            hints[field.name],
             reader_of(hints[field.name]),
-            field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING,
+            field.default is missing and field.default_factory is missing,
+            field.default,
         )
         for field in dataclasses.fields(kind)
         if field.init
     }
+
+
+def split(annotation: Any) -> tuple[Any, tuple[Any, ...]]:
+    """A type, and what `Annotated` says of it."""
+    if typing.get_origin(annotation) is not Annotated:
+        return annotation, ()
+    kind, *marks = typing.get_args(annotation)
+    return kind, tuple(marks)
 
 
 def reader_of(annotation: Any) -> Read:
@@ -133,10 +166,8 @@ def reader_of(annotation: Any) -> Read:
     Raises:
         TypeError: for annotations of values that files cannot hold.
     """
-    marks: tuple[Any, ...] = ()
-    if typing.get_origin(annotation) is Annotated:
-        annotation, *rest = typing.get_args(annotation)
-        marks = tuple(rest)
+    annotation, marks = split(annotation)
+    marks = tuple(mark for mark in marks if not isinstance(mark, Written))
     if marks and isinstance(marks[0], FunctionType):
         return marks[0]
     origin, arguments = typing.get_origin(annotation), typing.get_args(annotation)
@@ -183,7 +214,11 @@ _SCALARS: dict[Any, Read] = {
     bool: converted(boolean),
 }
 
-Name = Annotated[str, converted(name)]
+Name = Annotated[
+    str,
+    converted(name),
+    Written({"type": "string", "pattern": f"^{NAME}$", "maxLength": LONGEST}),
+]
 """The name of a scene, a robot, a user …; files may be named after it."""
 
 

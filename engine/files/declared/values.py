@@ -88,7 +88,7 @@ def number(value: Any, dimension: str = PLAIN) -> float:
     if isinstance(value, str):
         return _with_unit(value, dimension)
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise Mismatch(f"{shown(value)} is not a number; wanted: {_example(dimension)}")
+        raise Mismatch(f"{shown(value)} is not a number; wanted: {example(dimension)}")
     return float(value)
 
 
@@ -177,17 +177,18 @@ def _with_unit(written: str, dimension: str) -> float:
     found = quantity(written)
     if found is None:
         meant = respelt(written)
-        meant = f"did you mean {meant!r}?" if meant else f"wanted: {_example(dimension)}"
+        meant = f"did you mean {meant!r}?" if meant else f"wanted: {example(dimension)}"
         if written.strip().endswith(","):
             meant = f"leave out the comma; {meant}"
         raise Mismatch(f"{written!r} is not {_a(dimension or ANY)}; {meant}")
     value, given = found
     if dimension not in (given, ANY):
-        raise Mismatch(f"{written!r} is {_a(given)}; wanted: {_example(dimension)}")
+        raise Mismatch(f"{written!r} is {_a(given)}; wanted: {example(dimension)}")
     return value
 
 
-def _example(dimension: str) -> str:
+def example(dimension: str) -> str:
+    """What numbers of a dimension look like: `a length, in mm, cm, m, km`."""
     if dimension == PLAIN:
         return "a number without a unit"
     units = [unit for unit, (of, _, _) in UNITS.items() if of == dimension]

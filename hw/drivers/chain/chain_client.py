@@ -27,7 +27,7 @@ from dataclasses import replace
 from itertools import count
 from typing import Any
 
-from hw.connection import Listening, RunInfo
+from hw.connection import RunInfo
 from hw.drivers.chain.chain_settings import (
     SOURCES,
     ChainSettings,
@@ -36,9 +36,11 @@ from hw.drivers.chain.chain_settings import (
     observer_address,
 )
 from hw.drivers.chain.cycle import LONGEST_TEXT
-from hw.drivers.chain.keeper import ChainKeeper
+from hw.drivers.chain.remote_chain import RemoteChain
 from hw.drivers.feed import DatagramFeed, up_to
 from hw.drivers.gates import CHAIN_SILENT_NS
+from hw.drivers.needs import Listening, Observed
+from hw.drivers.observer_key import OWN
 from hw.geometry import STILL, Twist2
 from hw.interfaces import DriveMode
 from hw.ipc import AGAIN, LOOPBACK, Address, Child, Datagram, Door, Outlet, is_loopback
@@ -104,13 +106,13 @@ class ChainLink:
         self._observer = None if observer is None else ObserverSettings.of(observer, self.address)
         self._secret = secrets.token_bytes(16)
         self._outlet = Outlet([self.door("engine")])
-        self.keeper = ChainKeeper(
+        self.remote = RemoteChain(
             opening.safety, self.modes[0], self._outlet, now, self.reset, self.pull
         )
-        self._feed = DatagramFeed("chain", now, self._take, self._watch, LOOK_S)
+        self._feed = DatagramFeed("chain", now, self._receive, self._watch, LOOK_S)
         self._heard_ns: int | None = None
         self._dead: str | None = None
-        self._told = self._closing = False
+        self._announced = self._closing = False
         self._tokens, self._answer = count(1), threading.Condition()
         self._one_reset = threading.Lock()
         self._asked: int | None = None
@@ -147,6 +149,16 @@ class ChainLink:
             believes = "an observer who has the key"
             found.append(Listening("udp", *observer_address(observer, (host, int(port))), believes))
         return found
+
+    @staticmethod
+    def observed(
+        port: int, host: str = LOOPBACK, observer: Mapping[str, Any] | None = None, **_: Any
+    ) -> Observed | None:
+        """The observer's port, if an observer is required."""
+        if not isinstance(observer, Mapping):
+            return None
+        key = str(observer["key"] or OWN) if "key" in observer else None
+        return Observed(*observer_address(observer, (host, int(port))), key)
 
     def wait(self) -> None:
         """Wait until it cycles.
@@ -208,13 +220,13 @@ class ChainLink:
         self._child.close(CLOSING_S)
         self._feed.close()
         self._outlet.close()
-        if self.keeper.lost > 0:
-            sent = self.keeper.status.records
-            raise OSError(f"{self.keeper.lost} of {sent} records of the safety chain are lost")
+        if self.remote.lost > 0:
+            sent = self.remote.status.records
+            raise OSError(f"{self.remote.lost} of {sent} records of the safety chain are lost")
 
     # in the thread of the feed
 
-    def _take(self, datagram: Datagram, stamp_ns: int) -> None:
+    def _receive(self, datagram: Datagram, stamp_ns: int) -> None:
         heard_ns = min(datagram.stamp_ns, time.monotonic_ns())  # a stamp ahead is none
         self._heard_ns = max(self._heard_ns or 0, heard_ns)
         match datagram.name, datagram.value:
@@ -231,14 +243,14 @@ class ChainLink:
             case "chain.reset", (int(token), str() | None as why):
                 self._answer_with(token, why)
             case _:
-                self.keeper.take(datagram, stamp_ns)
+                self.remote.receive(datagram, stamp_ns)
 
     def _answer_with(self, token: int, why: str | None) -> None:
         with self._answer:
             if token != self._asked:
                 return  # it comes too late: the operator has been told that there was no answer
             if why is None and self._dead is None:
-                self.stopped, self._told = None, False
+                self.stopped, self._announced = None, False
             self._answered = token, why
             self._answer.notify_all()
 
@@ -254,24 +266,24 @@ class ChainLink:
         """Stop all parts at once, because the wheels are stopped; called once until a reset."""
         if self.stopped is None:
             self.stopped = reason
-        if self.keeper.stops is not None and not self._told:
-            self._told = True
-            self.keeper.stops(reason)
+        if self.remote.stops is not None and not self._announced:
+            self._announced = True
+            self.remote.stops(reason)
 
 
 class ChainBase:
-    """The part `base`; its `GuardedBase` commands it through the keeper, once per tick."""
+    """The part `base`; its `GuardedBase` commands its chain, once per tick."""
 
     signals: tuple[str, ...] = ("base.odometry", "base.twist")
 
     def __init__(self, link: ChainLink, now: Now) -> None:
-        self.keeper = link.keeper
+        self.chain = link.remote
         self._link, self._now = link, now
 
     @property
     def mode(self) -> DriveMode:
         """How the wheels are driven."""
-        return self.keeper.status.mode
+        return self.chain.status.mode
 
     def use(self, mode: DriveMode) -> None:
         """Change the drive mode; see `Base`.
@@ -281,15 +293,15 @@ class ChainBase:
         """
         if mode not in self._link.modes:
             raise ValueError(f"base: mode '{mode}' is not one of {', '.join(self._link.modes)}")
-        self.keeper.mode_wanted = mode
+        self.chain.mode_wanted = mode
 
     def drive(self, command: Twist2) -> None:
         """Command a velocity, stamped now; see `Base`."""
-        self.keeper.command(Twist2.checked(command.vx, command.vy, command.wz), self._now())
+        self.chain.command(Twist2.checked(command.vx, command.vy, command.wz), self._now())
 
     def stop(self) -> None:
         """Slow down to standstill; see `Base`."""
-        self.keeper.command(STILL, None)
+        self.chain.command(STILL, None)
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Odometry and twist since the last call."""
@@ -297,7 +309,7 @@ class ChainBase:
 
     def close(self) -> None:
         """Do not stop the other parts from now on: they are being closed as well."""
-        self.keeper.stops = None
+        self.chain.stops = None
 
 
 class ChainBumper:

@@ -20,7 +20,7 @@ from contextlib import suppress
 from typing import Any
 
 from hw.drivers.chain.chain_settings import ChainSettings
-from hw.drivers.chain.watchdogs import Links
+from hw.drivers.chain.watchdogs import Watchdogs
 from hw.drivers.gates import MS
 from hw.drivers.hardware import Hardware
 from hw.finite import is_finite
@@ -28,7 +28,7 @@ from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.interfaces import DriveMode
 from hw.ipc import Datagram, Outlet
 from hw.motion import Reckoner
-from hw.safety import STANDSTILL, Keeper, Ramps, Velocity, is_standing, twist_after
+from hw.safety import STANDSTILL, LocalChain, Ramps, Velocity, is_standing, twist_after
 from hw.samples import PoseSigma, Sample, TrackerPose, UserPose
 
 RESET_NS = 400 * MS
@@ -49,9 +49,9 @@ class ChainCycle:
         self.hardware = hardware
         self.stopped: str | None = None
         self.mode: DriveMode = settings.model.modes[0]
-        self.links = Links(settings.arm, None if observer is None else observer.timeout)
-        self.keeper = Keeper(settings.safety, measures=False)
-        self.keeper.locate_by(Reckoner(settings.tracking))
+        self.links = Watchdogs(settings.arm, None if observer is None else observer.timeout)
+        self.chain = LocalChain(settings.safety, measures=False)
+        self.chain.locate_by(Reckoner(settings.tracking))
         self._ramps, self._modes = Ramps(settings.model, settings.motion), settings.model.modes
         self._outlet = outlet
         self._mode_wanted = self.mode
@@ -59,7 +59,7 @@ class ChainCycle:
         self._cycled_ns: int | None = None
         self._odometry_ns = -1
         self._resetting: tuple[int, int, bool] | None = None
-        self._takes: dict[tuple[str, str], Callable[[int, Datagram], None]] = {
+        self._handlers: dict[tuple[str, str], Callable[[int, Datagram], None]] = {
             ("engine", "command"): self._hear_command,
             ("engine", "mode"): self._hear_mode,
             ("engine", "grant"): self._hear_grant,
@@ -84,23 +84,23 @@ class ChainCycle:
         """What is still missing before anything may move, other than a stop; None if nothing is."""
         return self.links.awaited() or (None if self.hardware.ready else NOT_READY)
 
-    def take(self, datagram: Datagram, now_ns: int) -> None:
-        """Take a datagram that has arrived; what its source may not say is ignored.
+    def receive(self, datagram: Datagram, now_ns: int) -> None:
+        """Handle a datagram that has arrived; what its source may not say is ignored.
 
-        A mistake in taking it stops the wheels.
+        A mistake in handling it stops the wheels.
         """
-        take = self._takes.get((datagram.source, datagram.name))
-        if take is None:
+        handle = self._handlers.get((datagram.source, datagram.name))
+        if handle is None:
             return
         try:
-            take(now_ns, datagram)
+            handle(now_ns, datagram)
         except Exception as error:  # noqa: BLE001  whatever it is, the chain has to go on
             self.pull(f"{datagram.source} {datagram.name}: {type(error).__name__}: {error}")
 
     def order(self, now_ns: int, name: str, value: str | int) -> None:
-        """Take what the engine tells by the pipe of the process: `pull` and its reason, or `reset`.
+        """Carry out an order of the engine, by the pipe of the process.
 
-        A reset is answered by `chain.reset`, with its value.
+        It is `pull` with its reason, or `reset`, which is answered by `chain.reset` and its value.
         """
         if name == "pull":
             self.stop(now_ns, str(value))
@@ -133,16 +133,16 @@ class ChainCycle:
     def _cycle(self, now_ns: int) -> None:
         self.hardware.poll(now_ns)
         self._measure(now_ns)
-        self._look(now_ns)
+        self._check_links(now_ns)
         if self._resetting is not None:
             self._go_on_resetting(now_ns, *self._resetting)
-        self.keeper.hear(Sample("stop.engaged", now_ns, self.stopped or self.awaited), now_ns)
+        self.chain.hear(Sample("stop.engaged", now_ns, self.stopped or self.awaited), now_ns)
         self.hardware.drive(self._next(now_ns), now_ns)
-        if self.keeper.latched is not None:
-            self.pull(self.keeper.latched)
+        if self.chain.latched is not None:
+            self.pull(self.chain.latched)
 
     def _measure(self, now_ns: int) -> None:
-        """Take the measurements of the hardware, and pass them on."""
+        """Pass on what the hardware has measured, to the chain and to the engine."""
         for hit in self.hardware.hits():
             self._outlet.send("bumper.hit", now_ns, hit)
             self.pull("bumper")
@@ -152,34 +152,34 @@ class ChainCycle:
             return
         self._odometry_ns, odometry = self.hardware.odometry
         if is_finite(odometry):
-            self.keeper.hear(Sample("base.odometry", self._odometry_ns, odometry), now_ns)
+            self.chain.hear(Sample("base.odometry", self._odometry_ns, odometry), now_ns)
             self._outlet.send("base.odometry", self._odometry_ns, odometry)
 
-    def _look(self, now_ns: int) -> None:
+    def _check_links(self, now_ns: int) -> None:
         """Stop on a lost link or a fault of the wheels."""
         reason = self.hardware.fault or self.links.lost(now_ns)
         if reason is not None:
             self.pull(reason)
         if not self.links.may_ask(now_ns):
-            self.keeper.hear(Sample("vr.haptic_request", now_ns, None), now_ns)
+            self.chain.hear(Sample("vr.haptic_request", now_ns, None), now_ns)
 
     def _next(self, now_ns: int) -> Twist2:
         """The next velocity of the wheels, base frame."""
         before, self._cycled_ns = self._cycled_ns, now_ns
         span = 0.0 if before is None else min(max(0.0, (now_ns - before) * 1e-9), LONGEST_S)
-        target = self._ramps.limited(self.keeper.wanted, self._mode_wanted)
+        target = self._ramps.limited(self.chain.wanted, self._mode_wanted)
         if self.stopped is not None:
             target, self._velocity = STILL, STANDSTILL
-        _, twist = self.keeper.measured(now_ns)
+        _, twist = self.chain.measured(now_ns)
         if self._velocity == STANDSTILL:
             self.mode = self._mode_wanted
             if target == STILL and twist is not None and is_standing(twist):
-                self.keeper.rest(now_ns)
+                self.chain.rest(now_ns)
                 return STILL
         elif self.mode != self._mode_wanted:
             target = STILL
         velocity, after = self._ramped(target, span, braked=False)
-        admitted = self.keeper.admit(now_ns, velocity, None, twist, self.mode)
+        admitted = self.chain.admit(now_ns, velocity, None, twist, self.mode)
         if admitted is not velocity:
             slower = self._ramps.limited(admitted, self.mode)
             velocity, after = self._ramped(slower, span, braked=True)
@@ -218,8 +218,8 @@ class ChainCycle:
 
     def _begin_resetting(self, now_ns: int) -> str | None:
         """Why the reset cannot begin; None if the drives are being enabled."""
-        if not self.stands or not self.keeper.reset(now_ns):
-            return self.keeper.latched or "the base moves"
+        if not self.stands or not self.chain.reset(now_ns):
+            return self.chain.latched or "the base moves"
         if not self.hardware.acknowledge():
             return self.hardware.fault or NOT_READY
         return None
@@ -233,9 +233,9 @@ class ChainCycle:
 
     def _hear_command(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
         if datagram.value is None:
-            self.keeper.command(STILL, None)
+            self.chain.command(STILL, None)
         elif isinstance(datagram.value, Twist2) and is_finite(datagram.value):
-            self.keeper.command(datagram.value, datagram.stamp_ns)
+            self.chain.command(datagram.value, datagram.stamp_ns)
 
     def _hear_mode(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
         if datagram.value in self._modes:
@@ -244,14 +244,14 @@ class ChainCycle:
     def _hear_grant(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
         value = datagram.value
         if value is None or (isinstance(value, Pose2) and is_finite(value)):
-            self.keeper.grant(value)
+            self.chain.grant(value)
 
     def _hear_estimate(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002
         pose, sigma = _pair(datagram.value)
         known = (
             isinstance(pose, Pose2) and isinstance(sigma, PoseSigma) and is_finite(datagram.value)
         )
-        self.keeper.locate(datagram.stamp_ns, pose if known else None, sigma if known else None)
+        self.chain.locate(datagram.stamp_ns, pose if known else None, sigma if known else None)
 
     def _hear_pull(self, now_ns: int, datagram: Datagram) -> None:
         self.stop(now_ns, str(datagram.value or datagram.source)[:LONGEST_TEXT])
@@ -274,11 +274,11 @@ class ChainCycle:
         asked = isinstance(datagram.value, Pose3) and is_finite(datagram.value)
         self.links.request.beat(datagram.stamp_ns, now_ns)
         deep = datagram.value if asked and self.links.may_ask(now_ns) else None
-        self.keeper.hear(Sample("vr.haptic_request", now_ns, deep), now_ns)
+        self.chain.hear(Sample("vr.haptic_request", now_ns, deep), now_ns)
 
     def _hear_signal(self, now_ns: int, datagram: Datagram) -> None:
         if isinstance(datagram.value, OWN_SIGNALS[datagram.name]) and is_finite(datagram.value):
-            self.keeper.hear(Sample(datagram.name, datagram.stamp_ns, datagram.value), now_ns)
+            self.chain.hear(Sample(datagram.name, datagram.stamp_ns, datagram.value), now_ns)
 
 
 def _pair(value: Any) -> tuple[Any, Any]:

@@ -22,6 +22,7 @@ from hw.drivers.chain.cycle import ChainCycle
 from hw.drivers.gates import MS
 from hw.drivers.hardware import Hardware
 from hw.drivers.observer import ObserverPort
+from hw.extras import missing
 from hw.ipc import CHAIN, Address, Datagram, Intake, Outlet, Parent, Ready, serve
 from hw.safety import ChainStatus
 
@@ -57,24 +58,24 @@ class ChainProcess:
         self._intakes = intakes
         self._period_ns = round(1e9 / settings.rate)
         self._outlet = Outlet([settings.engine])
-        self._chain = ChainCycle(settings, hardware, self._outlet)
-        self._records = self._chain.keeper.cycles.reader()
-        self._told: str | None = "nothing yet"
-        self._told_ns = self._status_ns = self._collected_ns = 0
+        self._cycle = ChainCycle(settings, hardware, self._outlet)
+        self._records = self._cycle.chain.cycles.reader()
+        self._reported: str | None = "nothing yet"
+        self._level_ns = self._status_ns = self._collected_ns = 0
         self._cycles = self._missed = self._longest_ns = 0
 
     def run(self, parent: Parent) -> None:
         """Cycle until the engine is gone and the wheels stand."""
         due = before = time.monotonic_ns()
         end: int | None = None
-        while end is None or (before < end and not self._chain.stands):
+        while end is None or (before < end and not self._cycle.stands):
             if self._wait(due, parent if end is None else None):
                 end = time.monotonic_ns() + ENDING_NS
-                self._chain.pull("the engine is gone")
+                self._cycle.pull("the engine is gone")
             now = time.monotonic_ns()
-            self._chain.cycle(now)
+            self._cycle.cycle(now)
             self._count(now - before)
-            self._tell(now)
+            self._report(now)
             before, due = now, self._next_due(due)
             self._tidy(now)
 
@@ -90,16 +91,16 @@ class ChainProcess:
             readable, _, _ = select.select(waiting, [], [], left * 1e-9)
             for intake in self._intakes:
                 if intake in readable:
-                    told = intake.poll()
+                    arrived = intake.poll()
                     now = time.monotonic_ns()
-                    for datagram in told:
-                        self._chain.take(datagram, now)
+                    for datagram in arrived:
+                        self._cycle.receive(datagram, now)
             if parent is not None and parent in readable:
                 orders = parent.told()
                 if orders is None:
                     return True
                 for name, value in orders:
-                    self._chain.order(time.monotonic_ns(), name, value)
+                    self._cycle.order(time.monotonic_ns(), name, value)
             if left == 0:
                 return False
 
@@ -116,26 +117,26 @@ class ChainProcess:
         self._cycles += 1
         self._longest_ns = max(self._longest_ns, since_last_ns)
 
-    def _tell(self, now_ns: int) -> None:
-        chain, keeper = self._chain, self._chain.keeper
+    def _report(self, now_ns: int) -> None:
+        cycle, chain = self._cycle, self._cycle.chain
         records = self._records.take()
         if records:
             self._outlet.send("chain.cycles", now_ns, tuple(records))
-        if chain.stopped != self._told or now_ns - self._told_ns >= LEVEL_NS:
-            self._told, self._told_ns = chain.stopped, now_ns
-            self._outlet.send("stop.engaged", now_ns, chain.stopped)
+        if cycle.stopped != self._reported or now_ns - self._level_ns >= LEVEL_NS:
+            self._reported, self._level_ns = cycle.stopped, now_ns
+            self._outlet.send("stop.engaged", now_ns, cycle.stopped)
         if now_ns - self._status_ns < STATUS_NS - self._period_ns // 2:
             return
-        awaited = None if chain.stopped is not None else chain.awaited
-        refused = (awaited,) if keeper.refused and awaited else keeper.refused
+        awaited = None if cycle.stopped is not None else cycle.awaited
+        refused = (awaited,) if chain.refused and awaited else chain.refused
         status = ChainStatus(
-            keeper.latched,
+            chain.latched,
             refused,
-            keeper.admitted,
-            chain.mode,
+            chain.admitted,
+            cycle.mode,
             self._cycles,
             self._missed,
-            keeper.cycles.written,
+            chain.cycles.written,
             self._longest_ns / 1e6,
         )
         self._outlet.send("chain.status", now_ns, status)
@@ -143,7 +144,7 @@ class ChainProcess:
 
     def _tidy(self, now_ns: int) -> None:
         """Collect garbage while nothing moves."""
-        if now_ns - self._collected_ns >= COLLECT_NS and self._chain.stands:
+        if now_ns - self._collected_ns >= COLLECT_NS and self._cycle.stands:
             self._collected_ns = now_ns
             gc.collect()
 
@@ -189,7 +190,8 @@ def _hardware(settings: ChainSettings) -> Hardware:
             model=settings.model, **values
         )
     except Exception as error:
-        raise OSError(f"{module}:{name}: {type(error).__name__}: {error}") from error
+        told = missing(error) or f"{type(error).__name__}: {error}"
+        raise OSError(f"{module}:{name}: {told}") from error
     return opened
 
 

@@ -40,7 +40,7 @@ class Heartbeat:
         return None if self.is_fresh(now_ns) else f"{self.name} is silent"
 
 
-class Links:
+class Watchdogs:
     """All links of a chain.
 
     Args:

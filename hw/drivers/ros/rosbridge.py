@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import importlib
 import logging
-import math
 import socket
 import threading
 import time
@@ -26,7 +25,9 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Literal
 
-from hw.geometry import unit_quaternion
+from hw.extras import missing
+from hw.geometry import Pose3
+from hw.se3 import unit_quaternion
 
 Version = Literal[1, 2]
 Receive = Callable[[Mapping[str, Any]], None]
@@ -171,8 +172,8 @@ def yaw_of(orientation: Mapping[str, Any]) -> float:
     Raises:
         KeyError, TypeError, ValueError: invalid; NaN arrives as null.
     """
-    x, y, z, w = unit_quaternion(*(float(orientation[key]) for key in "xyzw"))
-    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    turned = unit_quaternion(*(float(orientation[key]) for key in "xyzw"))
+    return Pose3(0.0, 0.0, 0.0, *turned).yaw
 
 
 def _nobody(_: str) -> None:
@@ -221,6 +222,4 @@ def _library(tell: Callable[[str], None]) -> tuple[Any, Any]:
             beginner.beginLoggingTo([], discardBuffer=True, redirectStandardIO=False)
         return library, importlib.import_module("roslibpy.comm").RosBridgeClientFactory
     except ImportError as error:
-        raise OSError(
-            f"rosbridge needs the extra 'ros' (pip install 'cobodeck[ros]'): {error}"
-        ) from None
+        raise OSError(f"rosbridge {missing(error) or error}") from None

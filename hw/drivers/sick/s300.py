@@ -33,6 +33,7 @@ from hw.drivers.access import serial_advice
 from hw.drivers.feed import by_stamps
 from hw.drivers.gates import SCAN_SILENT_NS
 from hw.drivers.sick.telegram import Telegram, Telegrams
+from hw.extras import missing
 from hw.model import LidarModel
 from hw.samples import Sample, Scan
 
@@ -220,7 +221,7 @@ class _Reader:
             try:
                 line = self._open()
             except (OSError, ImportError) as error:
-                self.cause = f"not connected: {error}"
+                self.cause = f"not connected: {missing(error) or error}"
             else:
                 self._follow(line)
             self.over.wait(AGAIN_S)

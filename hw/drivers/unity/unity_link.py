@@ -19,9 +19,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from engine.files.declared import number
-from hw.connection import Listening, RunInfo
+from hw.connection import RunInfo
 from hw.drivers import gates
 from hw.drivers.feed import DatagramFeed
+from hw.drivers.needs import Listening
 from hw.drivers.unity.bridge import Bridged
 from hw.drivers.unity.client_slots import ANYBODY, peers_of
 from hw.drivers.unity.inbox import Checks
@@ -69,6 +70,8 @@ class Unity:
     Raises:
         ValueError: a topic or a value is wrong; OSError: the process cannot be started.
     """
+
+    needs = ("rosbags",)
 
     def __init__(  # noqa: PLR0913
         self,

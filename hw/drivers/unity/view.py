@@ -21,7 +21,7 @@ def shown(
         yield "joints", made.joint_state(stamp_ns, joints, view.joints)
     if view.pose is not None and view.twist is not None:
         vive_from_map = map_from_vive.inverse()
-        base = Pose3.from_yaw(view.pose.x, view.pose.y, 0.0, view.pose.yaw)
+        base = view.pose.upright()
         yield "robot", made.odometry(stamp_ns, VIVE, vive_from_map @ base, view.twist)
         frames = [(VIVE, MAP, vive_from_map), (MAP, "base_link", base)]
         yield "tf", made.transforms(stamp_ns, frames)

@@ -8,11 +8,12 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
-from typing import Protocol
+from typing import Any, Protocol
 
 from hw.connection import RunInfo
 from hw.drivers.feed import DatagramFeed, up_to
 from hw.drivers.gates import JOINTS_LATE_NS, WORKER_SILENT_NS
+from hw.drivers.ur.probe import probe
 from hw.drivers.ur.ur_settings import Servo, WorkerSettings
 from hw.ipc import Child, Datagram, Door, Hearer, Outlet
 from hw.model import check_pace
@@ -62,6 +63,7 @@ class UrArm:
     """
 
     signals: tuple[str, ...] = ("arm.joints",)
+    needs = ("rtde_control", "rtde_receive")
 
     def __init__(
         self,
@@ -99,6 +101,11 @@ class UrArm:
         self._over = threading.Event()
         self._watching = threading.Thread(target=self._watch, name="arm", daemon=True)
         self._child = Child(WORKER, self._settings, NAME)
+
+    @staticmethod
+    def probe(host: str, **_: Any) -> str:
+        """The version of the controller, without moving the arm."""
+        return f"{host} says that it is {probe(host)}"
 
     def wait(self) -> None:
         """Wait until the arm can be moved.

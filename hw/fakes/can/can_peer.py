@@ -25,6 +25,7 @@ class CanNodes(Peer):
     """
 
     sources = ("drives",)
+    needs = ("canopen",)
 
     def __init__(
         self,

@@ -20,6 +20,7 @@ class Kairos(Peer):
     """
 
     sources = ("drives", "scanners")
+    needs = ("websockets",)
 
     def __init__(
         self,

@@ -9,11 +9,15 @@ from typing import Any, NamedTuple
 
 from engine.files import mistake
 from hw.geometry import Pose2, Pose3, wrap
+from hw.motion import PoseHistory
 from hw.people.recorded.gaps import drop_out_ns
 from hw.people.recorded.repeats_path import Replayed
 from hw.people.walking import ATTENTIVE, Manner
 from hw.samples import Sample, UserPose
 from hw.scene import Room
+
+_Walked = tuple[Pose2, float]
+"""The body, and its speed, m/s."""
 
 
 class Stood(NamedTuple):
@@ -68,6 +72,7 @@ class Recalled(Replayed):
     def __init__(self, past: Past, room: Room, manner: Manner = ATTENTIVE, seed: int = 0) -> None:
         _check_floor(past, room)
         self._past = past
+        self._true = PoseHistory(_between, poses=((at, (body, v)) for at, body, v in past.ways))
         self._drop_out_ns = drop_out_ns([row.at_ns for row in past.seen])
         self._own = 0
         self._newest, self._reported_ns = -1, 0
@@ -83,21 +88,10 @@ class Recalled(Replayed):
 
     def _go(self, own_ns: int) -> None:
         self._own = own_ns
-        body, self._tempo = self._true_at(own_ns)
+        body, self._tempo = self._true.held(own_ns)
         self._x, self._y, self._yaw = body.x, body.y, wrap(body.yaw)
         asked = _newest(self._past.asked, own_ns)
         self.request = None if asked < 0 else self._past.asked[asked].deep
-
-    def _true_at(self, own_ns: int) -> tuple[Pose2, float]:
-        """The body, and its speed, m/s."""
-        ways = self._past.ways
-        row = max(0, _newest(ways, own_ns))
-        at_ns, body, speed = ways[row]
-        if own_ns <= at_ns or row + 1 == len(ways):
-            return body, speed
-        until_ns, to, then = ways[row + 1]
-        share = (own_ns - at_ns) / (until_ns - at_ns)
-        return body.between(to, share), speed + share * (then - speed)
 
     def _measure(self, now_ns: int) -> Sample | None:
         before, self._newest = self._newest, _newest(self._past.seen, self._own)
@@ -110,7 +104,7 @@ class Recalled(Replayed):
                 return Sample("user.pose", self._reported_ns, pose)
         elif not self._seen_late(now_ns):
             return None
-        moved = _moved(pose, self._true_at(stamp)[0], self.body)
+        moved = _moved(pose, self._true.held(stamp)[0], self.body)
         return Sample("user.pose", now_ns, moved)
 
     def _seen_late(self, now_ns: int) -> bool:
@@ -129,7 +123,7 @@ def _moved(seen: UserPose, before: Pose2, now: Pose2) -> UserPose:
     if before == now:
         return seen
     turn = now.yaw - before.yaw
-    motion = _upright(now) @ _upright(before).inverse()
+    motion = now.upright() @ before.upright().inverse()
     head, left, right = (
         None if part is None else motion @ part
         for part in (seen.head, seen.left_hand, seen.right_hand)
@@ -139,8 +133,9 @@ def _moved(seen: UserPose, before: Pose2, now: Pose2) -> UserPose:
     return UserPose(body, wrap(seen.head_yaw + turn), head, left, right)
 
 
-def _upright(body: Pose2) -> Pose3:
-    return Pose3.from_yaw(body.x, body.y, 0.0, body.yaw)
+def _between(a: _Walked, b: _Walked, share: float) -> _Walked:
+    (body, speed), (to, then) = a, b
+    return body.between(to, share), speed + share * (then - speed)
 
 
 def _newest(rows: Sequence[tuple[Any, ...]], at_ns: int) -> int:

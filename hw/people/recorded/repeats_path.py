@@ -1,4 +1,4 @@
-"""A person who repeats a recording, and leaves the robot that is shown to them, as others do."""
+"""A person who replays a recording, and leaves a robot that is shown to them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NEAR = 1e-6
 class Replayed(Actor):
     """Interrupts a recording while the robot is shown, and goes on with it after.
 
-    Who stands before the shown robot walks away from it and lets go of what they requested. Once
+    A person before the shown robot walks away from it, which ends their request. Once
     it is hidden they pause, walk back if they have left, and the recording goes on from there.
     """
 

@@ -21,6 +21,7 @@ from hw.people.walking.person import (
     Touch as Touch,
 )
 from hw.people.walking.script import (
+    UserFile as UserFile,
     load_script as load_script,
     script_names as script_names,
 )

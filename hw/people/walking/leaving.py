@@ -10,8 +10,8 @@ from hw.samples import USER_RADIUS
 from hw.scene import Point, Room
 
 BEFORE, ENOUGH, CLOSE = 2.5, 3.0, 1.27
-"""Who stands nearer than BEFORE to the shown robot walks away to ENOUGH, and on that way comes no
-nearer than CLOSE, or than they were; between centres, m."""
+"""A person nearer than BEFORE to the shown robot walks away to ENOUGH, on the way no nearer than
+CLOSE, or than they were; between centres, m."""
 PACES = (0.8, 1.2)
 """Range of the speed of walking away, m/s."""
 

@@ -9,7 +9,7 @@ from typing import Literal
 from engine.files import did_you_mean, mistake
 
 Errand = Literal["wander", "pursue", "look"]
-"""What a random person does between requests: walk about, walk at the robot, look at things."""
+"""What a random person does between requests: walk about, approach the robot, look at things."""
 
 
 @dataclass(frozen=True, slots=True)

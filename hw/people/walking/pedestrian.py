@@ -36,10 +36,10 @@ _ROUND = tuple((radius, step * math.pi / 12.0) for radius in (1.6, 2.5, 3.5) for
 class Pedestrian(Actor):
     """Walks in straight lines; turns at turn_rate, rad/s.
 
-    Walking and turning start and stop instantly, as for the paper's simulated cylinder. A
-    person who was shown the robot steps back if they nearly touch it, walks away if they stand
-    before it, pauses, and does not walk through the place where it stood: they walk around it,
-    wait, or give up the goal. Who leaves lets go of what they requested.
+    Walking and turning start and stop instantly, as for the paper's simulated cylinder. A person
+    who was shown the robot steps back if they nearly touch it, walks away if they stand before it,
+    pauses, and does not walk through the place where it stood: they walk around it, wait, or give
+    up the goal. Leaving ends their request.
     """
 
     def __init__(
@@ -173,7 +173,7 @@ class Pedestrian(Actor):
     def _approach(
         self, speed: float, stop_at: float, span_ns: int, *, ends: bool = True
     ) -> Iterator[bool]:
-        """Walk at the robot, wherever it goes, at `speed`, m/s.
+        """Approach the robot, wherever it goes, at `speed`, m/s.
 
         Ends `stop_at` m before its centre, after `span_ns`, and before a wall. If it `ends`, also
         once they have stopped because it was shown to them, or the sign is over.

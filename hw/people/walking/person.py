@@ -21,8 +21,8 @@ STOPPING_S = 0.5
 class Person(Protocol):
     """A person's true pose, and what tracking sees of it.
 
-    The attributes hold for the instant of the last `step`. A person knows nothing of charts; only
-    the robot's pose and whether it is shown to them reach a person.
+    The attributes hold for the instant of the last `step`. A person perceives only the robot's pose
+    and whether it is shown.
     """
 
     body: Pose2
@@ -65,11 +65,10 @@ class Actor:
     """A simulated person driven by one generator, on a clock that stops while the robot is shown.
 
     They perceive the sign, and its end, late by their reaction, which their manner and seed give
-    (`reaction_s`, s; None: they ignore it).
-    The person's own time runs with the world's, but slows to a standstill within STOPPING_S while
-    they know that the robot is shown, and speeds up again after. The routine uses up `_budget` (ns
-    of own time) and yields when it is spent, so that no time is lost between two steps of the
-    routine.
+    (`reaction_s`, s; None: they ignore it). The person's own time runs with the world's, but slows
+    to a standstill within STOPPING_S while they perceive that the robot is shown, and speeds up
+    again after. The routine uses up `_budget` (ns of own time) and yields when it is spent, so that
+    no time is lost between two steps of the routine.
     """
 
     def __init__(self, start: Pose2, manner: Manner = ATTENTIVE, seed: int = 0) -> None:
@@ -86,7 +85,7 @@ class Actor:
         self._now = 0
         self._budget = 0
         self._robot = self._shown_at = start
-        self._changes: deque[tuple[int, bool]] = deque()  # of the sign, and when they know, ns
+        self._changes: deque[tuple[int, bool]] = deque()  # of the sign, when perceived, ns
         self._shown = self._informed = False
         self._blind_until = 0
         self._seen = UserPose(start, start.yaw)
@@ -107,7 +106,7 @@ class Actor:
         self.measured = self._measure(now_ns)
 
     def _perceive(self, shown: bool) -> None:
-        """Take in whether the robot is shown now; they know what was so a reaction ago."""
+        """Update what the person perceives, delayed by their reaction time."""
         if self.reaction_s is None:
             return
         if shown:
@@ -121,7 +120,7 @@ class Actor:
     def _halts(self, elapsed: int) -> bool:  # noqa: ARG002
         """True while they interrupt their routine for the robot; elapsed is in ns.
 
-        Who steps out of its way meanwhile sets `_aside` to their speed, m/s.
+        A subclass that steps aside sets `_aside` to its speed, m/s.
         """
         return self._informed
 

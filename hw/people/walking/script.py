@@ -12,7 +12,7 @@
       - turn: 1.57                         # to this yaw in the map, rad
       - look: 0.5                          # turn the head relative to the body, rad
       - request: {hold: 30, ahead: 0.85, height: 1.5}   # request a touch, let go after hold s
-      - approach: {target: robot, stop_at: 1.0, for: 5}  # walk at the robot wherever it goes
+      - approach: {target: robot, stop_at: 1.0, for: 5}  # approach the robot wherever it goes
       - lose_tracking: 2                   # s without user.pose, while the next steps go on
 
 Values may carry units (`stand: 2 min`, `turn: 90 deg`). An `approach` ends at that distance (m, to
@@ -42,11 +42,12 @@ from engine.files.declared import (
     Item,
     Name,
     Range,
+    Written,
+    fields_of,
     find_file,
     gather,
     known_files,
     load_yaml,
-    reader_of,
     record,
 )
 from hw.geometry import Pose2, wrap
@@ -100,7 +101,7 @@ class RequestStep:
 
 @dataclass(frozen=True, slots=True)
 class ApproachStep:
-    """Walk at the robot until stop_at m from its centre, for span_ns at most."""
+    """Approach the robot until stop_at m from its centre, for span_ns at most."""
 
     speed: float
     stop_at: float
@@ -155,19 +156,88 @@ def _rounds(item: Item) -> int | None:
     raise item.error("needs true, false or a whole number of rounds", hint)
 
 
+Rounds = Annotated[int | None, _rounds, Written({"type": ["boolean", "integer"], "minimum": 1})]
+
+
 @dataclass(frozen=True, slots=True)
-class _Script:
+class _Walk:
+    x: Coordinate
+    """Where to, along x of the map."""
+    y: Coordinate
+    """Along y of the map."""
+    yaw: AnyAngle | None = None
+    """Turn to this yaw at the end."""
+    speed: Pace | None = None
+    """How fast; else as the script's `speed` says."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Request:
+    hold: Annotated[Duration, Range(0.1, 1e6)]
+    """How long the touch lasts."""
+    ahead: Annotated[Length, Range(0.0, 3.0)] = 0.85
+    """How far ahead of the body the hand is."""
+    height: Annotated[Length, Range(0.0, 3.0)] = 1.5
+    """How high it is above the floor."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Approach:
+    target: Literal["robot"]
+    """Whom to walk at."""
+    for_: Span
+    """For how long at most."""
+    stop_at: Annotated[Length, Range(0.0, 100.0)] = 0.0
+    """Distance to its centre at which to stop."""
+    speed: Pace | None = None
+    """How fast; else as the script's `speed` says."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepKeys:
+    """A step; it has exactly one of these keys."""
+
+    walk: _Walk
+    """Turn, walk straight to a place, turn to its yaw."""
+    stand: Span
+    """Stand for this long."""
+    turn: AnyAngle
+    """Turn on the spot to this yaw in the map."""
+    look: Annotated[Angle, Range(-3.2, 3.2)]
+    """Turn the head by this angle relative to the body."""
+    request: _Request
+    """Request a touch, and let go after a time."""
+    approach: _Approach
+    """Walk at the robot wherever it goes."""
+    lose_tracking: Span
+    """No `user.pose` for this long, while the next steps go on."""
+
+
+Step = Annotated[Item, Written(StepKeys, keys="one")]
+
+
+@dataclass(frozen=True, slots=True)
+class UserFile:
+    """A script for a simulated person."""
+
     user: Name
-    steps: Annotated[tuple[Item, ...], Count(1)]
+    """Its name."""
+    steps: Annotated[tuple[Step, ...], Count(1)]
+    """What they do, one after another."""
     about: str = ""
+    """What it is good for."""
     start: Pose | None = None
+    """Where they start; else where the scene says."""
     speed: Pace = 1.5
+    """Walking; a step may have its own."""
     turn_rate: Annotated[AngularSpeed, Range(0.01, 100.0)] = 3.0
-    repeat: Annotated[int | None, _rounds] = 1
+    """Turning on the spot."""
+    repeat: Rounds = 1
+    """`true`: again and again; or a number of rounds."""
 
 
 def _script(item: Item) -> Script:
-    read = record(item, _Script)
+    read = record(item, UserFile)
     return Script(
         name=read.user,
         about=read.about,
@@ -180,75 +250,35 @@ def _script(item: Item) -> Script:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Walk:
-    x: Coordinate
-    y: Coordinate
-    yaw: AnyAngle | None = None
-    speed: Pace | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class _Request:
-    hold: Annotated[Duration, Range(0.1, 1e6)]
-    ahead: Annotated[Length, Range(0.0, 3.0)] = 0.85
-    height: Annotated[Length, Range(0.0, 3.0)] = 1.5
-
-
-@dataclass(frozen=True, slots=True)
-class _Approach:
-    target: Literal["robot"]
-    for_: Span
-    stop_at: Annotated[Length, Range(0.0, 100.0)] = 0.0
-    speed: Pace | None = None
-
-
 def _step(item: Item, speed: float) -> ScriptStep:
-    content = item.mapping()
+    content, known = item.mapping(), fields_of(StepKeys)
     if len(content) != 1:
-        known = ", ".join(_STEPS)
-        raise item.error(f"a step has one key, one of {known}; it has {len(content)}")
+        raise item.error(f"a step has one key, one of {', '.join(known)}; it has {len(content)}")
     kind, value = next(iter(content.items()))
-    if kind not in _STEPS:
-        raise value.error("no such step", did_you_mean(kind, _STEPS))
-    return _STEPS[kind](value, speed)
+    if kind not in known:
+        raise value.error("no such step", did_you_mean(kind, known))
+    return _STEPS[kind](known[kind].read(value), speed)
 
 
-def _walk(item: Item, speed: float) -> WalkStep:
-    read = record(item, _Walk)
-    return WalkStep(
-        read.x, read.y, None if read.yaw is None else wrap(read.yaw), read.speed or speed
-    )
+def _walk(read: _Walk, speed: float) -> WalkStep:
+    yaw = None if read.yaw is None else wrap(read.yaw)
+    return WalkStep(read.x, read.y, yaw, read.speed or speed)
 
 
-def _request(item: Item, _speed: float) -> RequestStep:
-    read = record(item, _Request)
-    return RequestStep(_ns(read.hold), read.ahead, read.height)
-
-
-def _approach(item: Item, speed: float) -> ApproachStep:
-    read = record(item, _Approach)
+def _approach(read: _Approach, speed: float) -> ApproachStep:
     return ApproachStep(read.speed or speed, read.stop_at, _ns(read.for_))
-
-
-def _as(
-    annotation: Any, step: Callable[[float], ScriptStep]
-) -> Callable[[Item, float], ScriptStep]:
-    """The reader of a step that is one number."""
-    read = reader_of(annotation)
-    return lambda item, _speed: step(read(item))
 
 
 def _ns(seconds: float) -> int:
     return round(seconds * 1e9)
 
 
-_STEPS: Mapping[str, Callable[[Item, float], ScriptStep]] = {
+_STEPS: Mapping[str, Callable[[Any, float], ScriptStep]] = {
     "walk": _walk,
-    "stand": _as(Span, lambda span: Stand(_ns(span))),
-    "turn": _as(AnyAngle, lambda yaw: Turn(wrap(yaw))),
-    "look": _as(Annotated[Angle, Range(-3.2, 3.2)], LookStep),
-    "request": _request,
+    "stand": lambda span, _: Stand(_ns(span)),
+    "turn": lambda yaw, _: Turn(wrap(yaw)),
+    "look": lambda turn, _: LookStep(turn),
+    "request": lambda read, _: RequestStep(_ns(read.hold), read.ahead, read.height),
     "approach": _approach,
-    "lose_tracking": _as(Span, lambda span: LoseTracking(_ns(span))),
+    "lose_tracking": lambda span, _: LoseTracking(_ns(span)),
 }

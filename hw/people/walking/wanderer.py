@@ -36,8 +36,8 @@ HOLDS_S = (20.0, 30.0)
 TURN_RATE = 3.0
 """Rate of turning on the spot, rad/s."""
 PURSUITS_S, INTO = (5.0, 15.0), 0.6
-"""Duration of a walk at the robot, s, and how far from its centre it ends at the latest, m: a
-pursuer walks into a robot that stays where it is."""
+"""Duration of an approach to the robot, s, and the distance from its centre at which it ends, m: a
+pursuer walks into a robot that stays."""
 VISITS_S, VISIT = 8.0, (1.2, 2.5)
 """Longest walk of a curious person up to the robot, s, and where it ends, m from its centre."""
 LOOKS, LOOKS_S = (2, 5), (0.3, 2.0)
@@ -103,7 +103,7 @@ class Wanderer(Pedestrian):
             self._left = None if self._left is None else self._left - 1
 
     def _pursue(self) -> Iterator[bool]:
-        """Walk at the robot; where a wall is in between or they are stuck, somewhere else."""
+        """Approach the robot; if a wall is in between or they are stuck, walk somewhere else."""
         here = self._x, self._y
         if self._room.sees(*here, self._robot.x, self._robot.y):
             speed, span = self._chance.uniform(*SPEEDS), self._span(PURSUITS_S)

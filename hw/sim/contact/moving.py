@@ -6,7 +6,7 @@ from typing import Protocol
 
 from hw.geometry import Pose2, Twist2
 from hw.interfaces import Arm, Base
-from hw.safety import GuardedBase
+from hw.safety import LocalChain
 from hw.samples import ArmState
 
 
@@ -18,7 +18,7 @@ class MovingBase(Base, Protocol):
     distance_m: float
     energy_j: float
     braked: bool
-    gate: GuardedBase | None
+    chain: LocalChain | None
 
     def advance(self, until_ns: int) -> None:
         """Move on to until_ns."""

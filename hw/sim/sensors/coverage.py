@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
+from hw.jit import compiled, example
 from hw.model import ViveErrors
 from hw.scene import Room, edges
 from hw.sim.sensors.scanned_shapes import Shapes
@@ -153,7 +153,7 @@ def within(x: float, y: float, border: Floats) -> tuple[bool, float]:
     return inside, least
 
 
-def warm_up() -> None:
-    """Compile the kernels before a run."""
+@example
+def _example() -> None:
     count_seeing(0.0, 0.0, 0.0, np.ones((1, 3)), np.ones((1, 4)), np.ones((1, 4)), NOTHING)
     within(0.0, 0.0, np.arange(4.0).reshape(1, 4))

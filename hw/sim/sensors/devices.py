@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
-from hw.geometry import Pose2, Pose3, wrap
+from hw.geometry import Pose3, wrap
 from hw.model import WhiteNoise
+from hw.motion import PoseHistory, wrapped
 from hw.people.walking import Person
 from hw.safety import StopLatch
 from hw.samples import BumperHit, Sample, UserPose
@@ -22,8 +23,8 @@ STILL_SPEED = 0.1
 """Below this speed a person counts as standing still, m/s."""
 STILL_NS = 500_000_000
 """Time of standing still after which a person who is shown the robot is ready again, ns (R115)."""
-WALK, UNSEEN_NS = 64, 100_000_000
-"""Number of a person's poses kept, and the longest gap to interpolate across, ns."""
+UNSEEN_NS = 100_000_000
+"""Longest gap between poses of a person to interpolate across, ns."""
 PATIENCE_NS = 5_000_000_000
 """Time after which the operator frees by hand a robot whose stop line cannot be reset, ns."""
 
@@ -49,7 +50,7 @@ class SimTrackers:
         self._person, self._room, self._view = person, room, view
         self._delay_ns, self._noise = delay_ns, noise
         self._seen: Sample | None = None
-        self._walk: deque[Sample] = deque(maxlen=WALK)
+        self._walk = PoseHistory(_between, delay_ns)
         self._pending: deque[Sample] = deque()
         if view is not None:
             self._delay_ns, self._behind_ns = 0, delay_ns
@@ -63,10 +64,11 @@ class SimTrackers:
             return None
         self._seen = true
         seen: Sample | None = true
-        if self._view is not None:
-            self._walk.append(true)
-            earlier = self._earlier(true.stamp_ns - self._behind_ns)
-            seen = None if earlier is None else self._view.seen(earlier)
+        if self._view is not None and isinstance(true.value, UserPose):
+            self._walk.put(true.stamp_ns, true.value)
+            stamp = true.stamp_ns - self._behind_ns
+            pose = self._walk.at(stamp, UNSEEN_NS)
+            seen = None if pose is None else self._view.seen(Sample(true.name, stamp, pose))
         if seen is None:
             return None
         name, stamp, value = seen
@@ -74,15 +76,6 @@ class SimTrackers:
             seen = Sample(name, stamp, self._noise.user(value, stamp))
         self._pending.append(seen)
         return true
-
-    def _earlier(self, stamp_ns: int) -> Sample | None:
-        """The person's pose between two steps; None where unknown."""
-        after = None
-        for before in reversed(self._walk):
-            if before.stamp_ns <= stamp_ns:
-                return before if after is None else _between(before, after, stamp_ns)
-            after = before
-        return None
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Samples that have arrived since the last call."""
@@ -92,18 +85,9 @@ class SimTrackers:
         return arrived
 
 
-def _between(before: Sample, after: Sample, stamp_ns: int) -> Sample | None:
-    """The interpolated pose of a person; None if tracking was lost in between."""
-    a, b = before.value, after.value
-    if stamp_ns == before.stamp_ns or not (isinstance(a, UserPose) and isinstance(b, UserPose)):
-        return before
-    if after.stamp_ns - before.stamp_ns > UNSEEN_NS:
-        return None
-    share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
-    body = a.body.between(b.body, share)
+def _between(a: UserPose, b: UserPose, share: float) -> UserPose:
     turned = wrap(a.head_yaw + share * wrap(b.head_yaw - a.head_yaw))
-    there = replace(b, body=Pose2(body.x, body.y, wrap(body.yaw)), head_yaw=turned)
-    return Sample(before.name, stamp_ns, there)
+    return replace(b, body=wrapped(a.body, b.body, share), head_yaw=turned)
 
 
 class SimVr:

@@ -36,11 +36,13 @@ class SimImu:
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Samples that have arrived since the last call."""
-        due = self._rhythm.due(now_ns, self._body.known_ns)
+        due = self._rhythm.due(now_ns, self._body.oldest_ns)
         return [Sample("base.imu", stamp, self._reading(n, stamp)) for n, stamp in due]
 
     def _reading(self, number: int, stamp_ns: int) -> ImuReading:
-        a, b, c = (self._body.at(stamp_ns - n * _SMOOTH_NS) for n in (2, 1, 0))
+        past = self._body
+        a, b = past.held(stamp_ns - 2 * _SMOOTH_NS), past.held(stamp_ns - _SMOOTH_NS)
+        c = past.held(stamp_ns)
         h = _SMOOTH_NS * 1e-9
         ax, ay = ((a[k] - 2.0 * b[k] + c[k]) / (h * h) for k in (0, 1))
         cos, sin = math.cos(b[2]), math.sin(b[2])

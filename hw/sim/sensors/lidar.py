@@ -54,7 +54,7 @@ class _Scanner:
         self._limits = np.array([model.min_range, model.max_range])
 
     def samples(self, track: Track, now_ns: int) -> list[Sample]:
-        due = self._rhythm.due(now_ns, track.known_ns)
+        due = self._rhythm.due(now_ns, track.oldest_ns)
         return [Sample("base.scan", stamp, self._scan(track, n, stamp)) for n, stamp in due]
 
     def _scan(self, track: Track, number: int, stamp_ns: int) -> Scan:

@@ -23,16 +23,16 @@ class SimOdometry:
         self._period_ns = round(1e9 / model.rate)
         self._rhythm = Rhythm(model.rate, seed, "base.odometry", round(errors.delay * 1e9))
         self._noise = Normals(seed, "base.odometry", 3)
-        x, y, yaw = wheels.at(0)
+        x, y, yaw = wheels.held(0)
         self._odom_from_map = Pose2(x, y, yaw).inverse()
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Samples that have arrived since the last call."""
-        due = self._rhythm.due(now_ns, self._wheels.known_ns)
+        due = self._rhythm.due(now_ns, self._wheels.oldest_ns)
         return [Sample("base.odometry", stamp, self._reading(n, stamp)) for n, stamp in due]
 
     def _reading(self, number: int, stamp_ns: int) -> Odometry:
-        before, now = self._wheels.at(stamp_ns - self._period_ns), self._wheels.at(stamp_ns)
+        before, now = self._wheels.held(stamp_ns - self._period_ns), self._wheels.held(stamp_ns)
         x, y = self._odom_from_map.transform(now[0], now[1])
         pose = Pose2(x, y, wrap(now[2] + self._odom_from_map.yaw))
         if before == now:

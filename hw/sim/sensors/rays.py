@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.jit import compiled
+from hw.jit import compiled, example
 
 Floats = NDArray[np.float64]
 _TURN = 2.0 * math.pi
@@ -181,8 +181,8 @@ def measured(
     return found
 
 
-def warm_up() -> None:
-    """Compile the kernels before a run."""
+@example
+def _example() -> None:
     rays = beams(np.zeros((2, 4)), np.zeros(3), 0.0, 0.1, 0.01, 4)
     ranges = cast(rays, np.ones((1, 4)), np.ones((1, 5)), 0.0, 0.1)
     measured(ranges, np.zeros(4), np.zeros(4), np.array([0.0, 1.0]), 0.0, 0.0)

@@ -108,7 +108,7 @@ class SimulatedTrackers:
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Samples that have arrived since the last call, by stamps."""
-        known = self._track.known_ns
+        known = self._track.oldest_ns
         due = sorted(
             (stamp, name, number)
             for name, rhythm in self._rhythms.items()
@@ -124,7 +124,7 @@ class SimulatedTrackers:
     def _look(self, name: str, number: int, stamp_ns: int) -> Pose3 | None:
         """vive_from_tracker at an instant; None while it is not tracked."""
         mount, device = self._mounts[name], self._devices[name]
-        base = Pose2(*self._track.at(stamp_ns))
+        base = Pose2(*self._track.held(stamp_ns))
         x, y = base.transform(mount.x, mount.y)
         arm = Column(base.x, base.y, ARM_RADIUS, self._arm)
         covered, to_border = self._coverage.of(x, y, mount.z, stamp_ns, arm)

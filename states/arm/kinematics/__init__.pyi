@@ -1,4 +1,3 @@
-from states.arm.kinematics import inverse_kinematics as inverse_kinematics
 from states.arm.kinematics.collision import (
     MARGIN as MARGIN,
     OUTSIDE as OUTSIDE,
@@ -10,7 +9,6 @@ from states.arm.kinematics.collision import (
     Wall as Wall,
     extent as extent,
     outline as outline,
-    warm_up as warm_up,
 )
 from states.arm.kinematics.dynamics import (
     Bodies as Bodies,
@@ -41,6 +39,7 @@ from states.arm.kinematics.kinematics import (
     forward as forward,
     inverted as inverted,
     jacobian as jacobian,
+    link_frames as link_frames,
     matrix as matrix,
     pose_matrix as pose_matrix,
     tcp_speed as tcp_speed,

@@ -22,7 +22,6 @@ from states.arm.kinematics.kernels import (
     CapsuleSet,
     Integers,
     gaps,
-    meets_disc,
     place_capsules,
     sweep,
 )
@@ -227,14 +226,6 @@ def extent(model: CollisionModel, joints: ArrayLike) -> tuple[float, float, floa
     high = (ends[:, :, :2].max(axis=1) + radii[:, None]).max(axis=0)
     low = (ends[:, :, :2].min(axis=1) - radii[:, None]).min(axis=0)
     return float(high[0]), float(-low[0]), float(high[1]), float(-low[1])
-
-
-def warm_up(model: CollisionModel) -> None:
-    """Compile what this module needs, so that no control tick does."""
-    checker = CollisionChecker.of(model, Surroundings.empty())
-    checker.clearance(np.zeros(6))
-    checker.line_free(np.zeros(6), np.zeros(6))
-    meets_disc(*outline(model, np.zeros(6)), 1.0, 0.0, 0.5)
 
 
 def _pairs(capsules: list[Capsule], model: Manipulator) -> Integers:

@@ -34,8 +34,6 @@ from states.arm.kinematics.kinematics import (
     deviation,
     forward,
     inverted,
-    jacobian,
-    link_frames,
 )
 from states.arm.kinematics.newton import MORE_STEPS, STEPS, polish, self_motion, settled
 
@@ -143,13 +141,6 @@ def forward_all(chain: KinematicChain, joints: Array) -> Array:
     """`forward` for joints of any leading shape: (..., 6) to (..., 4, 4)."""
     poses = forward(chain, joints.reshape(-1, 6))
     return np.asarray(poses.reshape(*joints.shape[:-1], 4, 4))
-
-
-def warm_up(chain: KinematicChain) -> None:
-    """Compile what this module and the kinematics need, so that no control tick does."""
-    inverse(chain, forward(chain, np.zeros(6)))
-    jacobian(chain, np.zeros(6))
-    link_frames(chain, np.zeros(6))
 
 
 def _poses(targets: ArrayLike) -> Array:

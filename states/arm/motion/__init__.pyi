@@ -6,7 +6,6 @@ from states.arm.motion.joint_path import (
 from states.arm.motion.timing import (
     line_durations as line_durations,
     time_path as time_path,
-    warm_up as warm_up,
 )
 from states.arm.motion.timing_kernels import (
     line_times as line_times,

@@ -18,6 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from hw import example
 from states.arm.kinematics import Array, Integers, KinematicChain, fastest_point, forward, tcp_speed
 from states.arm.motion.joint_path import JointPath
 from states.arm.motion.timing_kernels import line_times, passes
@@ -261,8 +262,8 @@ def _stretched(trajectory: Trajectory, factor: float) -> Trajectory:
     )
 
 
-def warm_up() -> None:
-    """Compile what this module needs, so that no control tick does."""
+@example
+def _example() -> None:
     both = np.ones((1, 2, 6))
     passes(np.ones(1), both, both, np.ones(6), np.zeros(2), np.zeros(2))
     line_times(np.ones((1, 3)), np.ones(1), np.zeros(1))

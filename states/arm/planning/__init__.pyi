@@ -23,7 +23,6 @@ from states.arm.planning.planning import (
     lines_first as lines_first,
     plan as plan,
     planner as planner,
-    warm_up as warm_up,
 )
 from states.arm.planning.reach import (
     ANGLES as ANGLES,

@@ -17,19 +17,15 @@ from importlib.util import find_spec
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hw import needs
 from states.arm.kinematics import (
     Array,
     CollisionChecker,
-    CollisionModel,
     Integers,
     KinematicChain,
-    Manipulator,
-    Surroundings,
     inverse,
-    inverse_kinematics,
     inverse_near,
     nearest_copies,
-    warm_up as collision_warm_up,
 )
 from states.arm.motion import (
     ArmLimits,
@@ -40,7 +36,6 @@ from states.arm.motion import (
     line_durations,
     rounded,
     time_path,
-    warm_up as timing_warm_up,
 )
 from states.arm.planning.approach import WayIn
 from states.arm.planning.rrt import connect, shortened
@@ -203,7 +198,7 @@ def planner(name: str) -> Planner:
     if name not in PLANNERS:
         raise ValueError(f"no arm planner '{name}'; known: {', '.join(PLANNERS)}")
     if name == "ompl" and find_spec("ompl") is None:
-        raise ValueError("arm planner 'ompl' needs the package ompl: pip install 'cobodeck[ompl]'")
+        raise ValueError(f"arm planner 'ompl' {needs('ompl')}")
     return PLANNERS[name]
 
 
@@ -384,15 +379,3 @@ def _grown(
 
 def _given_up(query: Query, checks: int) -> NoPlan:
     return NoPlan(f"no free path found in {query.budget} checks", checks)
-
-
-def warm_up(model: Manipulator) -> None:
-    """Compile what planning needs, so that no control tick does."""
-    chain, solid = KinematicChain.of(model), CollisionModel.of(model)
-    inverse_kinematics.warm_up(chain)
-    collision_warm_up(solid)
-    timing_warm_up()
-    checker = CollisionChecker.of(solid, Surroundings.empty())
-    limits = ArmLimits.even(model.max_speed, 1.0, tool_speed=1.0)
-    start = np.array(model.tool.parked)
-    plan(Query(chain, checker, limits, start, start[None] + 0.01))

@@ -150,4 +150,4 @@ def _rovers_from_deep(rovers: Array, map_from_deep: Pose3) -> Array:
 def rover_from_deep(map_from_rover: Pose2, map_from_deep: Pose3) -> Array:
     """The DEEP in the rover frame, (4, 4) (R84)."""
     base = map_from_rover
-    return pose_matrix(Pose3.from_yaw(base.x, base.y, 0.0, base.yaw).inverse() @ map_from_deep)
+    return pose_matrix(base.upright().inverse() @ map_from_deep)

@@ -21,6 +21,5 @@ from states.localization.filter.planar import (
 from states.localization.filter.spatial import (
     AXES as AXES,
     SpatialFilter as SpatialFilter,
-    angles_of as angles_of,
     without_gravity as without_gravity,
 )

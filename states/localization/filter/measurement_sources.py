@@ -20,7 +20,7 @@ class MeasurementSource:
     """A source of measurements of `axes`, entries of the state by name.
 
     `gate`: share of correct measurements that pass; None lets all pass. `reacquire_after`: after
-    this many rejections in a row the next one is believed, with its squared innovation added to the
+    this many rejections in a row the next one is accepted, with its squared innovation added to the
     covariance first. `yields_to`: sources whose acceptance resets that count, so that a source that
     has jumped cannot take over the filter from one that fits. `correlation`: correlation time of
     its errors, s; faster measurements count less.

@@ -32,25 +32,7 @@ class SpatialFilter(KalmanFilter):
     def pose(self) -> Pose3:
         """world_from_body at the newest measurement."""
         x, y, z, roll, pitch, yaw = self._newest()[0, :6].tolist()
-        return Pose3(x, y, z, *quaternion_of(roll, pitch, yaw))
-
-
-def angles_of(qx: float, qy: float, qz: float, qw: float) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of a unit quaternion, rad; pitch within +-90 degrees."""
-    return Pose3(0.0, 0.0, 0.0, qx, qy, qz, qw).roll_pitch_yaw
-
-
-def quaternion_of(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    """The unit quaternion (qx, qy, qz, qw) of Rz(yaw) Ry(pitch) Rx(roll)."""
-    cr, sr = math.cos(0.5 * roll), math.sin(0.5 * roll)
-    cp, sp = math.cos(0.5 * pitch), math.sin(0.5 * pitch)
-    cy, sy = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
-    return (
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    )
+        return Pose3.from_angles(x, y, z, (roll, pitch, yaw))
 
 
 def without_gravity(

@@ -40,9 +40,9 @@ class FramesEstimator:
         """Take one pose of the base or of the user."""
         pose, stamp = sample.value, sample.stamp
         if isinstance(pose, Pose2):
-            self._put(BASE, stamp, _upright(pose))
+            self._put(BASE, stamp, pose.upright())
         elif isinstance(pose, UserPose):
-            self._put(USER, stamp, _upright(pose.body))
+            self._put(USER, stamp, pose.body.upright())
             others = zip((HEAD, *HANDS), (pose.head, pose.left_hand, pose.right_hand), strict=True)
             for name, other in others:
                 if other is not None:
@@ -59,7 +59,3 @@ class FramesEstimator:
     def _put(self, frame: str, stamp: int, map_from_frame: Pose3) -> None:
         self._frames.put(MAP, frame, stamp, map_from_frame)
         self._stamp = stamp if self._stamp is None else max(stamp, self._stamp)
-
-
-def _upright(pose: Pose2) -> Pose3:
-    return Pose3.from_yaw(pose.x, pose.y, 0.0, pose.yaw)

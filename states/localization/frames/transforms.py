@@ -8,12 +8,12 @@ Stamps are integer nanoseconds of any one clock; they may be negative.
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from dataclasses import dataclass
 from typing import Literal
 
-from hw import Pose3
-from states.localization.frames.se3 import IDENTITY, RigidMotion, between, checked, inverse, product
+from hw import IDENTITY, Pose3, RigidMotion, between, inverse, product, unit_quaternion
 
 CACHE_S = 10.0
 """Default length of the history of a dynamic edge, s."""
@@ -127,7 +127,7 @@ class TransformBuffer:
         Raises:
             ValueError: a value is not finite, no unit quaternion, or a frame is its own parent.
         """
-        edge = checked(parent, child, parent_from_child)
+        edge = _checked(parent, child, parent_from_child)
         self._moving.pop(child, None)
         self._static[child] = (parent, edge)
         self._parents.add(parent)
@@ -141,7 +141,7 @@ class TransformBuffer:
         Raises:
             ValueError: a value is not finite, no unit quaternion, or a frame is its own parent.
         """
-        edge = checked(parent, child, parent_from_child)
+        edge = _checked(parent, child, parent_from_child)
         history = self._moving.get(child)
         if history is None:
             self._static.pop(child, None)
@@ -250,3 +250,21 @@ def _meeting(up: list[str], down: list[str]) -> tuple[int, int] | None:
         if frame in places:
             return places[frame], at
     return None
+
+
+def _checked(parent: str, child: str, pose: Pose3) -> RigidMotion:
+    """The pose of a child in its parent, with its quaternion normalised.
+
+    Raises:
+        ValueError: a value is not finite, no unit quaternion, or a frame is its own parent.
+    """
+    where = f"{child} in {parent}"
+    if parent == child:
+        raise ValueError(f"{where}: a frame cannot be its own parent")
+    edge = pose.as_motion()
+    if not math.isfinite(sum(edge)):
+        raise ValueError(f"{where}: {pose} is not finite")
+    try:
+        return (pose.x, pose.y, pose.z, *unit_quaternion(*edge[3:]))
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None

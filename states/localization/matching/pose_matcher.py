@@ -20,9 +20,9 @@ from states.localization.matching.scans import Cloud
 from states.maps import Array, Field
 
 LEAP = 3.0
-"""A match this many standard deviations from its prediction must be repeated to be believed."""
+"""A match this many standard deviations from its prediction must be repeated to be accepted."""
 CERTAIN = 0.8
-"""Share of beams on walls from which a match is believed at once, wherever it lies."""
+"""Share of beams on walls from which a match is accepted at once, wherever it lies."""
 AROUND = PoseSigma(0.3, 0.2)
 """Spread of the wider search around the predicted pose; a prediction that is worse is unsure."""
 OUTSIDE = 1.0
@@ -142,7 +142,7 @@ class PoseMatcher:
 
 
 def leaps(found: Match, predicted: Pose2, covariance: Array) -> bool:
-    """True if a match is too far from its prediction to be believed without being repeated."""
+    """True if a match is too far from its prediction to be accepted without being repeated."""
     sigmas = 2.0 * LEAP if found.share >= CERTAIN else LEAP
     return not is_near(found.map_from_base, predicted, covariance, sigmas)
 

@@ -125,7 +125,7 @@ def wheel_covariance(step: Pose2, values: GrowingValues) -> Array:
 
 
 def matched_information(found: Match) -> Array:
-    """What a match knows about x, y, yaw (3, 3): (I^-1 + F)^-1 = I (1 + F I)^-1.
+    """Information of a match about x, y, yaw (3, 3): (I^-1 + F)^-1 = I (1 + F I)^-1.
 
     I is that of independent beams (see `correlative.ALIKE`), F the least covariance of a match.
     """

@@ -60,7 +60,7 @@ _NEAREST = 16
 class Loops:
     """Finds where a path returns to. Poses (map_from_base) and clouds (n, 2), base frame, in order.
 
-    The poses given at first are believed within a submap only.
+    The initial poses are trusted within a submap only.
     """
 
     def __init__(

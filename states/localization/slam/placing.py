@@ -28,7 +28,7 @@ from states.localization.slam.pose_graph import PoseEdge, solved
 from states.maps import RESOLUTION, Array, Field
 
 Progress = Callable[[str, float], None]
-"""Told what is done, and its share, 0 to 1."""
+"""Called with the current step and the share done, 0 to 1."""
 ROUNDS = 3
 """Number of times loops are looked for, and number of maps that all scans are matched to."""
 NODE_M, NODE_RAD = 0.1, 0.1
@@ -92,7 +92,7 @@ def place(
 def _grown(
     scans: Sequence[PlacedScan], resolution: float, progress: Progress
 ) -> tuple[list[Pose2], list[Array]]:
-    """Poses scan by scan, and what their matches know, (3, 3) in the map."""
+    """Poses scan by scan, and the information of their matches, (3, 3) in the map."""
     growing, poses, known = Growing(resolution), [], []
     for number, scan in enumerate(scans):
         progress(f"scan {number} of {len(scans)}", number / len(scans))

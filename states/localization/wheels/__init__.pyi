@@ -7,8 +7,6 @@ from states.localization.wheels.tracker_feed import (
 )
 from states.localization.wheels.trail import (
     Trail as Trail,
-    displacement_of as displacement_of,
-    velocity_of as velocity_of,
 )
 from states.localization.wheels.wheel_motion import (
     MISSING_NS as MISSING_NS,

@@ -17,9 +17,9 @@ SLIP_RAD, TURN_SHARE, TURN_PER_METRE = 0.05, 0.3, 0.15
 CONTRADICTIONS = 3
 """Differences in a row that make wheels wrong: a single one is more likely a wrong match."""
 CLEARED_NS = 10_000_000_000
-"""Time without a difference after which wheels are believed again, ns."""
+"""Time without disagreement until the wheels are trusted again, ns."""
 SHIFTS_NS = (-125_000_000, 125_000_000, -250_000_000, 250_000_000)
-"""Clock offsets of the wheels that are no fault of theirs, ns."""
+"""Offsets of the wheels' clock that do not count as a disagreement, ns."""
 
 
 class OdometryWatch:

@@ -34,7 +34,7 @@ MEMORY = 400.0
 ENOUGH = 30
 """Number of turns that are needed."""
 SURE_S = 0.03
-"""Largest standard deviation of an estimate that is told, s."""
+"""Largest standard deviation of a reported estimate, s."""
 ALIKE = 2.0
 """Turns whose errors count as one: a floor makes wheels slip alike for a while."""
 

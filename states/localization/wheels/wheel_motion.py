@@ -1,4 +1,4 @@
-"""Motion measured by wheels and gyroscope, and whether it can be believed."""
+"""Motion measured by wheels and gyroscope, and whether it can be trusted."""
 
 from __future__ import annotations
 
@@ -95,11 +95,11 @@ class WheelMotion:
         self._unaccompanied += 1
 
     def velocity(self, first_ns: int, last_ns: int) -> Twist2 | None:
-        """Mean velocity between two stamps, in the base frame; None unless believed."""
+        """Mean velocity between two stamps, in the base frame; None unless trusted."""
         return self.trail.velocity(first_ns, last_ns) if self.believed else None
 
     def velocity_at(self, stamp_ns: int) -> Twist2 | None:
-        """Velocity at a stamp, in the base frame; None unless believed."""
+        """Velocity at a stamp, in the base frame; None unless trusted."""
         return self.velocity(stamp_ns - MOMENT_NS, stamp_ns)
 
     def compare(self, stamp_ns: int, map_from_base: Pose2) -> None:

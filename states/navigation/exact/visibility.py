@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from hw import example
 from hw.scene import Disc, Point
 from states.navigation.exact.arcs import shortest_path
 from states.navigation.exact.circles import blocked_arcs
@@ -222,8 +223,8 @@ def separating_ray(start: Point, goal: Point, user: Disc, side: int) -> Point:
     return math.cos(first - side * other), math.sin(first - side * other)
 
 
-def warm_up() -> None:
-    """Compile, or load from the cache, everything that a query may need."""
+@example
+def _example() -> None:
     room = ((0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0))
     column = ((3.8, 3.8), (4.2, 3.8), (4.2, 4.2), (3.8, 4.2))
     planner = ExactPlanner(room, (column,), inflation_radius=0.5)

@@ -1,5 +1,6 @@
 from states.navigation.grid import (
     grid_planners as grid_planners,
+    obstacles as obstacles,
     scanning as scanning,
 )
 from states.navigation.grid.costmap import (

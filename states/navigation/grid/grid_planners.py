@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hw import compiled
+from hw import compiled, example
 from hw.scene import Disc, Point
 from states.maps import Grid, distances, room_map
 from states.navigation.exact import (
@@ -295,8 +295,8 @@ def comes_no_nearer(field: Array, px: float, py: float, qx: float, qy: float, sl
     return True
 
 
-def warm_up() -> None:
-    """Compile, or load from the cache, everything that a query may need."""
+@example
+def _example() -> None:
     room = ((0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0))
     for planner in (ThetaStarPlanner, NavfnPlanner):
         built = planner.in_room(room, inflation_radius=0.3, resolution=0.1)

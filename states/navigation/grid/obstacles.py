@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw import EXACT, Outline, Pose2, PoseSigma, Scan, wrap
+from hw import EXACT, Outline, Pose2, PoseSigma, Scan, example, wrap
 from hw.scene import Disc
 from states.maps import Grid
 from states.navigation.exact import Array
@@ -139,8 +139,8 @@ def _sweep(scan: Scan, first: Pose2, last: Pose2, grid: Grid) -> ScanSweep:
     )
 
 
-def warm_up() -> None:
-    """Compile, or load from the cache, what a scan needs."""
+@example
+def _example() -> None:
     layer = ObstacleLayer(Grid(0.1, 10, 10), np.ones((10, 10)))
     here, known = Pose2(0.5, 0.5), KnownObstacles(Pose2(0.0, 0.0))
     for stamp in (0, 10**9):

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import bisect
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from hw import EXACT, USER_RADIUS, Outline, Pose2, PoseSigma, Scan, UserPose, wrap
-from hw.safety import OLD_S
+from hw import EXACT, OLD_NS, USER_RADIUS, Outline, Pose2, PoseSigma, Scan, UserPose, example
+from hw.motion import PoseHistory, wrapped
 from hw.scene import Disc, Room
 from states.localization import PoseEstimate
 from states.maps import Grid, room_field
-from states.navigation.grid import obstacles
 from states.navigation.grid.costmap import Costmap, StaticLayer
 from states.navigation.grid.inflation import FREE, Inflation
 from states.navigation.grid.obstacles import NOBODY, KnownObstacles, ObstacleLayer, ObstacleValues
@@ -68,7 +66,7 @@ class ObstacleEstimator:
         self._shown = ShownObstacles(ground.grid, reach)
         self._scanner = scanner
         self._sigma = scanner.sigma
-        self._poses: list[tuple[int, Pose2]] = []
+        self._poses = PoseHistory(wrapped, POSES_KEPT_NS)
         self._user: tuple[int, Pose2] | None = None
         self._waiting: deque[tuple[int, Scan]] = deque(maxlen=SCANS_WAITING)
         self._scanned: dict[str, int] = {}
@@ -79,14 +77,14 @@ class ObstacleEstimator:
         value, stamp = sample.value, sample.stamp
         if isinstance(value, PoseEstimate):
             self._sigma = value.sigma
-            self._keep(stamp, value.pose)
+            self._poses.put(stamp, value.pose)
         elif isinstance(value, Pose2):
-            self._keep(stamp, value)
+            self._poses.put(stamp, value)
         elif isinstance(value, Scan):
             self._waiting.append((stamp, value))
-        elif isinstance(value, UserPose):
-            self._user = max(self._user or (stamp, value.body), (stamp, value.body), key=_stamp)
-        if self._waiting and self._poses:
+        elif isinstance(value, UserPose) and (self._user is None or stamp > self._user[0]):
+            self._user = stamp, value.body
+        if self._waiting and self._poses.newest is not None:
             self._take_those_with_a_pose()
 
     def value(self) -> Obstacles:
@@ -95,85 +93,47 @@ class ObstacleEstimator:
 
     def stamp(self) -> int | None:
         """Stamp of the obstacles, ns, as described in the class; None before the first scan."""
-        last = self._oldest_scan
-        if last is None:
+        last, newest = self._oldest_scan, self._poses.newest
+        if last is None or newest is None:
             return None
-        now = self._poses[-1][0]
+        now = newest[0]
         return now if now - last <= SCAN_GAP_NS else last
-
-    def _keep(self, stamp: int, pose: Pose2) -> None:
-        """Store a pose; it replaces one of the same instant."""
-        poses = self._poses
-        if not poses or stamp > poses[-1][0]:
-            poses.append((stamp, pose))
-            if stamp - poses[0][0] > 2 * POSES_KEPT_NS:  # trimmed only now and then
-                del poses[: bisect.bisect_left(poses, stamp - POSES_KEPT_NS, key=_stamp)]
-        elif stamp == poses[-1][0]:
-            poses[-1] = stamp, pose
-        else:
-            bisect.insort(poses, (stamp, pose), key=_stamp)
 
     def _take_those_with_a_pose(self) -> None:
         """Process the scans that have a pose after their stamp, in the order of arrival."""
-        newest, taken = self._poses[-1][0], False
+        assert self._poses.newest is not None
+        newest, taken = self._poses.newest[0], False
         for _ in range(len(self._waiting)):
             stamp, scan = self._waiting.popleft()
             if stamp > newest:
                 self._waiting.append((stamp, scan))
             elif stamp >= self._scanned.get(scan.sensor, stamp):
-                taken |= self._take(scan, stamp)
+                taken |= self._take(scan, stamp, newest)
         if taken:
             self._shown.update(self._layer.marked)
 
-    def _take(self, scan: Scan, stamp: int) -> bool:
+    def _take(self, scan: Scan, stamp: int, newest: int) -> bool:
         """Process one scan; False if it was dropped, or there was nothing to mark or clear."""
         poses = self._poses
-        if stamp < max(poses[0][0], poses[-1][0] - POSES_KEPT_NS):
+        if stamp < max(poses.oldest_ns, newest - POSES_KEPT_NS):
             return False
         self._scanned[scan.sensor] = stamp
         self._oldest_scan = min(self._scanned.values())
         end = stamp + round(scan.beam_time * (len(scan.ranges) - 1) * 1e9)
         mount, outline = self._scanner.mount(scan.sensor), self._scanner.outline
         known = KnownObstacles(mount, outline, self._user_at(stamp), self._sigma)
-        return self._layer.see(scan, self._pose_at(stamp), self._pose_at(end), stamp, known)
-
-    def _pose_at(self, stamp: int) -> Pose2:
-        """Pose of the robot at an instant not before its oldest known pose."""
-        poses = self._poses
-        later = bisect.bisect_left(poses, stamp, key=_stamp)
-        if later < len(poses) and poses[later][0] == stamp:
-            return poses[later][1]
-        if later < len(poses):
-            return _on_the_way(poses[later - 1], poses[later], stamp)
-        before = bisect.bisect_left(poses, poses[-1][0] - LEAST_STEP_NS, key=_stamp)
-        return (
-            _on_the_way(poses[min(before, later - 2)], poses[-1], stamp)
-            if later > 1
-            else poses[0][1]
-        )
+        first, last = poses.extended(stamp, LEAST_STEP_NS), poses.extended(end, LEAST_STEP_NS)
+        return self._layer.see(scan, first, last, stamp, known)
 
     def _user_at(self, stamp: int) -> Disc:
-        if self._user is None or abs(stamp - self._user[0]) > round(OLD_S * 1e9):
+        if self._user is None or abs(stamp - self._user[0]) > OLD_NS:
             return NOBODY
         radius = USER_DISC_M + 3.0 * self._sigma.position
         return Disc(self._user[1].x, self._user[1].y, radius)
 
 
-def _stamp(stamped: tuple[int, Pose2]) -> int:
-    return stamped[0]
-
-
-def _on_the_way(before: tuple[int, Pose2], after: tuple[int, Pose2], stamp: int) -> Pose2:
-    """Interpolation between two poses, or extrapolation from them."""
-    (start, a), (end, b) = before, after
-    share = (stamp - start) / (end - start) if end > start else 1.0
-    pose = a.between(b, share)
-    return Pose2(pose.x, pose.y, wrap(pose.yaw))
-
-
-def warm_up() -> None:
-    """Compile, or load from the cache, what scans need."""
-    obstacles.warm_up()
+@example
+def _example() -> None:
     square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
     room_field(Room(square)).distances(Pose2(0.0, 0.0), np.ones((1, 2)))
     grid = Grid(0.1, 10, 10)

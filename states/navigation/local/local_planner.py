@@ -12,7 +12,6 @@ from dataclasses import replace
 
 from hw import DriveMode, Pose2, Twist2, wrap
 from hw.scene import NO_ZONES, Disc, Point
-from states.environment import slowed
 from states.navigation.exact import Path
 from states.navigation.local.corner_rounding import time_from
 from states.navigation.local.reckoning import ReckonedPlace, ReckonedPose
@@ -154,7 +153,9 @@ class LocalPlanner(ABC):
         else:
             wanted = self._wanted(pose, now, user, dt)
         safe = self._clear(pose, now, wanted, user, dt)
-        safe = self._sent = slowed(safe, share, self._limits.speed, self._limits.turn_rate)
+        if share < 1.0:
+            safe = safe.scaled_to(share * self._limits.speed, share * self._limits.turn_rate)
+        self._sent = safe
         # the base keeps the command along its own axes, which turn: on average by half the turn
         turn = 0.5 * (now.wz + safe.wz) * dt
         if self.mode == "differential":

@@ -11,9 +11,9 @@ import math
 
 import numpy as np
 
-from hw import STILL, Pose2, Twist2, wrap
+from hw import STILL, Pose2, Twist2, example, wrap
 from hw.scene import Disc
-from states.navigation.exact import Array, ExactPlanner, Path, visibility
+from states.navigation.exact import Array, ExactPlanner, Path
 from states.navigation.local.corner_rounding import (
     ARC_PARTS,
     fastest_circles,
@@ -247,9 +247,8 @@ class _Choice:
         planner.path, planner.status = self._path, self._status
 
 
-def warm_up() -> None:
-    """Compile, or load from the cache, everything that a cycle may need."""
-    visibility.warm_up()
+@example
+def _example() -> None:
     room = ((0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0))
     driver = ProfilePlanner(ExactPlanner(room, inflation_radius=0.5), Limits(), Tolerance())
     driver.go_to(Pose2(7.0, 4.0, 1.0))

@@ -84,7 +84,7 @@ class TebValues(NamedTuple):
 
 
 class TebScene(NamedTuple):
-    """What the residuals depend on besides the band itself.
+    """Inputs of the residuals other than the band itself.
 
     `ends` (2, 3): velocities at start and goal in the robot's frame. `near` (n, NEAR): obstacles
     of each pose, -1 none. `times` (n,): when each pose is reached. `via` (n, 2): the via point of

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hw import STILL, DriveMode, Pose2, Twist2, wrap
+from hw import STILL, DriveMode, Pose2, Twist2, example, wrap
 from hw.scene import Disc, Point
 from states.navigation.exact import Array, ExactPlanner, Path
 from states.navigation.local.local_planner import USER_MARGIN
@@ -206,8 +206,8 @@ def _spread(path: Path, spacing: float, least: int) -> Array:
     return np.stack([np.interp(at, along, points[:, k]) for k in (0, 1)], axis=1)
 
 
-def warm_up() -> None:
-    """Compile, or load from the cache, everything that a cycle may need."""
+@example
+def _example() -> None:
     room = ((0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0))
     driver = TebPlanner(ExactPlanner(room, inflation_radius=0.5), Limits(), Tolerance())
     driver.go_to(Pose2(7.0, 4.0, 1.0))

@@ -9,18 +9,13 @@ from pathlib import Path
 import pytest
 
 from behaviors.profile.profile import FOLDER, Profile, load_profile
+from cobodeck.fitness.check_list import require
 from engine.chart.load import load_files
 from engine.files.declared.named import with_own_files
 from engine.files.finding import FileError
+from tests.behaviors.conftest import written
 
 MINE = "profile: mine\nbase: tuned\nchase: {inner: 2.6 m}\n"
-
-
-def written(folder: Path, text: str, name: str = "mine.yaml") -> Path:
-    file = folder / name
-    file.parent.mkdir(exist_ok=True)
-    file.write_text(text)
-    return file
 
 
 def refusal(file: Path | str, *sets: str) -> str:
@@ -160,7 +155,7 @@ def test_the_parameter_of_a_chart_is_set_and_has_to_exist() -> None:
     library = load_files(sorted(FOLDER.parent.glob("*.yaml")))
 
     found = load_profile("tuned", ("charts.chase.patience=7 s",))
-    found.require_sets(library)
+    require("setup", profile=found, library=library)
 
     assert found.apply(library)["chase"].parameters["patience"].default == "7 s"
     for key, message in (
@@ -168,13 +163,13 @@ def test_the_parameter_of_a_chart_is_set_and_has_to_exist() -> None:
         ("charts.chaes.patience", "no such chart; did you mean 'chase'?"),
     ):
         with pytest.raises(FileError, match=re.escape(message)):
-            load_profile("tuned", (f"{key}=7 s",)).require_sets(library)
+            require("setup", profile=load_profile("tuned", (f"{key}=7 s",)), library=library)
 
 
 def test_what_a_file_says_of_unknown_charts_is_not_asked_for(tmp_path: Path) -> None:
     mine = load_profile(written(tmp_path, MINE + "charts: {gone: {a: 1}}\n"), ("chase.inner=2 m",))
 
-    mine.require_sets({})
+    require("setup", profile=mine, library={})
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 from cobodeck.testing.testing import ChartTester
 from hw.geometry import Pose2, Pose3
 from hw.samples import UserPose
+from tests.behaviors.conftest import behaviour
 
 STANDING = UserPose(Pose2(3.0, 4.0, 0.5), 0.5)
 ASKED: tuple[str, dict[str, Any]] = ("requested", {"deep": Pose3(1.0, 2.0, 1.5), "since": 7})
@@ -67,10 +68,6 @@ EDGES = [
     pytest.param(TO_HAPTIC, {"haptic/serve/park": OSError()}, "inform", id="error in Haptic"),
     pytest.param(TO_ESCAPE, {"escape/flee": OSError()}, "inform", id="error in Escape"),
 ]  # fmt: skip
-
-
-def behaviour(sim: ChartTester) -> str:
-    return sim.active[0].partition("/")[0]
 
 
 @pytest.mark.requirement(58, 60, 61, 62, 63, 64, 65, 66, 82)

@@ -14,6 +14,7 @@ from cobodeck.testing.testing import ChartTester
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.samples import UserPose
 from states.environment.environment import Environment
+from tests.behaviors.conftest import behaviour
 
 CHARTS = Path(__file__).parents[3] / "charts"
 DEEP = Pose3(1.0, 2.0, 1.5)
@@ -51,10 +52,6 @@ FIGURE_4 = {
     for behaviour in ("chase", "haptic", "escape")
     for trouble in ("user_lost", "fault", "error")
 }
-
-
-def behaviour(sim: ChartTester) -> str:
-    return sim.active[0].partition("/")[0]
 
 
 @pytest.mark.requirement(57, 58, 59, 60, 61, 62, 63, 64, 65, 66)

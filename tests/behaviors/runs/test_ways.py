@@ -18,6 +18,7 @@ from hw.geometry import STILL, Pose2, Pose3
 from hw.samples import UserPose
 from hw.scene.room import Disc
 from hw.scene.scene import load_scene
+from states.navigation.planners import driver_of
 
 LAB = load_scene("lab_b").room
 
@@ -35,7 +36,7 @@ def situations(make: Callable[..., Situation], profile: Profile, count: int) -> 
 
 
 def has_way(now: Situation, name: Any, goal: Pose2) -> bool:
-    driver, body = now.environment.driver(name, now.planners[name]), now.user.body
+    driver, body = driver_of(now.environment, name, now.planners[name]), now.user.body
     driver.go_to(goal)
     disc = Disc(body.x, body.y, now.environment.navigation.named(name).user_radius)
     driver.command(now.pose, STILL, disc, now.environment.period)

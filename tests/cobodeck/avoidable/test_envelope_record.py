@@ -22,6 +22,7 @@ from cobodeck.pictures.judged_picture import draw_judged
 from cobodeck.record.read.reader import Group, Record
 from cobodeck.terminal.console import OK, USAGE, Problem
 from engine.files.finding import FileError
+from tests.cobodeck.record.partial import WithoutTruth
 
 HALL = ((-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0))
 LIMITS = RobotLimits(1.0, 3.0, 2.5, 0.565, 0.455)
@@ -225,15 +226,6 @@ def test_the_direction_of_view_is_that_of_the_head(record: Path) -> None:
     straight_on, left = read_run(Record(record)), read_run(LookingLeft(record))
 
     assert left.person[:, 2] - straight_on.person[:, 2] == pytest.approx(0.5)
-
-
-class WithoutTruth(Record):
-    """As of a run on real parts."""
-
-    def groups(self) -> Iterator[Group]:
-        for group in super().groups():
-            left = tuple(t for t in group.told if t.topic != "truth")
-            yield Group(group.ticked, left, group.closing)
 
 
 def test_a_record_without_true_poses_is_refused(record: Path) -> None:

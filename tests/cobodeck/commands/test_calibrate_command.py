@@ -16,7 +16,7 @@ from engine.files.finding import FileError
 from hw.geometry import Pose3
 from hw.model.robot import load_robot
 from hw.model.tracking import Tracking
-from hw.model.tracking_file import load_tracking, placement_of, pose_of
+from hw.model.tracking_file import load_tracking, placement_of
 from hw.samples import Sample
 from states.localization.calibration.tracker_calibration import NoCalibration
 from tests.cobodeck.logs.drives import log_of, tracked, world
@@ -95,7 +95,7 @@ def test_poses_and_angles_belong_together():
     rng = np.random.default_rng(2)
     for q in rng.normal(size=(200, 4)):
         pose = Pose3(1.0, 2.0, 3.0, *(q / np.linalg.norm(q)).tolist())
-        assert pose_of(placement_of(pose)).angle_to(pose) < 1e-6
+        assert placement_of(pose).pose().angle_to(pose) < 1e-6
 
 
 @pytest.mark.parametrize(

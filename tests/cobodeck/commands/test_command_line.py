@@ -59,23 +59,22 @@ FILES = {
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.yaml").write_text(CHART)
-    (tmp_path / "binary.yaml").write_bytes(bytes(range(256)) * 40)
-    (tmp_path / "empty.yaml").write_text("")
-    (tmp_path / "list.yaml").write_text("- 1\n- 2\n")
-    (tmp_path / "folder").mkdir()
-    (tmp_path / "walk.csv").write_text("id,t,x,y\n1,0,a,b\n")
-    (tmp_path / "scene.yaml").write_text("scene: x\nroom: nowhere\n")
-    (tmp_path / "profile.yaml").write_text("profile: x\nabout: y\nrobot: 5\n")
+def folder(folder: Path) -> Path:
+    (folder / "mine.yaml").write_text(CHART)
+    (folder / "binary.yaml").write_bytes(bytes(range(256)) * 40)
+    (folder / "empty.yaml").write_text("")
+    (folder / "list.yaml").write_text("- 1\n- 2\n")
+    (folder / "folder").mkdir()
+    (folder / "walk.csv").write_text("id,t,x,y\n1,0,a,b\n")
+    (folder / "scene.yaml").write_text("scene: x\nroom: nowhere\n")
+    (folder / "profile.yaml").write_text("profile: x\nabout: y\nrobot: 5\n")
     tuned = (CHARTS / "profiles" / "tuned.yaml").read_text()
-    (tmp_path / "near.yaml").write_text(tuned.replace("inflation: 77 cm", "inflation: 30 cm"))
-    os.mkfifo(tmp_path / "pipe.yaml")
-    os.mkfifo(tmp_path / "pipe.csv")
+    (folder / "near.yaml").write_text(tuned.replace("inflation: 77 cm", "inflation: 30 cm"))
+    os.mkfifo(folder / "pipe.yaml")
+    os.mkfifo(folder / "pipe.csv")
     for name, text in FILES.items():
-        (tmp_path / name).write_text(text)
-    return tmp_path
+        (folder / name).write_text(text)
+    return folder
 
 
 WRONG = [  # arguments, exit code, part of the message

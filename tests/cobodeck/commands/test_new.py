@@ -12,20 +12,9 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.terminal.console import FAILED, OK, REFUSED, USAGE
+from tests.program import python
 
 ROOT = Path(__file__).resolve().parents[3]
-
-
-def python(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
-    return subprocess.run(
-        [sys.executable, *arguments],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
 
 
 def begun(folder: Path, *options: str) -> Path:
@@ -121,6 +110,23 @@ def test_how_to_go_on_can_be_typed_in_the_shell_one_is_in(
     )
 
 
+def test_every_file_names_a_schema_that_is_there(project: Path) -> None:
+    named = {
+        file.name: re.findall(
+            r"^# yaml-language-server: \$schema=(.*)$", file.read_text(), re.MULTILINE
+        )
+        for file in (project / "my_greeter").glob("*.yaml")
+    }
+    assert named == {
+        "calm.yaml": ["profile.schema.json"],
+        "greet.yaml": ["chart.schema.json"],
+        "room.yaml": ["scene.schema.json"],
+    }
+    assert {path.name for path in (project / "my_greeter").glob("*.json")} == {
+        *(name for (name,) in named.values())
+    }
+
+
 def test_its_schema_knows_its_state(project: Path) -> None:
     assert '"PersonNear"' in (project / "my_greeter" / "chart.schema.json").read_text()
 
@@ -151,7 +157,7 @@ def test_a_name_that_is_none_for_a_package_leaves_nothing_behind(
 def test_a_project_that_cannot_be_completed_is_not_begun(
     tmp_path: Path, was_there: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(_text: str, **_given: str) -> str:
+    def full(*_given: object, **_named: object) -> str:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("cobodeck.commands.schema.schema_of", full)

@@ -154,7 +154,7 @@ WRONG = ["nowhere", "host:0", "host:66000", ":7401", "host:ssh"]
 
 
 @pytest.mark.parametrize("address", WRONG)
-def test_an_address_that_is_none_is_told(address: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_invalid_address_is_reported(address: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["observe", address]) == USAGE
     assert "is no HOST:PORT" in capsys.readouterr().err
 

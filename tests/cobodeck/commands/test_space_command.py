@@ -45,12 +45,6 @@ def write_room(folder, name, side, columns="[]", robot=None):
     (folder / f"{name}.yaml").write_text(text)
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 def measured(capsys, *arguments, code=OK):
     assert main(["space", *arguments, "--json"]) == code
     return json.loads(capsys.readouterr().out)

@@ -209,7 +209,7 @@ def test_props_calibrations_and_arms_are_checked(
 ) -> None:
     for folder, name, old, new in (
         ("hw/props", "prop", "radius: 0.05", "radius: 5"),
-        ("hw/calibrations", "robotnik_ur10", "xyz", "xzy"),
+        ("hw/calibrations", "robotnik_ur10", "roll", "rol"),
         ("hw/arms", "ur10", "speed: 120 deg/s", "speed: 209"),
     ):
         text = (ROOT / folder / f"{name}.yaml").read_text()
@@ -277,6 +277,41 @@ def test_a_missing_or_stale_schema_of_the_editor_is_a_note(
     assert note in shown
 
 
+@pytest.mark.parametrize("written", [None, "{}"])
+def test_a_missing_or_stale_schema_of_a_scene_is_a_note_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], written: str | None
+) -> None:
+    scene = (ROOT / "hw/scenes/lab_a.yaml").read_text()
+    (tmp_path / "own.yaml").write_text(MODELINE + scene)
+    if written is not None:
+        (tmp_path / "s.json").write_text(written)
+    assert main(["validate", str(tmp_path)]) == OK
+    assert f"`cobodeck schema scene -o {tmp_path / 's.json'}`" in capsys.readouterr().out
+    assert main(["schema", "scene", "-o", str(tmp_path / "s.json")]) == OK
+    assert main(["validate", str(tmp_path)]) == OK
+    assert "note: " not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("strict", [[], ["--strict"]])
+def test_a_pose_in_the_old_way_is_a_note_also_where_another_file_names_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], strict: list[str]
+) -> None:
+    robot = (ROOT / "hw/robots/rbkairos_ur10.yaml").read_text()
+    held = (ROOT / "hw/props/prop.yaml").read_text()
+    old = held.replace(
+        "{x: 0, y: 0, z: 0.15, pitch: 90 deg}", "{xyz: [0, 0, 0.15], rpy: [0, 1, 0]}"
+    )
+    assert old != held
+    (tmp_path / "own.yaml").write_text(robot.replace("prop: prop", "prop: ./held.yaml"))
+    (tmp_path / "held.yaml").write_text(old)
+
+    assert main(["validate", *strict, "--json", str(tmp_path)]) == OK
+
+    (note,) = json.loads(capsys.readouterr().out)
+    assert (Path(note["file"]).name, note["line"], note["severity"]) == ("held.yaml", 4, "note")
+    assert note["hint"] == "write `{x: 0, y: 0, z: 0.15, pitch: 1}`"
+
+
 @pytest.fixture
 def touching(tmp_path):
     """Robots whose folded arm touches the rover, by its mount, and itself, by its prop."""
@@ -284,7 +319,7 @@ def touching(tmp_path):
     held = (ROOT / "hw/props/prop.yaml").read_text()
     bent = re.sub(r"ur10: \[[^]]*\]", "ur10: [0, -1.2, 3.1, -1.5, 1.5, 0]", held)
     (tmp_path / "held.yaml").write_text(bent)
-    (tmp_path / "low.yaml").write_text(robot.replace("[0, 0, 0.511]", "[0, 0, 0.4]"))
+    (tmp_path / "low.yaml").write_text(robot.replace("z: 0.511", "z: 0.4"))
     (tmp_path / "bent.yaml").write_text(robot.replace("prop: prop", "prop: ./held.yaml"))
     return tmp_path
 

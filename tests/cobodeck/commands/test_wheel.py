@@ -43,6 +43,7 @@ def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Pat
     with zipfile.ZipFile(wheel) as content:
         (licence,) = (name for name in content.namelist() if name.endswith("/LICENSE"))
         assert content.read(licence) == (ROOT / "LICENSE").read_bytes()
+        assert "cobodeck/docs/first-hour.md" in content.namelist()
     run([*pip, "install", "--no-deps", "--target", str(environment), str(wheel)], tmp_path)
 
     elsewhere = tmp_path / "elsewhere"

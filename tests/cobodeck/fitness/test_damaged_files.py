@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from cobodeck.fitness.checker import FileChecker
 from cobodeck.project.library import findings_of, load_beside, yaml_files
 from cobodeck.project.named_files import kind_of
 from cobodeck.project.state_catalogue import CHARTS, catalogue
+from cobodeck.validation.file_checks import FileChecker
 from engine.files.finding import Finding
 
 ROOT = CHARTS.parent

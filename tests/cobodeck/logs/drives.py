@@ -71,3 +71,7 @@ def _robotlaser(world_, scan, odom, at, corrected):
         seen = world_.drive.pose(at)
     poses = f"{seen.x:.6f} {seen.y:.6f} {seen.yaw:.6f} {odom.x:.6f} {odom.y:.6f} {odom.yaw:.6f}"
     return f"{head} {len(scan.ranges)} {ranges} 0 {poses} 0 0 0 0 0 {at:.6f} host {at:.6f}"
+
+
+def values(log, name):
+    return [sample.value for sample in log.samples if sample.name == name]

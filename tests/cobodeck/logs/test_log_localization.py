@@ -18,7 +18,7 @@ from cobodeck.logs.log_localization import (
     localize,
     with_steady_wheels,
 )
-from cobodeck.logs.mapped import built_ground, given_ground, reference_at, room_ground
+from cobodeck.logs.mapped import built_ground, given_ground, reference_of, room_ground
 from cobodeck.logs.seen import WheelPath, scans_of
 from engine.files.finding import FileError
 from hw.geometry import Pose2
@@ -166,10 +166,10 @@ def test_the_way_of_the_wheels_is_told_between_their_words(log):
 def test_corrected_poses_far_apart_say_nothing_of_what_is_between(log):
     few = replace(log, reference=(log.reference[0], log.reference[-1]))
 
-    assert reference_at(log, 1_010_000_000) is not None
-    assert reference_at(few, 1_010_000_000) is None
-    assert reference_at(few, few.reference[-1].stamp_ns) == few.reference[-1].pose
-    assert reference_at(few, 10**15) is None
+    assert reference_of(log)(1_010_000_000) is not None
+    assert reference_of(few)(1_010_000_000) is None
+    assert reference_of(few)(few.reference[-1].stamp_ns) == few.reference[-1].pose
+    assert reference_of(few)(10**15) is None
 
 
 def test_scans_are_straightened_by_the_wheels(drive, log):

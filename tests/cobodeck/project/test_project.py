@@ -17,17 +17,14 @@ from cobodeck.record.read.reader import Record
 from cobodeck.record.read.record_replay import setup_of
 from cobodeck.terminal.console import FAILED
 
+pytestmark = pytest.mark.usefixtures("own_path")
+
 ROOT = Path(__file__).resolve().parents[3]
 ENTRY = '[project.entry-points."cobodeck.states"]\nown = "own_code.states"\n'
 STRANGER = 4711
 as_root = pytest.mark.skipif(
     not hasattr(os, "getuid") or os.getuid() != 0, reason="only root can give files away"
 )
-
-
-@pytest.fixture(autouse=True)
-def own_path(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "path", sys.path.copy())
 
 
 @pytest.fixture

@@ -1,6 +1,5 @@
 """States of one's own are found by the project's file and by entry point; broken ones are named."""
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -8,6 +7,8 @@ import pytest
 from cobodeck.project.state_catalogue import MODULES, catalogue
 from cobodeck.terminal.console import Problem
 from engine.state import Monitor
+
+pytestmark = pytest.mark.usefixtures("own_path")
 
 STATE = '''from engine.state import Context, Monitor, Run
 
@@ -19,11 +20,6 @@ class {name}(Monitor):
         return "seen"
 '''
 ENTRY = '[project.entry-points."cobodeck.states"]\nown = "{module}.states"\n'
-
-
-@pytest.fixture(autouse=True)
-def own_path(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "path", sys.path.copy())
 
 
 def project(folder: Path, module: str, states: str) -> Path:

@@ -98,7 +98,7 @@ class Rig:
             for sample in part.samples(now):
                 guard.hear(sample, now)
                 if sample.name == "base.odometry":
-                    guard.locate(sample.stamp_ns, sample.value.pose, PoseSigma(0.01, 0.01))
+                    guard.chain.locate(sample.stamp_ns, sample.value.pose, PoseSigma(0.01, 0.01))
         guard.drive(AHEAD)
         guard.tick(now)
 
@@ -158,12 +158,12 @@ def test_who_pulls_the_line_of_the_connection_stops_the_wheels_until_it_is_reset
 def test_nobody_cycles_in_the_engine_and_records_come_from_the_process(rig: Rig) -> None:
     rig.driving()
     assert not any(thread.name == "chain" for thread in threading.enumerate())
-    assert rig.plant.cycles is rig.chain.keeper.cycles
+    assert rig.plant.cycles is rig.chain.remote.cycles
     assert rig.plant.guard is not None
     assert not rig.plant.person_watched
-    assert rig.plant.guard.reckons
-    with pytest.raises(AttributeError, match="a process of its own"):
-        rig.plant.guard.keeper
+    assert rig.plant.guard.chain is rig.chain.remote
+    assert rig.plant.guard.chain.reckons
+    assert not rig.plant.guard.cycled
 
 
 def test_a_second_engine_is_told_so_in_the_words_of_its_connection(rig: Rig) -> None:

@@ -40,12 +40,12 @@ from hw.safety.guarded import HEARD, GuardedBase
 from hw.safety.limits import SafetyLimits
 from hw.safety.stop_line import StopLatch
 from hw.samples import Sample
+from tests.waiting import until
 
 BODY = load_robot("rbkairos_ur10")
 LIMITS = SafetyLimits.of(BODY, MotionLimits())
 EVERYTHING = Uses(frozenset(("base", "arm", "lamp")), frozenset(("base.pose",)))
 AHEAD = Twist2(0.3, 0.0, 0.0)
-PATIENCE_S = 10.0
 OPENED: dict[str, Any] = {}
 
 
@@ -186,14 +186,6 @@ def connected(
     return connect(connection(**drivers), opening, uses)
 
 
-def until(reached: Callable[[], object]) -> None:
-    """Threads need their time; a test that waits in vain fails."""
-    end, waited = time.monotonic() + PATIENCE_S, threading.Event()
-    while not reached():
-        assert time.monotonic() < end
-        waited.wait(0.002)
-
-
 def hear(plant: Connected) -> None:
     """Let the guard hear where the base is, as a loop's inlet would."""
     guard = plant.guard
@@ -232,7 +224,7 @@ def test_a_guard_goes_by_nothing_for_which_no_part_would_be_opened() -> None:
     plant.close()
     watched = GuardedBase(OPENED["Base"], LIMITS, BODY.parked)
     heard = set(watched.hears)
-    watched.locate_by(Reckoner(Tracking()))
+    watched.chain.locate_by(Reckoner(Tracking()))
 
     assert heard | set(watched.hears) == HEARD
 
@@ -252,8 +244,8 @@ def test_wheels_that_do_not_know_where_they_are_are_located() -> None:
     knowing.close()
     counting.close()
 
-    assert not knowing.guard.reckons
-    assert counting.guard.reckons
+    assert not knowing.guard.chain.reckons
+    assert counting.guard.chain.reckons
     assert not finds_itself(connection(base=(Base, "")))
     assert finds_itself(connection(base=(Wheels, "")))
 
@@ -360,13 +352,13 @@ def test_a_reset_takes_the_latch_of_the_guard_away_with_a_line_of_its_own_too() 
     plant = connected(base=(Base, ""), stop_line=(Line, ""))
     guard, line = plant.guard, plant.parts["stop_line"]
     assert guard is not None
-    guard.chain.latched = "the base does not stop"
+    guard.chain.rule.latched = "the base does not stop"
     until(lambda: "pull" in OPENED["Line"].calls)
     reset = line.reset()
     plant.close()
 
     assert reset
-    assert guard.chain.latched is None
+    assert guard.chain.rule.latched is None
     assert OPENED["Line"].latch.reason is None
     assert OPENED["Line"].calls.count("pull") == 1
 

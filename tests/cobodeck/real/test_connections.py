@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from cobodeck.__main__ import main
+from cobodeck.fitness.check_list import require
 from cobodeck.project.state_catalogue import catalogue
-from cobodeck.real.open_connection import refuse_strange_drivers
 from cobodeck.record.read.reader import Record
 from cobodeck.run.build_run import stage
 from cobodeck.setup.options import Options
@@ -51,7 +51,7 @@ def test_all_that_are_shipped_are_valid(capsys: pytest.CaptureFixture[str]) -> N
 
 def test_all_that_are_shipped_take_drivers_of_ours_alone() -> None:
     for name in connection_names():
-        refuse_strange_drivers(load_connection(name), {"hw"})
+        require("import", connection=load_connection(name), packages={"hw"})
 
 
 WRONG = {
@@ -81,7 +81,7 @@ def test_a_driver_inside_an_entry_is_looked_at_too(slow: str) -> None:
     Path(slow).write_text(text)
 
     with pytest.raises(Problem, match="'os' is the package of no project"):
-        refuse_strange_drivers(load_connection(slow), catalogue().packages)
+        require("import", connection=load_connection(slow), packages=catalogue().packages)
 
 
 def test_scene_and_connection_have_to_be_of_one_body(

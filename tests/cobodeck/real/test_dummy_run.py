@@ -99,24 +99,23 @@ parts:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(
         "hw.connection.connection.Connection.signals", ("base.scan",), raising=False
     )
-    (tmp_path / "asked.yaml").write_text(CHART)
-    (tmp_path / "real_one.yaml").write_text(ROBOT)
-    (tmp_path / "person.yaml").write_text(
+    (folder / "asked.yaml").write_text(CHART)
+    (folder / "real_one.yaml").write_text(ROBOT)
+    (folder / "person.yaml").write_text(
         "user: person\nstart: {x: 6, y: 5}\nsteps: [{stand: 0.5}, {request: {hold: 6}}]\n"
     )
-    (tmp_path / "seen.yaml").write_text(
+    (folder / "seen.yaml").write_text(
         CHART.replace("watch: HapticRequest", "watch: UserReady")
         .replace("requested", "restarted")
         .replace("chart: asked", "chart: seen")
     )
     person = ["--user", "person.yaml", "--record", "person.mcap", "--no-project"]
     assert main(["simulate", "seen.yaml", "--scene", "study", *person, "--duration", "3"]) == OK
-    return tmp_path
+    return folder
 
 
 @pytest.mark.requirement(53, 56)

@@ -191,11 +191,10 @@ parts:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "round.yaml").write_text(CHART)
-    (tmp_path / "real_one.yaml").write_text(ROBOT)
-    return tmp_path
+def folder(folder: Path) -> Path:
+    (folder / "round.yaml").write_text(CHART)
+    (folder / "real_one.yaml").write_text(ROBOT)
+    return folder
 
 
 RUN = ["run", "round.yaml", "--robot", "real_one.yaml", "--no-project"]

@@ -6,8 +6,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from cobodeck.__main__ import main
 from cobodeck.terminal.console import FAILED, OK
 
@@ -35,12 +33,6 @@ SIGNALS = (
     Derived("room.noise", ("room.sound",), abs, float),
 )
 """
-
-
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def test_a_chart_without_a_person_is_run_without_one(folder: Path, capsys: Any) -> None:

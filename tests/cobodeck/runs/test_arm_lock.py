@@ -14,10 +14,10 @@ from cobodeck.setup.setup import open_setup
 from cobodeck.testing.testing import ChartTester
 from hw.geometry import Pose2, Twist2
 from hw.people.live import LivePerson
-from hw.safety.guarded import GuardedBase
 from hw.samples import Joints, UserPose
 from hw.sim.contact.moving import MovingArm
 from hw.sim.mock import mock_world
+from tests.cobodeck.conftest import base_of
 
 DRIVE = "chase/follow/drive/go"
 IN_FRONT = "user: u\nrepeat: false\nstart: {x: 1.2, y: 4.39}\nsteps: [stand: 600]\n"
@@ -30,12 +30,6 @@ def turn(arm: MovingArm, joints: Joints) -> None:
     """Let the arm go to these angles at even speeds."""
     here = arm.state.joints
     arm.follow([(0.0, here), (1.5, joints)])
-
-
-def base_of(sim: ChartTester) -> GuardedBase:
-    base = sim.run.parts["base"]
-    assert isinstance(base, GuardedBase)
-    return base
 
 
 @pytest.fixture(params=["paper", "tuned"])

@@ -61,12 +61,6 @@ def driven(folder: Path, width: float, tier: int, capsys: Any, *more: str) -> tu
     return found.out, found.err
 
 
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
 @pytest.mark.parametrize("width", [CORRIDOR, pytest.param(HALL, marks=pytest.mark.slow)])
 def test_without_scanners_the_chair_is_run_into_and_that_is_told(
     folder: Path, capsys: pytest.CaptureFixture[str], width: float

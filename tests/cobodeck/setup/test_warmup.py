@@ -2,9 +2,15 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from cobodeck.setup.compiling import compiling
+from cobodeck.setup.setup import open_setup
+from hw.sim.sensors import coverage, rays
+from states.environment.environment import Environment
+from states.subsystems import SUBSYSTEMS
 
 ROOT = Path(__file__).resolve().parents[3]
 WATCHED = """
@@ -37,6 +43,42 @@ def test_nothing_is_compiled_or_imported_in_a_tick() -> None:
     )
 
     assert result.stdout == "[] []\n"
+
+
+def test_no_example_is_forgotten_and_only_what_is_used_is_compiled() -> None:
+    """All that register examples are asked for by somebody, planners only by who uses them."""
+    files = [file for top in ("behaviors", "hw", "states") for file in (ROOT / top).rglob("*.py")]
+    registered = {
+        ".".join(file.relative_to(ROOT).with_suffix("").parts)
+        for file in files
+        if "\n@example\n" in file.read_text()
+    }
+    environment = open_setup().environment
+    of_choices = {
+        (planner, local, scanning): {
+            module.__name__ for module in chosen(environment, planner, local).compiled(scanning)
+        }
+        for planner in ("exact", "theta_star")
+        for local in ("profile", "teb")
+        for scanning in (False, True)
+    }
+    always = {f"states.navigation.{name}" for name in ("visibility", "profile_planner")}
+    in_turn = {f"states.navigation.{name}" for name in ("grid_planners", "teb_planner")}
+    beside = {name for name in registered if name.startswith(("behaviors.", "states.arm."))}
+    beside |= {rays.__name__, coverage.__name__}
+
+    assert of_choices["exact", "profile", False] == always
+    assert of_choices["theta_star", "teb", False] == always | in_turn
+    assert of_choices["exact", "profile", True].isdisjoint(in_turn)
+    assert set.union(*of_choices.values()) | beside == registered
+
+
+def chosen(environment: Environment, planner: str, local: str) -> Environment:
+    navigation = environment.navigation
+    own: Any = {"planner": planner, "local_planner": local}
+    for name in SUBSYSTEMS:
+        navigation = replace(navigation, **{name: replace(navigation.named(name), **own)})
+    return replace(environment, navigation=navigation)
 
 
 def test_compiling_tells_which_function_and_loading_tells_nothing() -> None:

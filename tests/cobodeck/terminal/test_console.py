@@ -92,26 +92,25 @@ def test_arguments_that_are_wrong_are_told_without_commands(command: str, text: 
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(sys, "path", sys.path.copy())
     about = '"\\e[2J\\x9b31m\\x7f\\u202e"'  # as YAML writes it
-    (tmp_path / "evil_states.py").write_text(STATES)
-    (tmp_path / "pyproject.toml").write_text(
+    (folder / "evil_states.py").write_text(STATES)
+    (folder / "pyproject.toml").write_text(
         '[project.entry-points."cobodeck.states"]\nown = "evil_states"\n'
     )
     chart = f"chart: CHART\nabout: {about}\noutcomes: [done]\n"
-    (tmp_path / f"{EVIL}.yaml").write_text(
+    (folder / f"{EVIL}.yaml").write_text(
         chart.replace("CHART", "evil") + "states:\n  a: {do: Breaks, next: {done: .done}}\n"
     )
-    (tmp_path / f"wrong{EVIL}.yaml").write_text(
+    (folder / f"wrong{EVIL}.yaml").write_text(
         chart.replace("CHART", "wrong") + f"states:\n  a: {{do: {about}}}\n"
     )
-    (tmp_path / "scene.yaml").write_text(
+    (folder / "scene.yaml").write_text(
         f"scene: s\nabout: {about}\nroom: {{outer: [[0, 0], [9, 0], [9, 9], [0, 9]]}}\n"
         f"robot: {{start: {{x: 4, y: 4}}}}\nuser: {{source: {about}, start: {{x: 5, y: 5}}}}\n"
     )
-    return tmp_path
+    return folder
 
 
 SHOWN = r"\x1b[2J\x07\u009b31m\u007f\u202e"

@@ -13,11 +13,11 @@ from engine.machine.machine import Leaf
 from engine.machine.node import Substitute
 from hw.geometry import Pose2, Twist2
 from hw.model.robot import load_robot
-from hw.safety.guarded import GuardedBase
 from hw.samples import UserPose
 from hw.scene.scene import load_scene
 from states.environment.environment import Environment
 from states.navigation.states import DriveTo
+from tests.cobodeck.conftest import base_of
 
 DRIVE, FLEE = "chase/follow/drive/go", "escape/flee"
 IN_FRONT = "user: u\nrepeat: false\nstart: {x: 1.2, y: 4.39}\nsteps: [stand: 600]\n"
@@ -50,12 +50,6 @@ def driving(sim: ChartTester, tmp_path: Path) -> ChartTester:
     sim.tick(5)
     assert base_of(sim).selected.source == "chase"
     return sim
-
-
-def base_of(sim: ChartTester) -> GuardedBase:
-    base = sim.run.parts["base"]
-    assert isinstance(base, GuardedBase)
-    return base
 
 
 @pytest.mark.requirement(41, 71)

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from cobodeck.fitness.checker import FileChecker
 from cobodeck.project.library import findings_of, load_beside
 from cobodeck.project.state_catalogue import CHARTS, catalogue
+from cobodeck.validation.file_checks import FileChecker
 from engine.files.finding import Finding
 from tests.engine.chart_mistakes import CHART, FORM, NAMES, VALUES
 from tests.engine.file_mistakes import PROFILES, ROBOTS, SCENE, SCENES, USER, USERS

@@ -48,7 +48,7 @@ def golden_texts() -> dict[str, str]:
 
 
 def update_golden() -> None:
-    """`python -m tests.engine.test_draw` writes the texts anew; look at the difference."""
+    """`python -m tests.engine.draw.test_draw` writes the texts anew; look at the difference."""
     for name, text in golden_texts().items():
         (GOLDEN / name).write_text(text, encoding="utf-8")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from copy import deepcopy
 from typing import Any
@@ -10,6 +11,8 @@ import jsonschema
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from engine.chart.chart import Node
+from engine.chart.grammar import FORMS, NODE
 from engine.chart.load import Library
 from engine.check.check_library import check
 from engine.files.declared.values import Mismatch
@@ -68,6 +71,14 @@ def test_docstrings_are_hovers_at_the_class_and_at_each_of_its_parameters() -> N
     assert "Drives to `goal`." in drive["do"]["markdownDescription"]
     assert "m/s" in drive["with"]["properties"]["speed"]["markdownDescription"]
     assert SCHEMA["definitions"]["node"]["properties"]["do"]["enum"] == ["Drive", "Say"]
+
+
+def test_what_does_not_give_a_node_its_form_is_a_field_of_it() -> None:
+    fields = {field.name for field in dataclasses.fields(Node)}
+    forming = {name for name, key in NODE.items() if key.value in ("target", "nodes")}
+    assert forming == set(FORMS)
+    read = {key.field or name for name, key in NODE.items() if name not in forming}
+    assert read == fields - {"name", "form", "at", "raw", "target", "children"}
 
 
 def test_a_right_chart_is_right() -> None:

@@ -84,7 +84,7 @@ class Rig:
     def _pulled(self, reason):
         """As the stop line of a connection does."""
         self.pulled.append((time.monotonic_ns(), reason))
-        self.base.halt(reason)
+        self.base.chain.pull(reason)
 
     def speak(self):
         """Say what is due."""
@@ -98,7 +98,7 @@ class Rig:
         stamp = self.run_time()
         for sample in self.base.samples(stamp):
             if sample.name == "base.odometry":
-                self.base.locate(sample.stamp_ns, sample.value.pose, PoseSigma(0.01, 0.01))
+                self.base.chain.locate(sample.stamp_ns, sample.value.pose, PoseSigma(0.01, 0.01))
         if self.command is not None:
             self.base.drive(self.command)
         else:
@@ -135,7 +135,7 @@ class Rig:
         """Speak and listen until it is so."""
         end = time.monotonic() + PATIENCE_S
         while not reached():
-            assert time.monotonic() < end, (self.chain.stopped, self.chain.keeper.status)
+            assert time.monotonic() < end, (self.chain.stopped, self.chain.remote.status)
             self.speak()
             select.select([self.reports, self.observer], [], [], 0.003)
             if "observer" in self.speaks:

@@ -11,14 +11,14 @@ import threading
 import time
 
 import pytest
-from tests.hw.drivers.test_chain import stays_stopped
 
 from hw.drivers.chain.chain_settings import SOURCES
 from hw.drivers.feed import DatagramFeed
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.ipc.datagrams import Door, Intake, Outlet, Seal, coded, key_of
-from hw.ipc.plain import plain
+from hw.ipc.plain import text
 from hw.samples import PoseSigma, TrackerPose, UserPose
+from tests.hw.drivers.chain.test_chain import stays_stopped
 from tests.hw.drivers.chain_rig import AHEAD, Rig
 from tests.hw.drivers.rigs import OBSERVER_KEY, PATIENCE_S
 
@@ -48,7 +48,7 @@ def forged():
     """Datagrams of who has no key: as they once were, and under keys that anybody can make."""
     for source in TAKEN:
         for name in NAMES:
-            for value in (0, True, "up", plain(AHEAD), MALFORMED[0]):
+            for value in (0, True, "up", json.loads(text(AHEAD)), MALFORMED[0]):
                 told = [source, 1, name, time.monotonic_ns(), value]
                 yield json.dumps(told).encode()
     for name in NAMES:
@@ -170,7 +170,7 @@ def test_what_has_been_recorded_moves_nothing():
         again.until(lambda: again.cycles)
         stranger.throw(recorded)
         waits = ("the observer has not been heard",)
-        again.until(lambda: again.chain.keeper.status.refused == waits)
+        again.until(lambda: again.chain.remote.status.refused == waits)
         assert all(cycle[3].speed == 0.0 for cycle in again.cycles)
     finally:
         again.close()

@@ -5,16 +5,9 @@ import time
 
 from hw.drivers.feed import DatagramFeed
 from hw.ipc.datagrams import Outlet
+from tests.waiting import PATIENCE_S, until
 
-PATIENCE_S = 10.0
 WITHIN_NS = 300_000_000
-
-
-def until(reached):
-    end, waited = time.monotonic() + PATIENCE_S, threading.Event()
-    while not reached():
-        assert time.monotonic() < end
-        waited.wait(0.002)
 
 
 def test_who_sends_nothing_is_silent_until_heard_again_and_not_while_we_were_held_up():

@@ -17,8 +17,8 @@ from hw.drivers.can.bus import CanBus
 from hw.drivers.ur.ur_arm import MISSING, UrArm
 from hw.fakes.can.drive import Traits
 from hw.fakes.peers import Cb3
-from tests.hw.drivers import test_kairos as kairos
 from tests.hw.drivers.can.can_rig import WHEELS, Rig, rig
+from tests.hw.drivers.kairos import test_kairos as kairos
 from tests.hw.drivers.rigs import opening, own_address
 from tests.hw.drivers.sick import test_s300 as s300
 from tests.hw.drivers.ur.ur_rig import PARKED, ROBOT

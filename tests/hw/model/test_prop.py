@@ -1,10 +1,13 @@
 """End effectors and calibrations from their files."""
 
 import pytest
+from hypothesis import given, settings, strategies as st
 
+from engine.files.declared.item import notes, parse_yaml
 from engine.files.finding import FileError
 from hw.model.calibration import FOLDER as CALIBRATIONS, load_calibration
-from hw.model.prop import FOLDER, load_prop, prop_names
+from hw.model.prop import FOLDER, Placement, load_prop, placement, prop_names
+from tests.repeats import examples
 
 TEXT = (FOLDER / "gripped.yaml").read_text()
 
@@ -77,8 +80,9 @@ def test_a_calibration_has_a_frame_for_each_of_six_joints(tmp_path):
         ("mass: 1.7", "mass: -5 kg", (3, 7)),
         ("mass: 1.7", "mass: 51", (3, 7)),
         ("radius: 0.065", "radius: 6.5", (6, 54)),
-        ("xyz: [0, 0, 0.25]", "xyz: [0, 0, 25]", (4, 19)),
-        ("rpy: [0, 1.57", "rpy: [0, 90, 1.57", (4, 26)),
+        ("z: 0.25", "z: 25", (4, 22)),
+        ("pitch: 90 deg", "pitch: 90", (4, 35)),
+        ("z: 0.25", "xyz: [0, 0, 0.25]", (4, 19)),
     ],
 )
 def test_what_no_prop_can_be_is_refused_at_its_place(tmp_path, old, new, place):
@@ -100,22 +104,58 @@ def test_the_centre_of_mass_is_half_way_to_the_point_unless_it_is_given(tmp_path
 
 def test_props_and_calibrations_may_carry_units(tmp_path):
     file = tmp_path / "own.yaml"
-    text = TEXT.replace("mass: 1.7", "mass: 1700 g").replace("0.25]", "250 mm]")
+    text = TEXT.replace("mass: 1.7", "mass: 1700 g").replace("z: 0.25", "z: 250 mm")
     file.write_text(
-        text.replace("1.5707963267948966", "90 deg").replace("speed: 0.15", "speed: 15 cm/s")
+        text.replace("90 deg", "1.5707963267948966").replace("speed: 0.15", "speed: 15 cm/s")
     )
     assert load_prop(file) == load_prop("gripped")
     chain = (CALIBRATIONS / "robotnik_ur10.yaml").read_text()
-    file.write_text(chain.replace("[0, 0, 0.1279592785000426]", "[0, 0, 127.9592785000426 mm]"))
+    file.write_text(chain.replace("z: 0.1279592785000426", "z: 127.9592785000426 mm"))
     assert load_calibration(file) == load_calibration()
 
 
 def test_all_mistakes_of_a_calibration_are_told_at_once(tmp_path):
     file = tmp_path / "own.yaml"
     text = (CALIBRATIONS / "robotnik_ur10.yaml").read_text()
-    file.write_text(
-        text.replace("xyz: [0, 0, 0.1279592785000426]", "xyz: [0, 0]").replace("rpy", "rpi", 2)
-    )
+    file.write_text(text.replace("z: 0.1279592785000426", "z: 0.1 s").replace("yaw", "yam", 2))
     with pytest.raises(FileError) as caught:
         load_calibration(file)
     assert [f.place.line for f in caught.value.findings] == [6, 6, 7]
+
+
+LENGTHS = st.floats(-10.0, 10.0)
+ANGLES = st.floats(-12.0, 12.0)
+
+
+@settings(max_examples=examples(200), deadline=None)
+@given(st.tuples(LENGTHS, LENGTHS, LENGTHS), st.tuples(ANGLES, ANGLES, ANGLES))
+def test_a_pose_in_the_old_way_is_the_same_and_noted(xyz, rpy):
+    pairs = zip(("x", "y", "z", "roll", "pitch", "yaw"), (*xyz, *rpy), strict=True)
+    new = f"at: {{{', '.join(f'{key}: {value!r}' for key, value in pairs)}}}\n"
+    old = f"at: {{rpy: {[*rpy]!r}, xyz: {[*xyz]!r}}}\n"
+    with notes() as found:
+        assert parse_yaml(new, "new.yaml", lambda item: placement(item.inner("at"))) == Placement(
+            xyz, rpy
+        )
+    assert not found
+    with notes() as found:
+        parsed = parse_yaml(old, "old.yaml", lambda item: placement(item.inner("at")))
+    assert parsed == Placement(xyz, rpy)
+    (note,) = found
+    wanted = f"at: {note.hint.removeprefix('write ').strip('`')}\n"
+    assert parse_yaml(wanted, "new.yaml", lambda item: placement(item.inner("at"))) == parsed
+
+
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        ("{xyz: [0, 0, 1], yaw: 1}", "at.xyz: unknown key"),
+        ("{xzy: [0, 0, 1]}", "at.xzy: unknown key"),
+        ("[0, 0, 1]", "at: needs a mapping"),
+        ("{xyz: [0, 0]}", "at.xyz: needs 3 values, has 2"),
+    ],
+)
+def test_what_is_no_pose_is_told(written, message):
+    with pytest.raises(FileError) as caught:
+        parse_yaml(f"at: {written}\n", "a.yaml", lambda item: placement(item.inner("at")))
+    assert message in str(caught.value)

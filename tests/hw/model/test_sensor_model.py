@@ -11,14 +11,11 @@ from hw.people.live import LivePerson
 from hw.samples import UserPose
 from hw.scene.scene import load_scene
 from hw.sim.world import World
+from tests.hw.conftest import tick
 
 ROBOT = load_robot("rbkairos_ur10")
 HALL = load_scene("hall")
 HERE = Pose2(30.0, 30.0, 1.0)
-
-
-def tick(n):
-    return n * 10**9 // 30
 
 
 class Run:

@@ -16,14 +16,11 @@ from hw.people.walking.script import load_script, script_names
 from hw.people.walking.walker import Walker
 from hw.samples import USER_RADIUS, UserPose
 from hw.scene.scene import load_scene
+from tests.hw.conftest import tick
+from tests.hw.people.walks import WALKING
 
-WALKING = (Path(__file__).resolve().parents[3] / "../shared/data/walking").resolve()
 LAB = load_scene("lab_a")
 FAR = Pose2(100.0, 100.0)
-
-
-def tick(n):
-    return n * 10**9 // 30
 
 
 def play(person, ticks, robot=FAR, informed=lambda n: False):
@@ -73,8 +70,8 @@ def test_tracking_gives_every_row_at_most_once_with_its_own_stamp():
 def test_a_gap_ends_as_recorded_even_if_the_person_stands_still_in_it():
     person = Playback(straight(gap=(4.0, 6.0)), LAB.room)
     seen = []
-    for tick in range(30 * 9):
-        person.step(tick * 10**9 // 30, FAR, 4.5 <= tick / 30 < 8.0)
+    for n in range(30 * 9):
+        person.step(tick(n), FAR, 4.5 <= n / 30 < 8.0)
         seen.append(person.measured is not None)
     assert not any(seen[int(4.1 * 30) : int(5.9 * 30)])
     assert all(seen[int(6.1 * 30) :])

@@ -14,6 +14,7 @@ from hw.motion.reckoner import Reckoner
 from hw.safety.guarded import FOLDED_RAD, GuardedBase
 from hw.safety.limits import SafetyLimits
 from hw.samples import ArmState, Odometry, PoseSigma, Sample, UserPose
+from hw.sim.mock import MockBase
 from hw.sim.sim_base import SimBase
 from tests.repeats import examples
 
@@ -211,7 +212,7 @@ def test_after_a_leap_back_in_time_nothing_moves_until_the_operator_has_reset_it
     rig.tick(("own", BACK), count=100)
     assert set(rig.wheels.told[before:]) == {None}
     assert set(rig.pulled) == {"time runs backwards"}
-    assert rig.base.reset(rig.now)
+    assert rig.base.chain.reset(rig.now)
     assert rig.tick(("own", BACK), count=8) == BACK
 
 
@@ -326,7 +327,7 @@ def test_a_user_who_is_not_seen_any_more_is_lost_and_the_stop_line_is_pulled():
     assert rig.base.refusal == "tracking of the user is lost"
     rig.user = Pose2(50.0, 0.0)
     rig.tick(count=8)
-    assert rig.base.reset(rig.now)
+    assert rig.base.chain.reset(rig.now)
     assert rig.tick(("own", BACK)) == BACK
 
 
@@ -390,14 +391,14 @@ def test_what_the_chain_takes_away_is_told_until_it_lets_all_pass_for_a_tick():
     limit = rig.base.chain.limits.speed
     too_fast = Twist2(2.0 * limit, 0.0)
     rig.tick(("own", SLOW))
-    assert rig.base.admitted is None
+    assert rig.base.chain.admitted is None
     passed = rig.tick(("own", too_fast))
     assert passed.vx == pytest.approx(limit)
     assert [s.value for s in rig.base.samples(rig.now) if s.name == "base.admitted"] == [passed]
     rig.base.tick(rig.now)
-    assert rig.base.admitted is None
+    assert rig.base.chain.admitted is None
     rig.tick(("own", SLOW))
-    assert rig.base.admitted is None
+    assert rig.base.chain.admitted is None
 
 
 # ---- the owner's side
@@ -433,7 +434,7 @@ def test_plain_wheels_that_stand_and_are_to_stand_leave_no_records():
 def test_wheels_with_ramps_ask_behind_them_and_are_told_in_the_tick():
     wheels = SimBase(ROBOT, CAPS, Pose2(0.0, 0.0))
     base = GuardedBase(wheels, ALONE)
-    assert wheels.gate is base
+    assert wheels.chain is base.chain
     assert not {"base.pose", "base.twist"} & set(base.hears)
     for n in range(1, 31):
         base.drive(FAST)
@@ -443,6 +444,33 @@ def test_wheels_with_ramps_ask_behind_them_and_are_told_in_the_tick():
     assert commands == sorted(commands)
     assert wheels.twist.vx == pytest.approx(commands[-1])
     assert 0.7 < commands[-1] < 1.0
+
+
+@pytest.mark.parametrize("make", [MockBase, lambda *at: SimBase(ROBOT, CAPS, at[1])])
+def test_a_command_that_times_out_between_two_instants_stops_the_wheels_and_latches_nothing(make):
+    wheels = make(ROBOT, Pose2(0.0, 0.0))
+    base = GuardedBase(wheels, ALONE)
+    base.drive(SLOW)
+    base.tick(0)
+    for n in range(1, 20):
+        wheels.advance(n * 40 * MS)  # the time-out, 0.5 s, is between two
+    assert wheels.twist == STILL
+    assert wheels.pose.x > 0.0
+    assert base.chain.latched is None
+
+
+def test_wheels_that_are_guarded_again_get_a_chain_of_the_new_limits():
+    wheels = SimBase(ROBOT, CAPS, Pose2(0.0, 0.0))
+    GuardedBase(wheels, ALONE)
+    slower = dataclasses.replace(ALONE, speed=0.3)
+    again = GuardedBase(wheels, slower)
+    assert wheels.chain is again.chain
+    assert again.chain.limits is slower
+    for n in range(1, 31):
+        again.drive(FAST)
+        again.tick((n - 1) * TICK)
+        wheels.advance(n * TICK)
+    assert 0.25 < wheels.twist.speed < 0.3 + 1e-9
 
 
 @pytest.mark.requirement(48)
@@ -519,7 +547,7 @@ def test_whatever_is_fed_nothing_is_faster_than_told_or_allowed_or_moves_after_a
             rig.base.grant(value)
         else:
             rig.hear(what, value, rig.now + leap)
-        refused = rig.base.chain.latched or rig.base.chain.stop_line
+        refused = rig.base.chain.latched or rig.base.chain.rule.stop_line
         rig.cycles(1)
         told, selected = rig.wheels.told[-1] or STILL, rig.base.selected
         assert told.speed <= min(selected.twist.speed, 2.5) + 1e-9
@@ -535,7 +563,7 @@ def reckoned(limits=LIMITS):
     """A guarded base that was made just now, and its wheels."""
     wheels = Wheels()
     base = GuardedBase(wheels, limits)
-    base.locate_by(Reckoner(Tracking()))
+    base.chain.locate_by(Reckoner(Tracking()))
     return base, wheels
 
 
@@ -552,22 +580,22 @@ def test_who_is_told_where_it_is_drives_by_that_and_by_the_wheels():
     base, _ = reckoned()
     base.hear(Sample("user.pose", 0, UserPose(Pose2(2.0, 0.0), 0.0)), 0)
     base.hear(wheels_at(100.0, 0), 0)
-    assert base.admit(0, FAST, None, FAST) == STILL  # nobody knows where it is
-    base.locate(0, Pose2(0.0, 0.0), PoseSigma(0.01, 0.01))
-    base.admit(0, SLOW, None, SLOW)
+    assert base.chain.admit(0, FAST, None, FAST) == STILL  # nobody knows where it is
+    base.chain.locate(0, Pose2(0.0, 0.0), PoseSigma(0.01, 0.01))
+    base.chain.admit(0, SLOW, None, SLOW)
     gap = gap_of(base)
     assert gap == pytest.approx(2.0 - 0.565 - 0.5)
     base.hear(wheels_at(100.3, 10 * MS), 10 * MS)
-    base.admit(10 * MS, SLOW, None, SLOW)
+    base.chain.admit(10 * MS, SLOW, None, SLOW)
     assert gap_of(base) == pytest.approx(gap - 0.3)
-    base.locate(0, None, None)
-    assert base.admit(10 * MS, SLOW, None, SLOW) == STILL
+    base.chain.locate(0, None, None)
+    assert base.chain.admit(10 * MS, SLOW, None, SLOW) == STILL
 
 
 def test_wheels_without_a_loop_of_their_own_are_reckoned_too():
     base, wheels = reckoned(ALONE)
     base.hear(wheels_at(0.0, 0), 0)
-    base.locate(0, Pose2(1.0, 0.0), PoseSigma(0.01, 0.01))
+    base.chain.locate(0, Pose2(1.0, 0.0), PoseSigma(0.01, 0.01))
     base.drive(SLOW)
     base.tick(0)
     base.cycle(0)

@@ -120,6 +120,20 @@ def test_a_user_lost_by_a_standing_base_latches_too():
     assert rig.world.parts["stop_line"].reason == "tracking of the user is lost"
 
 
+@pytest.mark.requirement(149)
+def test_a_user_lost_by_a_standing_mock_latches_too():
+    person = LivePerson(Pose2(*AWAY))
+    world = mock_world(HALL, ROBOT, person, SAFETY)
+    for n in range(1, 25):
+        if n < 5:
+            person.push(n * 33_000_000, UserPose(Pose2(*AWAY), 0.0))
+        world.advance(n * 33_000_000)
+        hear(world)
+        world.guard.tick(world.now_ns)
+    assert world.parts["stop_line"].reason == "tracking of the user is lost"
+    assert world.base.pose == HALL.robot_start
+
+
 def test_far_from_everybody_the_chain_changes_nothing():
     worlds = [Rig(safety=SAFETY), Rig(safety=FREE)]
     for rig in worlds:
@@ -146,7 +160,8 @@ def test_a_world_has_a_chain_whether_it_is_given_limits_or_not():
     assert Rig().base.chain.limits is SAFETY
     world = World(HALL, ROBOT, LivePerson(Pose2(*AWAY)), CAPS)
     assert world.guard.chain.limits == SAFETY
-    assert world.base.gate is world.parts["base"] is world.guard
+    assert world.parts["base"] is world.guard
+    assert world.base.chain is world.guard.chain
 
 
 @pytest.mark.requirement(48, 50, 149)

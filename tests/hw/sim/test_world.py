@@ -13,13 +13,10 @@ from hw.samples import Sample, UserPose
 from hw.scene.scene import load_scene
 from hw.sim.scripted_samples import ScriptedSignals
 from hw.sim.world import World
+from tests.hw.conftest import tick
 
 ROBOT = load_robot("rbkairos_ur10")
 LAB = load_scene("lab_a")
-
-
-def tick(n):
-    return n * 10**9 // 30
 
 
 def test_time_does_not_run_backwards():

@@ -8,11 +8,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from behaviors.profile.profile import load_profile
+from hw.model.arm import load_arm
+from hw.model.prop import load_prop
 from hw.model.robot import load_robot
 from states.arm.description.robot_arm import manipulator_of
-from states.arm.kinematics.collision import Surroundings
+from states.arm.kinematics.collision import CollisionModel, Surroundings
 from states.arm.kinematics.kinematics import KinematicChain
 from states.arm.kinematics.model import Manipulator
+from states.arm.planning.planning import Plan
+from states.environment.environment import Environment
+from tests.states.arm.stepping import HALL, plan_to_deep
 
 
 @pytest.fixture(scope="session")
@@ -154,3 +160,25 @@ def reach_problem(rng: np.random.Generator) -> ReachProblem:
 def problems() -> list[ReachProblem]:
     rng = np.random.default_rng(42)
     return [reach_problem(rng) for _ in range(500)]
+
+
+@pytest.fixture(scope="session")
+def tuned() -> Environment:
+    """A hall as Haptic's planners see it, with the tuned profile."""
+    return load_profile("tuned").environment(HALL, load_robot("rbkairos_ur10"))
+
+
+@pytest.fixture(scope="session")
+def reach(tuned: Environment) -> Plan:
+    return plan_to_deep(tuned)
+
+
+@pytest.fixture(scope="session")
+def model(arm: Manipulator) -> CollisionModel:
+    return CollisionModel.of(arm)
+
+
+def arm_named(name: str, prop: str = "prop") -> Manipulator:
+    """A shipped arm on the rover, with a shipped prop."""
+    rover, held = load_robot("rbkairos_ur10"), load_prop(prop).on(name)
+    return Manipulator.of(load_arm(name), rover.arm.mount, rover.chassis, held)

@@ -13,20 +13,16 @@ from scipy.spatial.transform import Rotation
 from cobodeck.bench.arm.arm_bench import SETS, joint_sets
 from engine.files.finding import FileError
 from hw.model.arm import LINKS, arm_names, load_arm, nearest_arm
-from hw.model.prop import Placement, load_prop
+from hw.model.prop import Placement
 from hw.model.robot import FOLDER as ROBOTS, load_robot
 from states.arm.description.robot_arm import manipulator_of
 from states.arm.kinematics.inverse_kinematics import inverse
 from states.arm.kinematics.kinematics import KinematicChain, deviation
 from states.arm.kinematics.model import Manipulator
+from tests.states.arm.conftest import arm_named
 from tests.states.arm.urdf_writing import urdf_of
 
 ROBOT = load_robot("rbkairos_ur10")
-
-
-def arm_named(name: str) -> Manipulator:
-    held = load_prop().on(name)
-    return Manipulator.of(load_arm(name), ROBOT.arm.mount, ROBOT.chassis, held)
 
 
 def tcps(arm: Manipulator, joints: np.ndarray) -> np.ndarray:
@@ -197,8 +193,8 @@ def test_a_malformed_description_is_refused_in_a_sentence(what: str, tmp_path: P
 def test_a_mount_may_be_any_placement(tmp_path: Path) -> None:
     """An arm that hangs from a gantry reaches what one that stands does, mirrored in height."""
     text = (ROBOTS / "rbkairos_ur10.yaml").read_text()
-    hanging = "mount: {xyz: [0.2, 0.1, 2.0], rpy: [180 deg, 0, 90 deg]}"
-    text = re.sub(r"mount: \{xyz: \[0, 0, 0.511\][^}]*\}", hanging, text)
+    hanging = "mount: {x: 0.2, y: 0.1, z: 2.0, roll: 180 deg, yaw: 90 deg}"
+    text = re.sub(r"mount: \{x: 0, y: 0, z: 0.511[^}]*\}", hanging, text)
     (tmp_path / "own.yaml").write_text(text)
     arm = manipulator_of(load_robot(tmp_path / "own.yaml"))
     assert arm.mount == Placement((0.2, 0.1, 2.0), (np.pi, 0.0, 0.5 * np.pi))

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from behaviors.profile.profile import load_profile
 from hw.geometry import Pose2, wrap
+from hw.samples import OLD_S
 from states.arm import arm_separation as separation
-from states.arm.arm_separation import OLD_S, SLOW, ArmPace, Brakes, Governor
+from states.arm.arm_separation import SLOW, ArmPace, Brakes, Governor
 from states.arm.planning.approach import TOUCH_SPEED
 from states.arm.planning.planning import Plan
 from states.arm.states import ParkArm, ReachDeep
@@ -21,25 +21,12 @@ from tests.repeats import SHORT
 from tests.states.arm.stepping import (
     BASE,
     DEEP,
-    HALL,
     HARMLESS,
-    ROBOT,
     TICK_NS,
     USER,
     Scene,
     Stepping,
-    plan_to_deep,
 )
-
-
-@pytest.fixture(scope="module")
-def tuned() -> Environment:
-    return load_profile("tuned").environment(HALL, ROBOT)
-
-
-@pytest.fixture(scope="module")
-def reach(tuned: Environment) -> Plan:
-    return plan_to_deep(tuned)
 
 
 def governor(tuned: Environment, plan: Plan, *, granted: bool = True) -> Governor:

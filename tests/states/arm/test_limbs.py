@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from behaviors.profile.profile import load_profile
 from hw.geometry import Pose2, Pose3, wrap
 from hw.samples import UserPose
 from states.arm import arm_separation as separation
@@ -23,25 +22,12 @@ from tests.repeats import fewer
 from tests.states.arm.stepping import (
     BASE,
     DEEP,
-    HALL,
     HARMLESS,
-    ROBOT,
     USER,
     Reaching,
     Scene,
     Stepping,
-    plan_to_deep,
 )
-
-
-@pytest.fixture(scope="module")
-def tuned() -> Environment:
-    return load_profile("tuned").environment(HALL, ROBOT)
-
-
-@pytest.fixture(scope="module")
-def reach(tuned: Environment) -> Plan:
-    return plan_to_deep(tuned)
 
 
 def place(rng: np.random.Generator) -> tuple[Pose2, Pose3]:

@@ -15,6 +15,7 @@ from hw.model.sensor_errors import Slip
 from hw.scene.room import Room
 from hw.sim.slip import SlipperyFloor
 from states.environment.environment import Environment
+from states.navigation.planners import driver_of
 
 DT = 1.0 / 30.0
 NEAR = 0.6
@@ -36,7 +37,7 @@ def turns_back(environment: Environment, start: Pose2, goal: Pose2, floor: Slipp
 
     The pose is that of the body, the velocity that of the wheels.
     """
-    driver = environment.driver("haptic", environment.static_planners["haptic"])
+    driver = driver_of(environment, "haptic", environment.static_planners["haptic"])
     driver.go_to(goal)
     wheels, before, changes = STILL, None, 0
     for _ in range(round(40.0 / DT)):

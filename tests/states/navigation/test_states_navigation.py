@@ -259,7 +259,7 @@ class Rig:
         self.base.advance(now)
         self.ctx.now = now
         self.ctx.values |= {"base.pose": self.base.pose, "base.twist": self.base.twist}
-        self.ctx.values["base.admitted"] = self.guard.admitted
+        self.ctx.values["base.admitted"] = self.guard.chain.admitted
         self.base.advance(now + self.late_ns)
         outcome = take_step(run)
         self.guard.tick(now)

@@ -13,12 +13,15 @@ from numba.core.registry import CPUDispatcher
 
 from behaviors.profile.profile import load_profile
 from engine.state import Stamped
+from hw.jit import compile_examples
 from hw.geometry import Pose2
 from hw.scene.room import Disc
 from hw.model.robot import load_robot
 from hw.scene.scene import load_scene
+from states import navigation
 from states.navigation.planner_interfaces import Limits, Tolerance
-from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS, warm_up
+from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS
+from states.navigation.grid import scanning
 from cobodeck.bench.navigation.drive_trials import TRIALS, Trial, drive
 from states.subsystems import SUBSYSTEMS
 from tests.scans import scan_of
@@ -31,7 +34,7 @@ def versions():
 
 room = ((0, 0), (11, 0), (11, 10), (0, 10))
 column = ((5, 4), (6, 4), (6, 6), (5, 6))
-warm_up()
+compile_examples((navigation,))
 before = versions()
 for make in GLOBAL_PLANNERS.values():
     planner = make(room, (column,), inflation_radius=1)

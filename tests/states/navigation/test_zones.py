@@ -10,6 +10,7 @@ import pytest
 from hw.geometry import STILL, Pose2
 from hw.scene.zones import SpeedZone, Zones
 from states.environment.environment import Environment
+from states.navigation.planners import driver_of
 from states.subsystems import SUBSYSTEMS
 from tests.states.navigation.grid.test_layers import HALL, PLANNERS, environment_of, least_distance
 
@@ -42,7 +43,7 @@ def test_in_a_speed_zone_no_drive_is_faster_and_it_is_braked_for_before(
 ) -> None:
     zones = Zones(speed=(SpeedZone(BOX, 0.5),))
     environment = zoned("exact", zones, local_planner=local_planner)
-    driver = environment.driver("chase", environment.static_planners["chase"])
+    driver = driver_of(environment, "chase", environment.static_planners["chase"])
     driver.go_to(Pose2(10.5, 4.0))
     pose, twist, fastest, hardest = Pose2(1.5, 4.0), STILL, {True: 0.0, False: 0.0}, 0.0
     for _ in range(900):

@@ -9,9 +9,8 @@ import pytest
 
 from engine.state import NEVER_NS, Stamped
 from hw.geometry import Pose2
-from hw.samples import UserPose
+from hw.samples import OLD_S, UserPose
 from states.signals.states import (
-    STALE_S,
     STUCK,
     USER_LOST,
     CallOperator,
@@ -113,7 +112,7 @@ def test_at_the_very_start_the_first_pose_may_take_its_time(context: Any, take_s
     run = UserLost().run(ctx)
 
     assert take_step(run) is None
-    ctx.now = round((STALE_S + 0.01) * 1e9)
+    ctx.now = round((OLD_S + 0.01) * 1e9)
     assert take_step(run) == "lost"
 
 

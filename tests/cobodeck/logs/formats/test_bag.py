@@ -12,6 +12,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from cobodeck.logs.log_files import open_log
 from engine.files.finding import FileError
 from hw.geometry import Pose2
+from tests.cobodeck.logs.drives import values
 
 JACKAL = Path(__file__).resolve().parents[5] / "shared/data/ekf/test2.bag.gz"
 STORE = get_typestore(Stores.ROS1_NOETIC)
@@ -83,10 +84,6 @@ def written(tmp_path, *told, name="some.bag", packed=False):
     data = (tmp_path / "plain.bag").read_bytes()
     path.write_bytes(gzip.compress(data) if packed else data)
     return path
-
-
-def values(log, name):
-    return [sample.value for sample in log.samples if sample.name == name]
 
 
 @pytest.mark.parametrize(("name", "packed"), [("a.bag", False), ("a.bag.gz", True), ("a", False)])

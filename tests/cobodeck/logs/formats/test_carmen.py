@@ -8,6 +8,7 @@ import pytest
 from cobodeck.logs.log_files import open_log
 from engine.files.finding import FileError
 from hw.geometry import Pose2
+from tests.cobodeck.logs.drives import values
 
 RANGES = "1.5 2.5 81.83 0 3.5"
 HEAD = "# CARMEN Logfile\nPARAM robot_width 0.5 nohost 0\nSYNC start 1.0 nohost 1.0\n"
@@ -35,10 +36,6 @@ def opened(tmp_path, *lines, head=HEAD, packed=False):
     data = (head + "".join(lines)).encode()
     path.write_bytes(gzip.compress(data) if packed else data)
     return open_log(path)
-
-
-def values(log, name):
-    return [sample.value for sample in log.samples if sample.name == name]
 
 
 @pytest.mark.parametrize("packed", [True, False])

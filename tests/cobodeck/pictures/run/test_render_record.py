@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,11 +14,12 @@ from cobodeck.loop.loop import Loop
 from cobodeck.pictures.run.record_picture import MEASURED, course_of
 from cobodeck.pictures.run.run_course import Course
 from cobodeck.pictures.run.watch import CourseWatch, used_charts
-from cobodeck.record.read.reader import Group, Record
+from cobodeck.record.read.reader import Record
 from cobodeck.run import simulation as simulate
 from cobodeck.run.build_run import stage
 from cobodeck.setup.setup import Setup, open_setup
 from cobodeck.terminal.console import FAILED, OK, USAGE
+from tests.cobodeck.record.partial import WithoutTruth
 
 RUN = ("--scene", "study", "--requests", "2", "--seed", "3")
 
@@ -61,15 +61,6 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Course]:
 @pytest.fixture(scope="module")
 def record(recorded: tuple[Path, Course]) -> Path:
     return recorded[0]
-
-
-class WithoutTruth(Record):
-    """As of a run on real parts."""
-
-    def groups(self) -> Iterator[Group]:
-        for group in super().groups():
-            told = tuple(t for t in group.told if t.topic != "truth")
-            yield Group(group.ticked, told, group.altered)
 
 
 @pytest.mark.requirement(19)

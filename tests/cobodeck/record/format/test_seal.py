@@ -13,7 +13,7 @@ from mcap.writer import Writer
 
 from cobodeck.__main__ import main
 from cobodeck.avoidable.recorded_escapes import read_run
-from cobodeck.real.prior_runs import tried
+from cobodeck.real.prior_run_search import tried
 from cobodeck.real.release_stages import Wanted, found_for
 from cobodeck.record.read.reader import Record
 from cobodeck.record.read.replayed_person import past

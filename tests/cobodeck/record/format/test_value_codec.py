@@ -16,9 +16,10 @@ from foxglove.messages import LaserScan, Timestamp
 from hypothesis import given, strategies as st
 
 from cobodeck.record.format import messages
+from cobodeck.record.format.class_names import Unknown
 from cobodeck.record.format.sample_messages import SampleReader, SampleWriter
 from cobodeck.record.format.scan_messages import read_scan, write_scan
-from cobodeck.record.format.value_codec import Unknown, text, value
+from cobodeck.record.format.value_codec import text, today, value
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.safety.cycle_record import SafetyRecord
 from hw.samples import ArmMode, ArmState, Scan, UserPose
@@ -120,6 +121,10 @@ def test_what_cannot_be_written_down_can_still_be_compared(make: Callable[[], ob
         {"subprocess.Popen": [["true"]]},
         {"no.such.Class": [1]},
         {"$enum": ["builtins.int", "real"]},
+        {"hw.samples.Popen": [["true"]]},
+        {"Popen": [["true"]]},
+        {"_Arm": []},
+        {"math": []},
     ],
 )
 def test_a_record_imports_and_calls_nothing(written: object) -> None:
@@ -129,6 +134,43 @@ def test_a_record_imports_and_calls_nothing(written: object) -> None:
         value(written)
 
     assert set(sys.modules) == before
+
+
+def test_a_class_of_ours_has_its_own_name_and_a_projects_its_modules_too() -> None:
+    assert text(Twist2(1.0, 2.0, 0.5)) == '{"Twist2":[1.0,2.0,0.5]}'
+    assert text(Box(None)) == f'{{"{__name__}.Box":[null,""]}}'
+    assert text(Colour.RED) == f'{{"$enum":["{__name__}.Colour","RED"]}}'
+    assert text(Colour) == f'{{"$members":"{__name__}.Colour"}}'
+
+
+@pytest.mark.parametrize("module", ["hw.geometry", "hw.a.module.of.old", "states.poses", "hw"])
+def test_an_older_record_names_a_module_whichever_it_was(module: str) -> None:
+    [content] = json.loads(text(Pose2(1.0, 2.0, 0.5))).values()
+
+    assert value({f"{module}.Pose2": content}) == Pose2(1.0, 2.0, 0.5)
+
+
+@given(held)
+def test_what_is_written_today_has_todays_names(content: object) -> None:
+    told = json.loads(text(content))
+
+    assert today(told) == told
+
+
+def test_older_names_become_todays_wherever_they_are() -> None:
+    old = [
+        {"hw.samples.Odometry": [{"hw.geometry.Pose2": [1]}, {"lamp.Pose2": ["hw.samples.Scan"]}]},
+        {"$dict": [["a", {"$enum": ["engine.run.life.Life", "ON"]}]]},
+        {"$list": [{"$members": "engine.run.life.Life"}, {"$opaque": ["builtins.type", "hw.a.B"]}]},
+        {"$opaque": ["hw.odd._Hidden", "x"]},
+    ]
+
+    assert today(old) == [
+        {"Odometry": [{"Pose2": [1]}, {"lamp.Pose2": ["hw.samples.Scan"]}]},
+        {"$dict": [["a", {"$enum": ["Life", "ON"]}]]},
+        {"$list": [{"$members": "Life"}, {"$opaque": ["builtins.type", "B"]}]},
+        {"$opaque": ["hw.odd._Hidden", "x"]},
+    ]
 
 
 finite = st.floats(-1e6, 1e6)

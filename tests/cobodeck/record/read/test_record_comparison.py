@@ -227,7 +227,7 @@ def moved(told: RecordedMessage, by: float) -> RecordedMessage:
     if told.topic != "truth":
         return told
     found = json.loads(told.data)
-    found["base"]["hw.geometry.Pose2"][0] += by
+    found["base"]["Pose2"][0] += by
     return told._replace(data=json.dumps(found).encode())
 
 

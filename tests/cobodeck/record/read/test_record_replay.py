@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -232,6 +233,29 @@ def test_a_run_done_again_is_the_same(name: str, tmp_path: Path) -> None:
 
     assert replay.difference is None, str(replay.difference)
     assert replay.loop.wired.run.trace.sha256() == result.figures["trace_sha256"]
+    assert replay.checker.records > 0
+
+
+AS_BEFORE = """
+import sys
+from cobodeck.record.format import class_names
+class_names.renamed = str  # classes were written with the names of their modules
+from cobodeck.__main__ import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+def test_an_older_record_that_names_modules_is_replayed(tmp_path: Path) -> None:
+    path = tmp_path / "older.mcap"
+    asked = ["simulate", "--tier", "2", "--duration", "3", "--seed", "3", "--record", str(path)]
+    subprocess.run([sys.executable, "-c", AS_BEFORE, *asked], cwd=ROOT, check=True)
+    with path.open("rb") as file:
+        calls = [m.data for _, _, m in make_reader(file).iter_messages(["parts"])]
+    assert any(b'{"hw.geometry.Twist2":' in call for call in calls)
+
+    replay = replayed(path)
+
+    assert replay.difference is None, str(replay.difference)
     assert replay.checker.records > 0
 
 

@@ -274,7 +274,7 @@ class Misheard(Record):
         value = json.loads(told.data)["value"] if told.topic == ASKED else None
         if value is None:
             return told
-        value["hw.geometry.Pose3"][0] += 0.003
+        value["Pose3"][0] += 0.003
         stamp = json.loads(told.data)["stamp"]
         return told._replace(data=json.dumps({"stamp": stamp, "value": value}).encode())
 

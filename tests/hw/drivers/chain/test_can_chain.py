@@ -58,7 +58,7 @@ class CanChain(Rig):
 
         def at_speed():
             if self.chain.stopped is not None:
-                self.meanwhile(lambda: self.base.reset(self.run_time()))
+                self.meanwhile(lambda: self.base.chain.reset(self.run_time()))
             return self.rates and self.rates[0] > 0.98 * RATE
 
         return self.until(at_speed)

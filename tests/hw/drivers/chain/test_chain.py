@@ -12,7 +12,7 @@ import pytest
 from hw.drivers.chain.chain_client import ChainLink
 from hw.geometry import STILL
 from hw.ipc.datagrams import Datagram, Intake, Outlet
-from hw.safety.keeper import is_standing
+from hw.safety.chain import is_standing
 from tests.hw.drivers.chain_rig import (
     AHEAD,
     ARM_SILENT,
@@ -47,13 +47,15 @@ def stays_stopped(rig, cycles=30):
 def test_an_answer_to_another_reset_releases_nothing(rig):
     rig.chain.pull("console")
     for token in (-1, 0, 1, 7):
-        rig.chain._take(Datagram("chain", 1, "chain.reset", time.monotonic_ns(), (token, None)), 0)
+        rig.chain._receive(
+            Datagram("chain", 1, "chain.reset", time.monotonic_ns(), (token, None)), 0
+        )
         assert rig.chain.stopped == "console"
 
 
 def test_a_stamp_ahead_of_the_clock_does_not_make_a_chain_live_longer(rig):
     for stamp in (time.monotonic_ns() + 10**12, -(10**18)):
-        rig.chain._take(Datagram("chain", 1, "chain.remark", stamp, None), 0)
+        rig.chain._receive(Datagram("chain", 1, "chain.remark", stamp, None), 0)
         assert rig.chain._heard_ns <= time.monotonic_ns()
 
 
@@ -68,13 +70,13 @@ def until(reached, waits_for):
 @pytest.mark.requirement(41, 149)
 def test_it_drives_and_no_record_is_lost(rig):
     rig.driving().go(100)
-    cycles, keeper = rig.cycles, rig.chain.keeper
-    rig.until(lambda: keeper.status.cycles >= cycles[-1][1])
+    cycles, remote = rig.cycles, rig.chain.remote
+    rig.until(lambda: remote.status.cycles >= cycles[-1][1])
     (first, start, *_), (last, end, *_) = cycles[0], cycles[-1]
-    assert abs((last - first) / 1e7 - (end - start) - keeper.status.missed) <= 2
-    assert keeper.lost == 0
-    assert keeper.cycles.written > 100
-    records = keeper.cycles.reader().take()
+    assert abs((last - first) / 1e7 - (end - start) - remote.status.missed) <= 2
+    assert remote.lost == 0
+    assert remote.cycles.written > 100
+    records = remote.cycles.reader().take()
     stamps = [record.stamp_ns for record in records]
     assert stamps == sorted(stamps)
     assert 0 < stamps[-1] <= rig.run_time()
@@ -91,6 +93,15 @@ def test_a_second_engine_at_the_same_base_is_refused_and_the_first_goes_on(rig):
     second.close()
     rig.go(30).driving()
     assert rig.chain.stopped is None
+
+
+def test_records_that_were_lost_are_an_error_at_the_end(rig, monkeypatch):
+    rig.driving()
+    monkeypatch.setattr("hw.drivers.chain.remote_chain._records", lambda value: [])
+    rig.go(30)
+    with pytest.raises(OSError, match="records of the safety chain are lost"):
+        rig.chain.close()
+    rig.chain.remote.lost = 0
 
 
 def test_wheels_that_cannot_be_opened_are_told():
@@ -144,9 +155,9 @@ def test_a_touch_of_the_foam_stops_all_and_is_told_and_a_remark_only_told(rig):
 @pytest.mark.requirement(48, 49)
 def test_only_a_reset_takes_a_stop_away(rig):
     rig.driving()
-    rig.base.halt("console")
+    rig.base.chain.pull("console")
     stays_stopped(rig)
-    assert rig.meanwhile(lambda: rig.base.reset(rig.run_time()))
+    assert rig.meanwhile(lambda: rig.base.chain.reset(rig.run_time()))
     assert rig.chain.stopped is None
     rig.driving()
     assert rig.pulled[0][1] == "console"
@@ -181,7 +192,7 @@ def test_an_engine_that_hangs_is_a_zero_command_within_a_tenth_of_a_second(rig):
     rig.driving()
     rig.speaks.remove("engine")
     rig.standing()
-    records = rig.chain.keeper.cycles.reader().take()
+    records = rig.chain.remote.cycles.reader().take()
     last = rig.last["engine"] - rig.begin
     after = [r for r in records if r.stamp_ns > last + 81 * MS]
     assert "command is old" in after[0].reasons
@@ -195,7 +206,7 @@ def test_a_chain_that_is_killed_is_noticed_and_not_trusted_again(rig):
     until(lambda: rig.pulled, rig.reports)
     reason = rig.pulled[0][1]
     assert reason == "the safety chain has ended (killed by signal 9, SIGKILL)"
-    assert not rig.base.reset(0)
+    assert not rig.base.chain.reset(0)
     assert rig.chain.fault == reason
     assert rig.chain.why == rig.line.why == f"{reason}; no reset helps, start the run again"
     assert [sample.value for sample in rig.line.samples(0)] == [reason]
@@ -210,7 +221,7 @@ def test_a_chain_that_hangs_is_noticed_and_not_trusted_when_it_goes_on(rig):
     stays_stopped(rig)
     halted = "the safety chain is halted by a signal"
     assert rig.pulled[0][1] == halted
-    assert not rig.base.reset(0)
+    assert not rig.base.chain.reset(0)
     assert rig.chain.why == f"{halted}; no reset helps, start the run again"
 
 

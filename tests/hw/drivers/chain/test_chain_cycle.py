@@ -67,7 +67,7 @@ class Rig:
     def tell(self, source, name, value=None, stamp=None):
         self.numbers += 1
         stamp = self.now if stamp is None else stamp
-        self.chain.take(Datagram(source, self.numbers, name, stamp, value), self.now)
+        self.chain.receive(Datagram(source, self.numbers, name, stamp, value), self.now)
 
     def order(self, name, value):
         self.chain.order(self.now, name, value)
@@ -117,7 +117,7 @@ class Rig:
         raise AssertionError("no answer")
 
     def records(self):
-        return self.chain.keeper.cycles.reader().take()
+        return self.chain.chain.cycles.reader().take()
 
 
 @pytest.fixture
@@ -147,9 +147,9 @@ def test_it_drives_as_it_is_told_within_ramps():
 def test_a_standing_base_has_no_records(rig):
     rig.command = None
     rig.go(100)
-    count = rig.chain.keeper.cycles.written
+    count = rig.chain.chain.cycles.written
     rig.go(50)
-    assert rig.chain.keeper.cycles.written == count
+    assert rig.chain.chain.cycles.written == count
     assert rig.chain.stopped is None
 
 
@@ -298,7 +298,7 @@ def test_only_the_engine_commands_and_resets(source):
 
 def test_a_grant_that_is_nowhere_is_none(rig, monkeypatch):
     granted = []
-    monkeypatch.setattr(rig.chain.keeper, "grant", granted.append)
+    monkeypatch.setattr(rig.chain.chain, "grant", granted.append)
     for pose in (Pose2(math.nan, 0.0), Pose2(0.0, math.inf), Twist2(0.1, 0.0, 0.0), 1, "x", ()):
         rig.tell("engine", "grant", pose)
     rig.tell("engine", "grant", Pose2(1.0, 2.0))
@@ -309,7 +309,7 @@ def test_a_mistake_in_taking_a_datagram_stops_the_wheels_and_ends_nothing(rig, m
     def mistaken(pose):
         raise AttributeError("no pose")
 
-    monkeypatch.setattr(rig.chain.keeper, "grant", mistaken)
+    monkeypatch.setattr(rig.chain.chain, "grant", mistaken)
     rig.go(60)
     rig.tell("engine", "grant", Pose2(0.0, 0.0))
     assert rig.chain.stopped == "engine grant: AttributeError: no pose"

@@ -44,7 +44,7 @@ def observer_pulls(rig):
 
 def console_pulls(rig):
     now = rig.begin + rig.run_time()
-    rig.base.halt("console")
+    rig.base.chain.pull("console")
     return now
 
 
@@ -75,7 +75,7 @@ def test_each_fault_stops_the_wheels_within_two_cycles_until_it_is_reset(fault, 
         first = next(cycle[0] for cycle in rig.cycles if cycle[0] > since and cycle[4])
         reactions.append((first - since) / MS)
         mend(rig)
-    lost = rig.chain.keeper.lost
+    lost = rig.chain.remote.lost
     rig.close()
     tell(capsys, fault.__name__, cycles, reactions)
     assert max(cycles) <= 2
@@ -98,7 +98,7 @@ def test_an_engine_that_hangs_is_a_zero_command_each_time(capsys):
         rig.speaks.remove("engine")
         gate = rig.last["engine"] - rig.begin + 80 * MS
         rig.standing()
-        records = [r for r in rig.chain.keeper.cycles.reader().take() if r.stamp_ns > gate]
+        records = [r for r in rig.chain.remote.cycles.reader().take() if r.stamp_ns > gate]
         number = next(n for n, r in enumerate(records, 1) if r.admitted == STILL)
         cycles.append(number)
         reactions.append((records[number - 1].stamp_ns - gate) / MS)

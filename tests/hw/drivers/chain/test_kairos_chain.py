@@ -69,7 +69,7 @@ class Rig(ChainRig):
         return self.until(lambda: self.speed > 0.99 * FULL.vx or (self.pulled and self.again()))
 
     def again(self):
-        if self.speed == 0.0 and self.meanwhile(lambda: self.base.reset(self.run_time())):
+        if self.speed == 0.0 and self.meanwhile(lambda: self.base.chain.reset(self.run_time())):
             self.pulled.clear()
         return False
 
@@ -127,7 +127,7 @@ def test_its_emergency_stop_stops_the_chain_until_it_is_released_and_reset(rig):
     rig.until(lambda: rig.pulled)
     assert rig.pulled[0][1] == "the robot's emergency stop is engaged"
     rig.stopped()
-    assert not rig.meanwhile(lambda: rig.base.reset(rig.run_time()))
+    assert not rig.meanwhile(lambda: rig.base.chain.reset(rig.run_time()))
     rig.fake.fault("")
     rig.full()  # resets until it is allowed
 

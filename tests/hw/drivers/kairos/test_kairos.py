@@ -354,7 +354,7 @@ def test_mistakes_in_the_file_are_told(body, given, said):
 
 def test_a_missing_package_is_one_clear_error(monkeypatch):
     monkeypatch.setitem(sys.modules, "roslibpy", None)
-    with pytest.raises(OSError, match=r"rosbridge needs the extra 'ros'"):
+    with pytest.raises(OSError, match=r"roslibpy: pip install 'cobodeck\[ros\]'"):
         RosbridgeClient("127.0.0.1", 9090, print)
 
 

@@ -11,7 +11,6 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 
 import pytest
-from tests.hw.drivers.test_kairos import Rig as BaseRig
 
 from cobodeck.real.health import fault_of
 from hw.drivers.ros.lidar_process import scan_of
@@ -21,6 +20,7 @@ from hw.geometry import Twist2
 from hw.ipc.datagrams import Intake, Outlet
 from hw.model.robot import load_robot
 from hw.samples import Scan
+from tests.hw.drivers.kairos.test_kairos import Rig as BaseRig
 from tests.hw.drivers.rigs import Listener, opening, own_address
 
 pytest.importorskip("roslibpy", reason="the extra 'ros' is not installed")

@@ -19,19 +19,11 @@ from hw.drivers.unity.protocol.wire import KEEPALIVE
 from hw.geometry import Pose2, Twist2
 from hw.model.tracking import Tracking
 from hw.samples import ClockState, RobotView
+from tests.hw.vr_link_rig import order, pack
 
 MS = 1_000_000
 VIEW = RobotView(Pose2(1.0, 2.0, 0.5), Twist2(0.1, 0.0, 0.0), (0.0,) * 6, True, False)
 ALL = ("head", "tailbone", "haptic_request", "release")
-
-
-def pack(name: str, body: bytes) -> bytes:
-    """A frame, written out by hand."""
-    return struct.pack("<I", len(name)) + name.encode() + struct.pack("<I", len(body)) + body
-
-
-def order(name: str, **fields: object) -> bytes:
-    return pack(f"__{name}", json.dumps(fields).encode())
 
 
 def pose(x: float, y: float, z: float, at_ns: int = 10**9) -> bytes:

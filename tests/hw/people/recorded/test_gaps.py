@@ -15,9 +15,9 @@ from hw.people.recorded.recorded_walk import Playback
 from hw.people.recorded.walk_file import Recording, read_recording
 from hw.people.user import open_user, place_in_largest_disc
 from hw.scene.scene import Scene, load_scene
+from tests.hw.people.walks import shared
 from tests.repeats import examples
 
-WALKING = (Path(__file__).resolve().parents[4] / "../shared/data/walking").resolve()
 LAB, STUDY = load_scene("lab_a"), load_scene("study")
 FAR = Pose2(100.0, 100.0)
 SPEED = 0.8
@@ -126,12 +126,6 @@ def test_across_a_jump_there_are_no_samples_and_the_true_person_walks_straight(
             fastest = max(fastest, 60.0 * person.body.distance_to(before))
         before = person.body
     assert 1.9 < fastest <= 2.0 + 1e-3
-
-
-def shared(name: str) -> Path:
-    if not (WALKING / name).is_file():
-        pytest.skip(f"no {WALKING / name}")
-    return WALKING / name
 
 
 def test_a_jump_of_285_cm_in_16_ms_in_a_real_walk_is_named(tmp_path: Path) -> None:

@@ -8,8 +8,7 @@ from engine.files.finding import FileError
 from hw.people.recorded.walk_file import Recording, read_recording
 from hw.people.user import open_user
 from hw.scene.scene import load_scene
-
-WALKING = (Path(__file__).resolve().parents[4] / "../shared/data/walking").resolve()
+from tests.hw.people.walks import shared
 
 TUM = "# stamp tx ty tz qx qy qz qw\n" + "".join(
     f"{1520530962.0 + 0.1 * i:.5f} {0.1 * i:.3f} 0.0 1.2 0 0 0 1\n" for i in range(20)
@@ -21,12 +20,6 @@ def write(tmp_path, text, name="walk.csv"):
     path = tmp_path / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return path
-
-
-def shared(name):
-    if not (WALKING / name).is_file():
-        pytest.skip(f"no {WALKING / name}")
-    return WALKING / name
 
 
 def straight(step_s=0.1, speed=1.0, rows=50):

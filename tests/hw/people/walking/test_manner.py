@@ -14,14 +14,12 @@ from hw.people.recorded.walk_file import Recording
 from hw.people.user import open_user, with_manner
 from hw.people.walking.manner import ATTENTIVE, CURIOUS, DEAF, HASTY, INSTANT, MANNERS, PURSUER
 from hw.people.walking.person import STOPPING_S
-from hw.people.walking.script import load_script
-from hw.people.walking.walker import Walker
 from hw.people.walking.wanderer import Wanderer
 from hw.scene.room import Room
 from hw.scene.scene import load_scene
+from tests.hw.people.walks import HALL, someone
 from tests.repeats import examples
 
-HALL = Room(outer=((0.0, 0.0), (12.0, 0.0), (12.0, 12.0), (0.0, 12.0)))
 CLOSET = Room(outer=((0.0, 0.0), (2.4, 0.0), (2.4, 2.4), (0.0, 2.4)))
 HZ = 30
 FAR = Pose2(100.0, 100.0)
@@ -31,13 +29,6 @@ SPEED = 0.8
 def straight(seconds=12):
     stamps = tuple(i * 10**9 // 25 for i in range(25 * seconds))
     return Recording("w", stamps, tuple(1e-9 * SPEED * s for s in stamps), (5.0,) * len(stamps))
-
-
-def someone(tmp_path, steps, start=(2.0, 6.0, 0.0), room=HALL, manner=ATTENTIVE, seed=0):
-    path = tmp_path / "someone.yaml"
-    x, y, yaw = start
-    path.write_text(f"user: someone\nstart: {{x: {x}, y: {y}, yaw: {yaw}}}\nsteps:\n{steps}")
-    return Walker(load_script(path), room, manner=manner, seed=seed)
 
 
 def play(person, seconds, robot=FAR, shown=lambda t: False):

@@ -2,17 +2,17 @@
 
 import itertools
 import math
+from functools import partial
 
 import pytest
 
 from hw.geometry import Pose2
 from hw.people.walking.manner import INSTANT
 from hw.people.walking.pedestrian import ATTEMPTS, KEEP, MEMORY_NS, REST_NS
-from hw.people.walking.script import load_script
-from hw.people.walking.walker import Walker
 from hw.scene.room import Room
+from tests.hw.people import walks
+from tests.hw.people.walks import HALL
 
-HALL = Room(outer=((0.0, 0.0), (12.0, 0.0), (12.0, 12.0), (0.0, 12.0)))
 CORRIDOR = Room(outer=((0.0, 0.0), (12.0, 0.0), (12.0, 2.0), (0.0, 2.0)))
 HZ = 30
 FAR = Pose2(100.0, 100.0)
@@ -21,11 +21,7 @@ FAR = Pose2(100.0, 100.0)
 MOMENT_NS = round(INSTANT.pause_s[0] * 1e9)
 
 
-def someone(tmp_path, steps, start=(2.0, 6.0, 0.0), room=HALL, manner=INSTANT, seed=0):
-    path = tmp_path / "someone.yaml"
-    x, y, yaw = start
-    path.write_text(f"user: someone\nstart: {{x: {x}, y: {y}, yaw: {yaw}}}\nsteps:\n{steps}")
-    return Walker(load_script(path), room, manner=manner, seed=seed)
+someone = partial(walks.someone, manner=INSTANT)
 
 
 def play(person, seconds, robot=FAR, shown=lambda t: False):

@@ -22,7 +22,6 @@ from states.arm.kinematics.collision import (
     Surroundings,
     extent,
     outline,
-    warm_up,
 )
 from states.arm.kinematics.kinematics import forward, link_frames
 from states.arm.kinematics.model import Manipulator
@@ -31,11 +30,6 @@ from tests.repeats import examples
 coordinate = st.floats(-2, 2).map(lambda v: round(v, 3))
 point3 = st.tuples(coordinate, coordinate, coordinate)
 point2 = st.tuples(coordinate, coordinate)
-
-
-@pytest.fixture(scope="module")
-def model(arm):
-    return CollisionModel.of(arm)
 
 
 @pytest.fixture(scope="module")
@@ -291,7 +285,3 @@ def test_what_is_far_from_the_rover_is_left_out():
 def test_one_question_and_many_give_the_same_bits(alone, sets):
     q = sets.anywhere(20)
     assert np.array_equal(alone.clearance(q), [alone.clearance(row)[0] for row in q])
-
-
-def test_warming_up_compiles_without_a_trace(model):
-    assert warm_up(model) is None

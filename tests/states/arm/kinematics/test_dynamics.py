@@ -5,19 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hw.model.arm import arm_names, load_arm
-from hw.model.prop import load_prop
+from hw.model.arm import arm_names
 from hw.model.robot import load_robot
 from states.arm.kinematics.dynamics import Bodies, G, effort
 from states.arm.kinematics.kinematics import KinematicChain, link_frames
-from states.arm.kinematics.model import Manipulator
+from tests.states.arm.conftest import arm_named
 
 ROBOT = load_robot("rbkairos_ur10")
-
-
-def arm_named(name: str) -> Manipulator:
-    held = load_prop("gripped").on(name)
-    return Manipulator.of(load_arm(name), ROBOT.arm.mount, ROBOT.chassis, held)
 
 
 def energies(chain: KinematicChain, bodies: Bodies, q: np.ndarray, v: np.ndarray):
@@ -41,7 +35,7 @@ def energies(chain: KinematicChain, bodies: Bodies, q: np.ndarray, v: np.ndarray
 
 @pytest.mark.parametrize("name", arm_names())
 def test_torques_are_those_of_the_energies(name: str) -> None:
-    arm = arm_named(name)
+    arm = arm_named(name, "gripped")
     chain, bodies = KinematicChain.of(arm), Bodies.of(arm.masses, arm.tool)
     rng, h = np.random.default_rng(8), 1e-4
     q, v, a = rng.uniform(-2, 2, 6), rng.uniform(-1, 1, 6), rng.uniform(-3, 3, 6)
@@ -72,7 +66,7 @@ def test_torques_are_those_of_the_energies(name: str) -> None:
 
 def test_an_arm_at_rest_holds_its_own_weight() -> None:
     """Stretched out level, the shoulder holds every mass at its distance."""
-    arm = arm_named("ur10e")
+    arm = arm_named("ur10e", "gripped")
     chain, bodies = KinematicChain.of(arm), Bodies.of(arm.masses, arm.tool)
     still = np.zeros((1, 6))
     found = effort(chain, bodies, still, still, still)

@@ -15,7 +15,6 @@ from states.arm.kinematics.inverse_kinematics import (
     inverse,
     inverse_near,
     nearest_copies,
-    warm_up,
 )
 from states.arm.kinematics.kinematics import KinematicChain, deviation, forward, inverted
 from tests.repeats import fewer
@@ -330,10 +329,6 @@ def test_a_million_random_poses(chain, screws, sets):
 def test_targets_of_another_shape_are_refused(chain):
     with pytest.raises(ValueError, match=r"\(4, 4\) or \(n, 4, 4\) is needed"):
         inverse(chain, np.eye(3))
-
-
-def test_warming_up_compiles_without_a_trace(chain):
-    assert warm_up(chain) is None
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from states.arm.kinematics.kinematics import forward, jacobian
 from states.arm.motion.joint_path import JointPath
-from states.arm.motion.timing import line_durations, time_path, warm_up
+from states.arm.motion.timing import line_durations, time_path
 from states.arm.motion.trajectory import ArmLimits, SlowZone
 from tests.repeats import examples
 
@@ -220,7 +220,3 @@ def test_the_times_that_lines_are_compared_by_are_close_to_those_of_their_trajec
 def test_limits_that_are_none_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         ArmLimits(*arguments)
-
-
-def test_warming_up_compiles_without_a_trace():
-    assert warm_up() is None

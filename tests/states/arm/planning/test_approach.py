@@ -31,11 +31,6 @@ HALL = Room(outer=((0.0, 0.0), (10.0, 0.0), (10.0, 8.0), (0.0, 8.0)))
 STEP_S = 0.002
 
 
-@pytest.fixture(scope="module")
-def tuned() -> Environment:
-    return load_profile("tuned").environment(HALL, ROBOT)
-
-
 def drawn(rng: np.random.Generator, parked: tuple[float, ...]) -> tuple[ArmSituation, Pose3]:
     """A user with head and a hand at the DEEP, and the rover up to 0.2 m off a pose before it."""
     user = Pose2(5.0, 4.0, rng.uniform(-math.pi, math.pi))

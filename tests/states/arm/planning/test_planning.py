@@ -29,11 +29,6 @@ from states.arm.planning.planning import (
 
 
 @pytest.fixture(scope="module")
-def model(arm):
-    return CollisionModel.of(arm)
-
-
-@pytest.fixture(scope="module")
 def paper(arm):
     return ArmLimits.even(arm.max_speed, 1.0)
 
@@ -297,10 +292,14 @@ from states.arm.kinematics import kernels
 from states.arm.motion import timing_kernels
 from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Surroundings
 from states.arm.kinematics.kinematics import KinematicChain, forward, jacobian, link_frames
+import states.arm
+from behaviors.profile.profile import load_profile
+from hw.jit import compile_examples
 from hw.model.robot import load_robot
+from hw.scene.room import Room
 from states.arm.description.robot_arm import manipulator_of
 from states.arm.motion.joint_path import first_contact
-from states.arm.planning.planning import Query, goals_at, plan, rrt_connect, warm_up
+from states.arm.planning.planning import Query, goals_at, plan, rrt_connect
 from states.arm.motion.trajectory import ArmLimits
 
 def compiled():
@@ -309,8 +308,9 @@ def compiled():
                timing_kernels.passes, timing_kernels.line_times]
     return [len(entry.signatures) for entry in entries]
 
-arm = manipulator_of(load_robot("rbkairos_ur10"))
-warm_up(arm)
+robot = load_robot("rbkairos_ur10")
+arm, environment = manipulator_of(robot), load_profile("tuned").environment(Room(()), robot)
+compile_examples((states.arm,), workspace=environment.workspace)
 before = compiled()
 chain, start = KinematicChain.of(arm), np.array(arm.tool.parked)
 person = np.array([[1.85, 0.0, 0.5, 0.0, 1.8]])

@@ -14,6 +14,7 @@ from rosbags.rosbag1 import Reader
 from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
+from hw.geometry import Pose3
 from states.localization.filter.measurement_sources import (
     FilterConfig,
     Measurement,
@@ -24,8 +25,6 @@ from states.localization.filter.spatial import (
     AXES,
     GRAVITY,
     SpatialFilter,
-    angles_of,
-    quaternion_of,
     without_gravity,
 )
 
@@ -36,9 +35,9 @@ ANGLES = st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1)
 @given(*ANGLES)
 def test_angles_and_quaternions_are_those_of_scipy(roll, pitch, yaw) -> None:
     turn = Rotation.from_euler("ZYX", [yaw, pitch, roll])
-    q = quaternion_of(roll, pitch, yaw)
-    assert abs(np.dot(q, turn.as_quat())) == pytest.approx(1.0, abs=1e-14)
-    np.testing.assert_allclose(angles_of(*q), (roll, pitch, yaw), atol=1e-7)
+    pose = Pose3.from_angles(0.0, 0.0, 0.0, (roll, pitch, yaw))
+    assert abs(np.dot(pose.as_motion()[3:], turn.as_quat())) == pytest.approx(1.0, abs=1e-14)
+    np.testing.assert_allclose(pose.roll_pitch_yaw, (roll, pitch, yaw), atol=1e-7)
 
 
 @given(*ANGLES)
@@ -109,7 +108,7 @@ def stamp_of(message) -> int:
 
 def imu(message) -> Measurement:
     q, w, a = message.orientation, message.angular_velocity, message.linear_acceleration
-    angles = angles_of(q.x, q.y, q.z, q.w)
+    angles = Pose3(0.0, 0.0, 0.0, q.x, q.y, q.z, q.w).roll_pitch_yaw
     free = without_gravity((a.x, a.y, a.z), *angles[:2])
     spread = np.zeros((9, 9))
     spread[:3, :3] = message.orientation_covariance.reshape(3, 3)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from hw.geometry import STILL, Pose2, Twist2
+from hw.geometry import STILL, Pose2, Twist2, displacement_of, velocity_of
 from states.localization.wheels.gyro import Gyro
 from states.localization.wheels.odometry_watch import OdometryWatch
-from states.localization.wheels.trail import Trail, displacement_of, velocity_of
+from states.localization.wheels.trail import Trail
 from tests.states.localization.world import arc
 
 S = 1_000_000_000

@@ -1,0 +1,7 @@
+from cobodeck.validation.editor_schema import (
+    schema_for as schema_for,
+    schema_notes as schema_notes,
+)
+from cobodeck.validation.file_checks import (
+    FileChecker as FileChecker,
+)

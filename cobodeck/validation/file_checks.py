@@ -1,0 +1,157 @@
+"""Checks YAML files of all kinds but charts: scenes, users, robots, profiles, connections etc."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cobodeck.project import Catalogue, chart_names
+from engine.chart import Library, load_files
+from engine.files import FileError, Finding
+from engine.files.declared import Item, gather, load_yaml, notes
+
+if TYPE_CHECKING:
+    from behaviors.profile import Profile
+    from hw.model import RobotModel
+
+
+class FileChecker:
+    """Loads files of every kind but charts, and returns their mistakes as findings.
+
+    Args:
+        known: gives the charts that profiles may name.
+        robots: the robot files that are checked too; profiles must fit one of them, or a shipped
+            robot if there are none.
+    """
+
+    def __init__(self, known: Catalogue, robots: Sequence[Path]) -> None:
+        self._known, self._robots = known, robots
+        self._loaders: Mapping[str, Callable[[Path], object]] = {
+            "scene": self._scene,
+            "robot": self._robot,
+            "profile": self._profile,
+            "user": self._user,
+            "prop": self._prop,
+            "calibration": self._calibration,
+            "arm": self._arm,
+            "connection": self._connection,
+            "tracking": self._tracking,
+        }
+
+    def findings(self, file: Path, kind: str) -> tuple[Finding, ...]:
+        """All mistakes in a file and in the files that it names, and notes on old ways."""
+        with notes() as found:
+            try:
+                self._loaders[kind](file)
+            except FileError as error:
+                found += error.findings
+        return tuple(found)
+
+    def _scene(self, file: Path) -> None:
+        from cobodeck.fitness import require
+
+        require("validate", scene_file=file)
+
+    def _robot(self, file: Path) -> None:
+        load_yaml(file, self._folded)
+
+    def _folded(self, item: Item) -> None:
+        """Check a robot, and that its folded arm touches nothing; shipped ones are tested."""
+        from hw.model import FOLDER, robot_from
+
+        robot = robot_from(item)
+        if robot.arm is not None and item.folder.resolve() != FOLDER.resolve():
+            from cobodeck.fitness import ask
+
+            for answer in ask("fold", robot=robot):
+                raise item.inner("arm.mount").error(answer.about)
+
+    def _profile(self, file: Path) -> None:
+        from behaviors.profile import load_profile
+
+        profile = load_profile(file)
+        gather((lambda: self._names_charts(profile), lambda: self._fits(profile)))
+
+    def _names_charts(self, profile: Profile) -> None:
+        """Check that the charts and parameters exist that a profile names."""
+        from cobodeck.fitness import require
+
+        require("validate", profile=profile, library=self._charts)
+
+    def _fits(self, profile: Profile) -> None:
+        """Check that a profile fits any robot; otherwise raise why it does not fit the first."""
+        from cobodeck.fitness import ask
+
+        errors = [
+            answer
+            for robot in self._known_robots
+            for answer in ask("validate", profile=profile, robot=robot)
+        ]
+        if errors and len(errors) == len(self._known_robots):
+            errors[0].require()
+
+    @cached_property
+    def _charts(self) -> Library:
+        return load_files(chart_names(self._known).values())
+
+    @cached_property
+    def _known_robots(self) -> list[RobotModel]:
+        from hw.model import load_robot, robot_names
+
+        found = []
+        for robot in self._robots or robot_names():
+            with suppress(FileError):  # reported where the robot itself is checked
+                found.append(load_robot(robot))
+        return found
+
+    def _user(self, file: Path) -> None:
+        from hw.people.walking import load_script
+
+        load_script(file)
+
+    def _prop(self, file: Path) -> None:
+        from hw.model import load_prop
+
+        load_prop(file)
+
+    def _calibration(self, file: Path) -> None:
+        from hw.model import load_calibration
+
+        load_calibration(file)
+
+    def _tracking(self, file: Path) -> None:
+        from hw.model import load_tracking
+
+        load_tracking(file)
+
+    def _arm(self, file: Path) -> None:
+        from hw.model import load_arm
+
+        load_arm(file)
+
+    def _connection(self, file: Path) -> None:
+        load_yaml(file, self._connected)
+
+    def _connected(self, item: Item) -> None:
+        from cobodeck.setup import open_place
+        from hw.connection import connection_from
+
+        found = connection_from(item)
+        checks: list[Callable[[], Any]] = [
+            partial(self._driver, item.inner(f"{entry}.driver"), driver)
+            for entry, _, driver in found.drivers
+        ]
+        scene = found.scene
+        if scene is not None:
+            checks.append(lambda: item.inner("scene").refer(lambda: open_place(scene)))
+        gather(checks)
+
+    def _driver(self, at: Item, driver: str) -> None:
+        """Check that a driver exists; importing it might need the vendor's library."""
+        from cobodeck.fitness import ask
+
+        for answer in ask("validate", driver=driver, packages=self._known.packages):
+            raise at.error(answer.about, answer.remedy)
