@@ -46,7 +46,7 @@ def _driving(setup: Setup) -> None:
     from hw import compile_examples
     from states.navigation import driver_of
 
-    for module in pkgutil.iter_modules(behaviors.__path__, "behaviors."):
+    for module in pkgutil.walk_packages(behaviors.__path__, "behaviors."):
         importlib.import_module(module.name)
     compile_examples((*setup.environment.compiled(setup.scans), behaviors))
     assert setup.scene is not None  # there is no environment without one

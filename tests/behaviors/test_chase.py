@@ -13,7 +13,9 @@ from hypothesis import given, settings, strategies as st
 
 from behaviors import chase, escape, make_room
 from behaviors.profile.profile import Profile
+from behaviors.situation import chase_space
 from behaviors.situation.chase_cells import grid, length_around, ring
+from behaviors.situation.chase_space import ChaseSpace
 from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2, Pose3, Twist2, wrap
 from hw.samples import UserPose
@@ -29,9 +31,9 @@ def cells_of(environment: Environment, profile: Profile) -> Callable[[], Any]:
     return lambda: grid(environment, profile.settings)
 
 
-def space_of(environment: Environment, profile: Profile, user: UserPose = USER) -> chase.ChaseSpace:
+def space_of(environment: Environment, profile: Profile, user: UserPose = USER) -> ChaseSpace:
     planner = environment.static_planners["chase"]
-    return chase.space(profile.settings, cells_of(environment, profile), planner, user)
+    return chase_space.space(profile.settings, cells_of(environment, profile), planner, user)
 
 
 @pytest.mark.requirement(94)
@@ -145,7 +147,7 @@ def test_of_cells_within_the_tie_the_one_with_the_shortest_way_is_chosen(
     by_weight = replace(now.settings.chase, tie=0.05, risk=0.0)
     now = replace(now, settings=replace(now.settings, chase=by_weight))
     cells = np.array([(15.0, 15.0, 0.9), (6.0, 6.0, weight)])
-    space = chase.ChaseSpace(Pose2(0.0, 0.0), lambda: cells, now.planners["chase"].are_free)
+    space = ChaseSpace(Pose2(0.0, 0.0), lambda: cells, now.planners["chase"].are_free)
 
     assert chase.best_cell(now, space) == ((6.0, 6.0) if near else (15.0, 15.0))
 
@@ -158,7 +160,7 @@ def test_the_place_on_this_side_is_chosen_rather_than_one_past_the_users_face(
     """Both places are as good to wait at: mirror images of each other in the user's view."""
     now = situation_of(tuned, Pose2(11.0, 10.0 + 2.8 * side), USER)
     cells = np.array([(10.0, 13.0, 0.3), (10.0, 7.0, 0.3)])
-    space = chase.ChaseSpace(Pose2(0.0, 0.0), lambda: cells, now.planners["chase"].are_free)
+    space = ChaseSpace(Pose2(0.0, 0.0), lambda: cells, now.planners["chase"].are_free)
     here, beyond = sorted(
         chase.drives_weighed(now, chase.out_of_the_way(now, space.all_free())),
         key=lambda cell: -side * cell[1],

@@ -10,6 +10,7 @@ import pytest
 
 from behaviors import chase
 from behaviors.profile.profile import Profile
+from behaviors.situation import chase_space
 from behaviors.situation.chase_cells import grid
 from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2
@@ -59,7 +60,9 @@ def test_the_free_cells_are_those_a_metre_from_walls_and_column(
     doubtful = {_key(place) for place in placed if abs(clearance(place) - 1.0) < 1e-6}
 
     planner = environment.static_planners["chase"]
-    space = chase.space(paper.settings, lambda: grid(environment, paper.settings), planner, user)
+    space = chase_space.space(
+        paper.settings, lambda: grid(environment, paper.settings), planner, user
+    )
     found = {_key(complex(a, b)) for a, b, _ in space.free()}
 
     assert found - doubtful == expected - doubtful
@@ -79,7 +82,7 @@ def test_the_chosen_cell_has_the_largest_weight_of_all_that_can_be_reached(
     user = UserPose(Pose2(4.0, 5.0, 0.3), 0.3)
     now = situation_of(paper, Pose2(1.5, 7.5), user, room=room())
     planner = now.planners["chase"]
-    space = chase.space(
+    space = chase_space.space(
         paper.settings, lambda: grid(now.environment, paper.settings), planner, user
     )
 

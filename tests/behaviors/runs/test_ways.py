@@ -12,6 +12,7 @@ import pytest
 
 from behaviors import chase, haptic
 from behaviors.profile.profile import Profile
+from behaviors.situation import chase_space
 from behaviors.situation.chase_cells import grid
 from behaviors.situation.present_situation import Situation
 from hw.geometry import STILL, Pose2, Pose3
@@ -49,7 +50,7 @@ def test_each_chase_pose_chosen_has_a_way(
     found = 0
     for now in situations(situation_of, tuned, 80):
         cells = partial(grid, now.environment, now.settings)
-        space = chase.space(now.settings, cells, now.planners["chase"], now.user)
+        space = chase_space.space(now.settings, cells, now.planners["chase"], now.user)
         place = chase.best_cell(now, space)
         if place is not None:
             found += 1
