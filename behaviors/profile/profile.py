@@ -79,11 +79,10 @@ class Profile:
 
     def body(self, robot: RobotModel) -> RobotModel:
         """The robot, with its arm folded as this profile says."""
-        parked = None if robot.arm is None else self.robot.parked(robot.arm.shape.name)
+        parked = None if robot.arm is None else self.robot.parked(robot.arm.model.name)
         if robot.arm is None or parked is None:
             return robot
-        arm = dataclasses.replace(robot.arm, parked=parked)
-        return dataclasses.replace(robot, arm=arm)
+        return dataclasses.replace(robot, parked=parked)
 
     def narrowed(self, limits: Narrowed) -> Profile:
         """This profile with the base's speeds and accelerations lowered to these limits."""

@@ -129,12 +129,12 @@ def _mounted_nowhere(profile: Profile, robot: RobotModel) -> Iterator[Finding]:
 
 def _not_parked(profile: Profile, robot: RobotModel) -> Iterator[Finding]:
     """Parked joints that its arm does not admit."""
-    parked = None if robot.arm is None else profile.robot.parked(robot.arm.shape.name)
+    parked = None if robot.arm is None else profile.robot.parked(robot.arm.model.name)
     if parked is None or robot.arm is None:
         return
     try:
         robot.arm.check(parked)
     except ValueError as refused:
         key = "robot.arm_parked"
-        own = f"{key}.{robot.arm.shape.name}"
+        own = f"{key}.{robot.arm.model.name}"
         yield profile.finding(own if own in profile.places else key, f"{robot.name}: {refused}")

@@ -44,14 +44,13 @@ def folded(robot: RobotModel, profile: Profile) -> Iterator[CheckResult]:
     import numpy as np
 
     from states.arm.description import manipulator_of
-    from states.arm.kinematics import CollisionChecker, CollisionModel, Surroundings
+    from states.arm.kinematics import CollisionChecker, Surroundings
     from states.arm.planning import CLEARANCE
 
     held = profile.body(robot)
     arm = manipulator_of(held)
-    assert held.arm is not None
-    checker = CollisionChecker.of(CollisionModel.of(arm), Surroundings.empty())
-    clear, *where = checker.tightest(np.array(held.arm.parked))
+    checker = CollisionChecker.of(arm, Surroundings.empty())
+    clear, *where = checker.tightest(np.array(held.parked))
     told = f"folded with {arm.tool.name} it is {clear * 1e3:.0f} mm clear ({' and '.join(where)})"
     yield CheckResult(f"arm {arm.name}", FIT if clear >= CLEARANCE else BAD, told)
 
@@ -105,19 +104,19 @@ def _effort(held: RobotModel, plan: Plan) -> Effort | None:
     import numpy as np
 
     from states.arm.description import manipulator_of
-    from states.arm.kinematics import Bodies, KinematicChain, effort
+    from states.arm.kinematics import Bodies, effort
 
     arm, trajectory = manipulator_of(held), plan.trajectory
-    if not arm.masses:
+    if not arm.shape.masses:
         return None
     times = np.arange(0.0, trajectory.duration, STEP_S)
-    return effort(KinematicChain.of(arm), Bodies.of(arm.masses, arm.tool), *trajectory.at(times))
+    return effort(arm, Bodies.of(arm), *trajectory.at(times))
 
 
 def _asked(moved: Effort, robot: RobotModel, told: str) -> CheckResult:
     assert robot.arm is not None
     limits = robot.arm.installation
-    share = float((abs(moved.torque) / robot.arm.shape.max_torque).max())
+    share = float((abs(moved.torque) / robot.arm.model.max_torque).max())
     momentum, power = float(moved.momentum.max()), float(moved.power.max())
     text = (
         f"{told}, with {share:.0%} of the torque of its weakest joint, {momentum:.1f} kg m/s and "

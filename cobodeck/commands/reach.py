@@ -138,7 +138,7 @@ def _park(args: argparse.Namespace) -> int:
     if robot.arm is None or robot.prop is None:
         raise Problem(f"robot {robot.name} has no arm")
     found = ParkingSearch(robot).best()
-    name = robot.arm.shape.name
+    name = robot.arm.model.name
     if args.json:
         show_json([asdict(pose) for pose in found])
     elif found:
@@ -170,12 +170,12 @@ def reach_report(
     Raises:
         Problem: there is no such robot or tool, or a file is wrong.
     """
-    from states.arm.kinematics import CollisionModel, KinematicChain
     from states.arm.planning import ANGLES, Reach
 
     arm = arm_of(robot, tool)
-    reach = Reach(KinematicChain.of(arm), CollisionModel.of(arm))
-    found = reach.table(heights, distances, ANGLES, (tolerance, 0.1 if tolerance else 0.0))
+    found = Reach(arm, arm).table(
+        heights, distances, ANGLES, (tolerance, 0.1 if tolerance else 0.0)
+    )
     return ReachReport(found, robot, arm.tool.name, _length(arm), tolerance)
 
 

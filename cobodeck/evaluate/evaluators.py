@@ -52,12 +52,12 @@ def _by_samples(inlet: Inlet, robot: RobotModel) -> Evaluator:
 def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
     """A function that gives map_from_prop for map_from_base and the joint angles, rad."""
     from states.arm.description import manipulator_of
-    from states.arm.kinematics import KinematicChain, forward
+    from states.arm.kinematics import forward
 
-    chain = KinematicChain.of(manipulator_of(robot))
+    arm = manipulator_of(robot)
 
     def prop(base: Pose2, joints: Joints) -> Pose3:
-        matrix = forward(chain, joints)
+        matrix = forward(arm, joints)
         map_from_rover = base.upright()
         return map_from_rover @ Pose3.from_matrix(matrix.tolist())
 
@@ -67,9 +67,8 @@ def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:
 def arm_outline(robot: RobotModel) -> ArmOutline:
     """The robot's arm as capsules, with the names of its parts."""
     from states.arm.description import manipulator_of
-    from states.arm.kinematics import CollisionModel, outline
+    from states.arm.kinematics import outline
 
     arm = manipulator_of(robot)
-    model = CollisionModel.of(arm)
-    parts = tuple("arm_base" if link == BASE else link for link in model.links)
-    return ArmOutline(partial(outline, model), parts, arm.tool.name, robot.footprint)
+    parts = tuple("arm_base" if part == BASE else part for part in arm.parts)
+    return ArmOutline(partial(outline, arm), parts, arm.tool.name, robot.footprint)

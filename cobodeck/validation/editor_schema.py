@@ -27,14 +27,14 @@ def declaration(kind: str) -> type:
     """The dataclass that declares the keys of a kind of file."""
     from behaviors.profile import ProfileFile
     from hw.connection import ConnectionFile
-    from hw.model import ArmFile, CalibrationFile, PropFile, RobotFile, TrackingFile
+    from hw.model import ArmShape, CalibrationFile, PropFile, RobotFile, TrackingFile
     from hw.people.walking import UserFile
     from hw.scene import SceneFile
 
     declared = {
         "scene": SceneFile,
         "robot": RobotFile,
-        "arm": ArmFile,
+        "arm": ArmShape,
         "prop": PropFile,
         "user": UserFile,
         "profile": ProfileFile,

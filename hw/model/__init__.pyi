@@ -1,10 +1,9 @@
 from hw.model.arm import (
     ALIKE as ALIKE,
     LINKS as LINKS,
-    ArmFile as ArmFile,
     ArmShape as ArmShape,
     Dh as Dh,
-    LinkMass as LinkMass,
+    JointRange as JointRange,
     arm_names as arm_names,
     load_arm as load_arm,
     nearest_arm as nearest_arm,

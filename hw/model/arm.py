@@ -13,6 +13,8 @@ capsules:  # around the maker's meshes, in the frames of the links
   - {link: base, start: [0, 0, 0.01], end: [0, 0, 0.09], radius: 0.08}
 apart:     # links, or `part`s of them, that cannot touch at any joint angles
   - [base, upper_arm]
+parked:    # optional: the folded arm by prop, rad, where the file of the prop does not say it
+  prop: [-2.39, -1.29, -1.8, 1.71, 0.14, -2.71]
 
 Link frames are those of `states.arm.kinematics.model`. What stands under the arm is in the robot
 file.
@@ -22,7 +24,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
@@ -32,6 +35,7 @@ from engine.files.declared import (
     Item,
     Name,
     Range,
+    Written,
     above_0,
     find_file,
     known_files,
@@ -118,26 +122,122 @@ class LinkMass:
 
 
 @dataclass(frozen=True, slots=True)
+class JointRange:
+    """Range, speed and torque of a joint; rad, rad/s and Nm."""
+
+    lower: AnyAngle
+    """The lowest angle."""
+    upper: AnyAngle
+    """The highest angle."""
+    speed: JointSpeed
+    """The greatest speed."""
+    torque: Annotated[Torque, above_0(10_000.0)]
+    """The greatest torque."""
+
+    def faults(self) -> Iterator[Fault]:
+        """Contradictions, by key."""
+        if not self.lower < self.upper:
+            yield "upper", f"{self.upper:g} is not above the lower limit {self.lower:g}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Capsule:
+    link: LinkName
+    """The link whose frame it is in."""
+    start: Point3
+    """One end of its axis."""
+    end: Point3
+    """The other end."""
+    radius: Radius
+    """All points as near to the axis belong to it."""
+    part: str = ""
+    """Its name, if not that of the link."""
+
+
+def _capsule(item: Item) -> Capsule:
+    read = record(item, _Capsule)
+    part = read.part or read.link
+    return Capsule(LINKS.index(read.link), part, read.start, read.end, read.radius)
+
+
+@dataclass(frozen=True)
 class ArmShape:
-    """A UR-like arm as its file describes it; rad/s and Nm per joint, shoulder first.
+    """A jointed arm."""
 
-    `apart` names pairs of links or parts that cannot touch at any joint angles; neighbours are
-    never checked. `masses` are those of the six moving links; empty if the file has none.
-    """
-
-    name: str
-    about: str
-    source: str
-    payload: float
-    joints: tuple[str, ...]
+    arm: Name
+    """Its name."""
+    payload: Annotated[Mass, Range(0.0, 500.0)]
+    """The greatest mass that it holds."""
     dh: Dh
-    lower: Six
-    upper: Six
-    max_speed: Six
-    max_torque: Six
-    capsules: tuple[Capsule, ...]
-    apart: tuple[tuple[str, str], ...]
-    masses: tuple[LinkMass, ...] = ()
+    """Its lengths."""
+    joints: Mapping[str, JointRange]
+    """The six joints by name, shoulder first."""
+    capsules: tuple[Annotated[Capsule, _capsule, Written(_Capsule)], ...]
+    """Around its links, in their frames."""
+    masses: Mapping[str, LinkMass]
+    """The moving links, shoulder first; empty if they are not known."""
+    about: str = ""
+    """Which arm it is."""
+    source: str = ""
+    """Where the numbers come from, with version."""
+    apart: tuple[tuple[str, str], ...] = ()
+    """Pairs of links, or parts of them, that cannot touch at any joint angles; never neighbours."""
+    parked: Mapping[str, Six] = field(default_factory=dict)
+    """The folded arm by prop, six joints, for props that do not say them."""
+
+    @property
+    def name(self) -> str:
+        """The arm's name."""
+        return self.arm
+
+    @cached_property
+    def lower(self) -> Six:
+        """Lower limits of the joint angles, rad."""
+        return six(joint.lower for joint in self.joints.values())
+
+    @cached_property
+    def upper(self) -> Six:
+        """Upper limits of the joint angles, rad."""
+        return six(joint.upper for joint in self.joints.values())
+
+    @cached_property
+    def max_speed(self) -> Six:
+        """Limits of the joint speeds, rad/s."""
+        return six(joint.speed for joint in self.joints.values())
+
+    @cached_property
+    def max_torque(self) -> Six:
+        """Limits of the joint torques, Nm."""
+        return six(joint.torque for joint in self.joints.values())
+
+    def faults(self) -> Iterator[Fault]:
+        """Contradictions, by key."""
+        if len(self.joints) != JOINTS:
+            yield "joints", f"needs {JOINTS} joints, has {len(self.joints)}"
+        if tuple(self.masses) not in ((), LINKS[1:]):
+            yield "masses", f"needs the moving links in their order: {', '.join(LINKS[1:])}"
+        known = dict.fromkeys((*LINKS, *(capsule.part for capsule in self.capsules)))
+        for n, pair in enumerate(self.apart):
+            for m, part in enumerate(pair):
+                if part not in known:
+                    yield f"apart.{n}.{m}", f"no link or part {part!r}; {did_you_mean(part, known)}"
+        yield from self._short()
+
+    def _short(self) -> Iterator[Fault]:
+        """Upper arm and forearm whose capsules do not span the distance between their joints."""
+        for link, key, length in (("upper_arm", "a2", self.dh.a2), ("forearm", "a3", self.dh.a3)):
+            own = [c for c in self.capsules if LINKS[c.link] == link]
+            if not own:
+                yield "capsules", f"{link} has none"
+                continue
+            reach = max(max(-c.start[0], -c.end[0]) + c.radius for c in own)
+            thick = max(c.radius for c in own)
+            if not abs(length) <= reach <= abs(length) + thick + SPAN_SLACK:
+                yield (
+                    f"dh.{key}",
+                    f"{length:g}, but the capsules of {link} reach to {-reach:.3f}: these are not "
+                    "lengths and shape of one arm",
+                )
 
 
 def arm_names() -> tuple[str, ...]:
@@ -164,115 +264,13 @@ def arms_of(chain: Sequence[Placement]) -> list[str]:
     return [name for name in arm_names() if load_arm(name).dh.misfit(chain) is None]
 
 
-@dataclass(frozen=True, slots=True)
-class _Joint:
-    lower: AnyAngle
-    """The lowest angle."""
-    upper: AnyAngle
-    """The highest angle."""
-    speed: JointSpeed
-    """The greatest speed."""
-    torque: Annotated[Torque, above_0(10_000.0)]
-    """The greatest torque."""
-
-    def faults(self) -> Iterator[Fault]:
-        if not self.lower < self.upper:
-            yield "upper", f"{self.upper:g} is not above the lower limit {self.lower:g}"
-
-
-@dataclass(frozen=True, slots=True)
-class _Capsule:
-    link: LinkName
-    """The link whose frame it is in."""
-    start: Point3
-    """One end of its axis."""
-    end: Point3
-    """The other end."""
-    radius: Radius
-    """All points as near to the axis belong to it."""
-    part: str = ""
-    """Its name, if not that of the link."""
-
-
-@dataclass(frozen=True, slots=True)
-class ArmFile:
-    """A jointed arm."""
-
-    arm: Name
-    """Its name."""
-    payload: Annotated[Mass, Range(0.0, 500.0)]
-    """The greatest mass that it holds."""
-    dh: Dh
-    """Its lengths."""
-    joints: Mapping[str, _Joint]
-    """The six joints by name, shoulder first."""
-    capsules: tuple[_Capsule, ...]
-    """Around its links, in their frames."""
-    masses: Mapping[str, LinkMass]
-    """The moving links, shoulder first."""
-    about: str = ""
-    """Which arm it is."""
-    source: str = ""
-    """Where the numbers come from, with version."""
-    apart: tuple[tuple[str, str], ...] = ()
-    """Pairs of links, or parts of them, that cannot touch at any joint angles."""
-
-    def faults(self) -> Iterator[Fault]:
-        """Contradictions, by key."""
-        if len(self.joints) != JOINTS:
-            yield "joints", f"needs {JOINTS} joints, has {len(self.joints)}"
-        if tuple(self.masses) not in ((), LINKS[1:]):
-            yield "masses", f"needs the moving links in their order: {', '.join(LINKS[1:])}"
-        known = (*LINKS, *(capsule.part for capsule in self.capsules if capsule.part))
-        for n, pair in enumerate(self.apart):
-            for m, part in enumerate(pair):
-                if part not in known:
-                    yield f"apart.{n}.{m}", f"no link or part {part!r}; {did_you_mean(part, known)}"
-        yield from self._short()
-
-    def _short(self) -> Iterator[Fault]:
-        """Upper arm and forearm whose capsules do not span the distance between their joints."""
-        for link, key, length in (("upper_arm", "a2", self.dh.a2), ("forearm", "a3", self.dh.a3)):
-            own = [c for c in self.capsules if c.link == link]
-            if not own:
-                yield "capsules", f"{link} has none"
-                continue
-            reach = max(max(-c.start[0], -c.end[0]) + c.radius for c in own)
-            thick = max(c.radius for c in own)
-            if not abs(length) <= reach <= abs(length) + thick + SPAN_SLACK:
-                yield (
-                    f"dh.{key}",
-                    f"{length:g}, but the capsules of {link} reach to {-reach:.3f}: these are not "
-                    "lengths and shape of one arm",
-                )
-
-
 def arm_from(item: Item) -> ArmShape:
     """An arm from a mapping as in its file.
 
     Raises:
         FileError: every mistake in it, with file, line, column and what would be right.
     """
-    read = record(item, ArmFile)
-    joints = read.joints.values()
-    return ArmShape(
-        name=read.arm,
-        about=read.about,
-        source=read.source,
-        payload=read.payload,
-        joints=tuple(read.joints),
-        dh=read.dh,
-        lower=six(joint.lower for joint in joints),
-        upper=six(joint.upper for joint in joints),
-        max_speed=six(joint.speed for joint in joints),
-        max_torque=six(joint.torque for joint in joints),
-        capsules=tuple(
-            Capsule(LINKS.index(c.link), c.part or c.link, c.start, c.end, c.radius)
-            for c in read.capsules
-        ),
-        apart=read.apart,
-        masses=tuple(read.masses.values()),
-    )
+    return record(item, ArmShape)
 
 
 def six(values: Iterable[float]) -> Six:

@@ -189,6 +189,12 @@ class Prop:
         """This prop as if it suited any arm, to look for parked poses."""
         return replace(self, poses={ANY: self.parked})
 
+    def also(self, arm: str, poses: Mapping[str, Six]) -> Prop:
+        """This prop, folded on this arm as in `poses` (by prop) unless its own file says how."""
+        if self.name not in poses:
+            return self
+        return replace(self, poses={arm: poses[self.name], **self.poses})
+
     def on(self, arm: str) -> Prop:
         """This prop on an arm that it suits, with the parked poses of that arm."""
         parked = self.poses.get(arm) or self.poses[ANY]

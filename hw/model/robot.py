@@ -168,37 +168,58 @@ class Installation:
     """The greatest momentum."""
 
 
+def _calibration(item: Item) -> tuple[Placement, ...]:
+    return item.refer(lambda: load_calibration(item.target()))
+
+
+def _model(item: Item) -> ArmShape:
+    return item.refer(lambda: load_arm(item.target()))
+
+
 @dataclass(frozen=True, slots=True)
 class ArmModel:
-    """The arm on this robot; rad, rad/s and rad/s2, one value per joint, shoulder first.
+    """The arm on this robot, as the robot file describes it; rad/s2.
 
-    `mount` is rover_from_base, with the `base` of the arm's controller. `parked` comes with the
-    prop. `calibration` is the measured chain of this one robot, each joint's frame in the link
-    before it; None: the nominal one, or that of `urdf`.
+    `calibration` has each joint's frame in the link before it; None: the nominal chain, or that of
+    `urdf`.
     """
 
-    shape: ArmShape
-    mount: Placement
-    stop_deceleration: float
-    parked: Joints
-    calibration: tuple[Placement, ...] | None = None
+    model: Annotated[ArmShape, _model, Written(str)]
+    """An arm by name or by file: lengths, limits, shape."""
+    mount: SpatialPose
+    """Where the base of the arm's controller is on the rover, rover_from_base."""
+    stop_deceleration: Annotated[AngularAcceleration, Range(0.1, 1000.0)]
+    """Of each joint, when it is stopped."""
+    calibration: Annotated[tuple[Placement, ...], _calibration, Written(str)] | None = None
+    """The measured chain of this one arm, by name or by file; null: the nominal one."""
     urdf: UrdfDescription | None = None
+    """A URDF that describes the arm."""
     installation: Installation = field(default_factory=Installation)
+    """Limits of the controller's safety installation."""
+
+    def faults(self) -> Iterator[Fault]:
+        """The fault of a calibration that is another arm's, by key."""
+        if self.calibration is None:
+            return
+        off = self.model.dh.misfit(self.calibration)
+        if off is not None:
+            whose = " or ".join(arms_of(self.calibration)) or "no known arm"
+            yield "calibration", f"is that of {whose}, not of {self.model.name}: {off}"
 
     @property
     def lower(self) -> Joints:
         """Lower limits of the joint angles."""
-        return self.shape.lower
+        return self.model.lower
 
     @property
     def upper(self) -> Joints:
         """Upper limits of the joint angles."""
-        return self.shape.upper
+        return self.model.upper
 
     @property
     def max_speed(self) -> Joints:
         """Limits of the joint speeds."""
-        return self.shape.max_speed
+        return self.model.max_speed
 
     def check(self, joints: Joints) -> None:
         """Refuse joint angles beyond the limits.
@@ -206,7 +227,7 @@ class ArmModel:
         Raises:
             ValueError: naming the joint and its limits.
         """
-        lower, upper = self.shape.lower, self.shape.upper
+        lower, upper = self.model.lower, self.model.upper
         if len(joints) != len(lower):
             raise ValueError(f"arm: {len(joints)} joint angles; it has {len(lower)} joints")
         for i, (angle, low, high) in enumerate(zip(joints, lower, upper, strict=True)):
@@ -250,7 +271,8 @@ def check_pace(share: float) -> None:
 class RobotModel:
     """A whole robot; kg, m. A robot without an arm has no prop either.
 
-    `chassis` is what of the rover the arm must not touch.
+    `parked` are the joints of the folded arm, rad, which come with its prop. `chassis` is
+    what of the rover the arm must not touch.
     """
 
     name: str
@@ -261,13 +283,9 @@ class RobotModel:
     base: BaseModel
     arm: ArmModel | None = None
     prop: Prop | None = None
+    parked: Joints | None = None
     chassis: tuple[ChassisBox, ...] = ()
     sensing: Sensing = field(default_factory=Sensing)
-
-    @property
-    def parked(self) -> Joints | None:
-        """The joints of the folded arm, rad; None: there is no arm."""
-        return None if self.arm is None else self.arm.parked
 
     def faults(self) -> Iterator[Fault]:
         """Faults of the prop on this arm, by key."""
@@ -330,51 +348,6 @@ def _held(item: Item) -> Prop:
     return item.refer(lambda: load_prop(item.target()))
 
 
-def _calibration(item: Item) -> tuple[Placement, ...]:
-    return item.refer(lambda: load_calibration(item.target()))
-
-
-def _shape(item: Item) -> ArmShape:
-    return item.refer(lambda: load_arm(item.target()))
-
-
-@dataclass(frozen=True, slots=True)
-class _Arm:
-    model: Annotated[ArmShape, _shape, Written(str)]
-    """An arm by name or by file: lengths, limits, shape."""
-    mount: SpatialPose
-    """Where the base of the arm's controller is on the rover, rover_from_base."""
-    stop_deceleration: Annotated[AngularAcceleration, Range(0.1, 1000.0)]
-    """Of each joint, when it is stopped."""
-    calibration: Annotated[tuple[Placement, ...], _calibration, Written(str)] | None = None
-    """The measured chain of this one arm, by name or by file; null: the nominal one."""
-    urdf: UrdfDescription | None = None
-    """A URDF that describes the arm."""
-    installation: Installation = field(default_factory=Installation)
-    """Limits of the controller's safety installation."""
-
-    def faults(self) -> Iterator[Fault]:
-        """The fault of a calibration that is another arm's, by key."""
-        if self.calibration is None:
-            return
-        off = self.model.dh.misfit(self.calibration)
-        if off is not None:
-            whose = " or ".join(arms_of(self.calibration)) or "no known arm"
-            yield "calibration", f"is that of {whose}, not of {self.model.name}: {off}"
-
-    def holding(self, held: Prop) -> ArmModel:
-        """The arm with its prop."""
-        return ArmModel(
-            shape=self.model,
-            mount=self.mount,
-            stop_deceleration=self.stop_deceleration,
-            parked=held.parked,
-            calibration=self.calibration,
-            urdf=self.urdf,
-            installation=self.installation,
-        )
-
-
 @dataclass(frozen=True, slots=True)
 class RobotFile:
     """The body of a robot."""
@@ -389,7 +362,7 @@ class RobotFile:
     """The outline with foam."""
     base: BaseModel
     """The wheels."""
-    arm: _Arm | None = None
+    arm: ArmModel | None = None
     """The arm, if there is one; it needs a `prop`."""
     prop: Annotated[Prop, _held, Written(str)] | None = None
     """What the arm holds, by name or by file; it says how the arm is folded."""
@@ -419,6 +392,7 @@ def robot_from(item: Item, other: Prop | None = None) -> RobotModel:
     if arm is None:
         held = None
     elif held is not None:
+        held = held.also(arm.model.name, arm.model.parked)
         item.require(_unparked(held, arm.model.name))
         held = held.on(arm.model.name)
     made = RobotModel(
@@ -428,8 +402,9 @@ def robot_from(item: Item, other: Prop | None = None) -> RobotModel:
         payload=read.payload,
         footprint=read.footprint,
         base=read.base,
-        arm=None if arm is None or held is None else arm.holding(held),
+        arm=arm,
         prop=held,
+        parked=None if held is None else held.parked,
         chassis=read.chassis,
         sensing=read.sensing,
     )

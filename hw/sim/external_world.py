@@ -106,7 +106,7 @@ class HostedWorld:
             self.person = Waiting(user)
             self._live = user if isinstance(user, LivePerson) else None
         self.base = HostedBase(robot, motion, scene.robot_start)
-        self.arm = None if robot.arm is None else HostedArm(robot.arm.parked)
+        self.arm = None if robot.parked is None else HostedArm(robot.parked)
         self.now_ns = 0
         self._world = World(
             scene,

@@ -133,6 +133,11 @@ def mock_world(
         safety=safety,
         operator=operator,
         base=MockBase(robot, Pose2(0.0, 0.0) if scene is None else scene.robot_start),
-        arm=None if robot.arm is None else MockArm(robot.arm),
+        arm=_arm_of(robot),
         hand=None if robot.prop is None else mock_hand(robot.prop),
     )
+
+
+def _arm_of(robot: RobotModel) -> MockArm | None:
+    arm, parked = robot.arm, robot.parked
+    return None if arm is None or parked is None else MockArm(arm, parked)

@@ -112,12 +112,11 @@ class SimArm:
 
     signals: tuple[str, ...] = ("arm.joints",)
 
-    def __init__(self, model: ArmModel, joints: Joints | None = None) -> None:
-        start = model.parked if joints is None else joints
-        model.check(start)
+    def __init__(self, model: ArmModel, joints: Joints) -> None:
+        model.check(joints)
         self._model = model
-        self._still = (0.0,) * len(start)
-        self.state = ArmState(start, self._still)
+        self._still = (0.0,) * len(joints)
+        self.state = ArmState(joints, self._still)
         self.braked = False
         self._course: PacedCourse | None = None
         self._now = 0

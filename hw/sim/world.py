@@ -81,8 +81,8 @@ class World:
         start = Pose2(0.0, 0.0) if scene is None else scene.robot_start
         self.base = base or SimBase(robot, limits, start, sensors.of_pose)
         self.arm = arm
-        if arm is None and robot.arm is not None:
-            self.arm = SimArm(robot.arm)
+        if arm is None and robot.arm is not None and robot.parked is not None:
+            self.arm = SimArm(robot.arm, robot.parked)
         self.hand = hand or (Hand() if robot.prop is None else Hand.of(robot.prop))
         self._line = StopLatch(self._release)
         self._bumper = SimBumper(self._line)

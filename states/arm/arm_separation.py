@@ -33,10 +33,11 @@ from typing import NamedTuple
 import numpy as np
 
 from hw import OLD_S, STILL, USER_RADIUS, Pose2, Twist2
+from hw.model import LINKS
 from hw.motion import Motion
 from hw.safety import QUICK, STEADY
 from states.arm.arm_situation import slimmed
-from states.arm.kinematics import LINKS, Array, CollisionModel, Limb, approaching, approaching_limbs
+from states.arm.kinematics import Array, Limb, Manipulator, approaching, approaching_limbs
 from states.arm.motion import Trajectory
 from states.arm.planning import TOUCH_SPEED
 
@@ -140,7 +141,7 @@ class Governor:
 
     def __init__(
         self,
-        model: CollisionModel,
+        arm: Manipulator,
         trajectory: Trajectory,
         brakes: Brakes,
         met: Pose2,
@@ -151,15 +152,15 @@ class Governor:
         """Pace a trajectory.
 
         Args:
-            model: the arm.
+            arm: what moves.
             trajectory: what it follows.
             brakes: what its joints can do.
             met: where the prop meets the person, in the map: who is near it is slimmer.
             granted: True on the way to a DEEP that the person has asked for.
             unsure: how much nearer limbs may be than tracked, m.
         """
-        self._body, links = model.body, model.body.links[model.body.first :]
-        self._own = model.body.radii[model.body.first :]
+        self._body = arm.solid
+        links, self._own = (a[arm.solid.first :] for a in (arm.solid.links, arm.solid.radii))
         self._radii, self._expected = self._own + USER_RADIUS, False
         self._brakes, self._met, self._granted = brakes, met, granted
         self._unsure = unsure

@@ -74,9 +74,9 @@ class ParkArm(Action):
         self.solver = _installed(solver)
 
     def run(self, ctx: Context) -> Run:
-        arm = environment_of(ctx).robot.arm
-        assert arm is not None  # the chart commands one
-        if is_at(ctx.value(ARM_JOINTS), arm.parked, self.tolerance):
+        parked = environment_of(ctx).robot.parked
+        assert parked is not None  # the chart commands an arm
+        if is_at(ctx.value(ARM_JOINTS), parked, self.tolerance):
             return "parked"
         end = yield from _move(ctx, None, self.tolerance, self.solver)
         return "parked" if end == "there" else "failed"

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hw import Joints, Pose2, Pose3, TimedJoints, example
-from hw.model import JOINTS, ArmModel, MotionLimits
+from hw.model import JOINTS, MotionLimits, RobotModel
 from states.arm.arm_separation import Brakes, Governor
 from states.arm.arm_situation import (
     ARM_RADIUS,
@@ -21,12 +21,11 @@ from states.arm.arm_situation import (
     cylinder,
     person_obstacles,
 )
+from states.arm.description import manipulator_of
 from states.arm.kinematics import (
     MARGIN,
     Array,
     CollisionChecker,
-    CollisionModel,
-    KinematicChain,
     Limb,
     Manipulator,
     Surroundings,
@@ -42,9 +41,8 @@ from states.arm.kinematics import (
     nearest_copies,
     outline,
     pose_matrix,
-    six,
 )
-from states.arm.motion import ArmLimits, first_contact, line_durations
+from states.arm.motion import first_contact, line_durations
 from states.arm.planning import (
     TOUCH_SPEED,
     Plan,
@@ -83,39 +81,37 @@ PERIOD = 0.008
 class Workspace:
     """One arm on its rover, among fixed walls, with its limits.
 
-    `nominal` is the chain of the maker's drawing: accurate enough to rank rover poses, and ten
-    times faster to invert than a calibrated one. `approach` are the lengths of the line to a DEEP,
-    m, tried in this order. `stop_deceleration` is that of the joints, rad/s2; with a `governor` the
-    arm slows down for a person.
+    `limits.approach` are the lengths of the line to a DEEP, m, tried in this order.
+    `stop_deceleration` is that of the joints, rad/s2; with a `governor` the arm slows down for a
+    person. Rover poses are ranked by the nominal arm, which is accurate enough for that.
     """
 
-    chain: KinematicChain
-    nominal: KinematicChain
-    solid: CollisionModel
-    limits: ArmLimits
+    arm: Manipulator
+    limits: MotionLimits
     walls: Sequence[Wall]
     parked: Joints
     stop_deceleration: float
-    approach: tuple[float, ...] = ()
     governor: bool = True
 
     @classmethod
     def of(
         cls,
-        model: Manipulator,
-        arm: ArmModel,
+        robot: RobotModel,
         limits: MotionLimits,
         walls: Sequence[Wall],
         *,
         governor: bool = True,
     ) -> Workspace:
-        """The arm of a model with the speeds and the parked pose of a robot file."""
-        jerk = limits.arm_jerk if math.isfinite(limits.arm_jerk) else None
-        even = ArmLimits.even(six(arm.max_speed), limits.arm_acceleration, limits.tool_speed, jerk)
-        chain, nominal = KinematicChain.of(model), KinematicChain.of(model.calibrated(None))
-        solid = CollisionModel.of(model)
-        braking, lengths = arm.stop_deceleration, limits.approach
-        return cls(chain, nominal, solid, even, walls, arm.parked, braking, lengths, governor)
+        """The arm of a robot, from its file or its URDF.
+
+        Raises:
+            FileError: the URDF is wrong, or its arm is not the one that the robot file names.
+            ValueError: the robot has no arm.
+        """
+        arm = manipulator_of(robot)
+        assert robot.arm is not None
+        assert robot.parked is not None
+        return cls(arm, limits, walls, robot.parked, robot.arm.stop_deceleration, governor)
 
     def reaching(self, situation: ArmSituation, deep: Pose3) -> Iterator[Query]:
         """The planning queries for map_from_deep, best first; none if it is out of reach.
@@ -124,19 +120,19 @@ class Workspace:
         one that goes straight to the DEEP, which also a tool does that is there already.
         """
         target, joints = rover_from_deep(situation.base, deep), situation.joints
-        goals = goals_at(self.chain, target, joints, ACCEPTED)
+        goals = goals_at(self.arm, target, joints, ACCEPTED)
         if not len(goals):
             return
-        tool = forward(self.chain, joints)
-        if self.approach and deviation(tool, target)[0] > CLOSE:
-            lines = tool_lines(self.chain, goals, max(self.approach))
-            for length in self.approach:
+        tool = forward(self.arm, joints)
+        if self.limits.approach and deviation(tool, target)[0] > CLOSE:
+            lines = tool_lines(self.arm, goals, max(self.limits.approach))
+            for length in self.limits.approach:
                 query = self._approaching(situation, deep, lines, length)
                 if query is not None:
                     yield query
         straight = self._query(self.checker(situation, deep), situation, goals)
-        if self.approach:
-            straight = replace(straight, slow=around(self.chain, goals[0]))
+        if self.limits.approach:
+            straight = replace(straight, slow=around(self.arm, goals[0]))
             yield replace(
                 straight, checker=self.checker(situation, deep, 0.0), budget=LADDER_BUDGET
             )
@@ -156,7 +152,7 @@ class Workspace:
                 np.array([line.at(length) for line in reached]),
             ),
             budget=LADDER_BUDGET,
-            slow=around(self.chain, reached[0].knots[0]),
+            slow=around(self.arm, reached[0].knots[0]),
             ways_in=tuple(WayIn(line, length) for line in reached),
             beside=self.checker(situation, deep),
         )
@@ -170,10 +166,10 @@ class Workspace:
         """
         if not self.governor:
             return None
-        brakes = Brakes(self.stop_deceleration, min(self.limits.acceleration))
+        brakes = Brakes(self.stop_deceleration, self.limits.arm_acceleration)
         met = deep.flat() if deep is not None else self._tool_at(situation)
         made = Governor(
-            self.solid, plan.trajectory, brakes, met, granted=deep is not None, unsure=unsure
+            self.arm, plan.trajectory, brakes, met, granted=deep is not None, unsure=unsure
         )
         if situation.user is not None:
             made.expect(situation.user)
@@ -181,19 +177,19 @@ class Workspace:
 
     def detour(self, plan: Plan) -> str | None:
         """How a plan to a DEEP falls short of the line that is asked for; None if it does not."""
-        if not self.approach or plan.line > self.approach[0] - 1e-6:
+        if not self.limits.approach or plan.line > self.limits.approach[0] - 1e-6:
             return None
         if plan.line > 0.0:
             return f"the prop comes on a line of {plan.line * 100:.0f} cm only"
         return "no line to the DEEP is free: the prop comes straight to it, slowly"
 
     def _tool_at(self, situation: ArmSituation) -> Pose2:
-        x, y = forward(self.chain, situation.joints)[:2, 3].tolist()
+        x, y = forward(self.arm, situation.joints)[:2, 3].tolist()
         return Pose2(*situation.base.transform(x, y))
 
     def missed(self, situation: ArmSituation, deep: Pose3) -> float:
         """Distance between the nearest branch and map_from_deep, m; obstacles do not count."""
-        near = inverse_near(self.chain, rover_from_deep(situation.base, deep))
+        near = inverse_near(self.arm, rover_from_deep(situation.base, deep))
         return float(near.position_error.min())
 
     def parking(self, situation: ArmSituation) -> Iterator[Query]:
@@ -204,10 +200,10 @@ class Workspace:
         parked, checker = np.array([self.parked]), self.checker(situation)
         joints = np.array(situation.joints)
         slow = None
-        if self.approach and self._points_at(situation):
-            (line,) = tool_lines(self.chain, joints[None], max(self.approach))
-            slow = around(self.chain, joints)
-            for length in rungs(line, self.approach):
+        if self.limits.approach and self._points_at(situation):
+            (line,) = tool_lines(self.arm, joints[None], max(self.limits.approach))
+            slow = around(self.arm, joints)
+            for length in rungs(line, self.limits.approach):
                 lead, start = line.outwards(length), line.at(length)
                 if first_contact(checker, lead) is None:
                     yield replace(
@@ -221,7 +217,7 @@ class Workspace:
         user = situation.user
         if user is None:
             return False
-        tool = forward(self.chain, situation.joints)
+        tool = forward(self.arm, situation.joints)
         x, y = situation.base.inverse().transform(user.x, user.y)
         away = np.array((x, y)) - tool[:2, 3]
         return bool(-tool[:2, 0] @ away > 0.0 and math.hypot(*away) < DRAWN_BACK)
@@ -287,7 +283,7 @@ class Workspace:
         Among poses that reach it from everywhere within the drive's tolerance (m, rad); without
         any, the pose that reaches it from the largest part of that disc (R76, R78, R79).
         """
-        reach = Reach(self.nominal, self.solid)
+        reach = Reach(self.arm, self.arm.nominal)
         place = ReachPlace(self.walls, [] if user is None else [cylinder(user, deep)])
         best, most = None, 0.0
         for i in self._soonest_first(poses, drive_times, deep, user):
@@ -306,7 +302,7 @@ class Workspace:
         In an empty room or, with `walled`, among the walls of this one.
         """
         place = ReachPlace(self.walls if walled else ())
-        return Reach(self.nominal, self.solid).reached(poses, deep, place)
+        return Reach(self.arm, self.arm.nominal).reached(poses, deep, place)
 
     def held(self, deep: Pose3) -> tuple[Array, Array]:
         """Flange and prop with the prop at map_from_deep, whatever the rest of the arm does.
@@ -314,7 +310,7 @@ class Workspace:
         Ends (k, 2, 3) of the axes of their capsules, in the map, and radii (k,) with the margin
         that the arm keeps from walls.
         """
-        body, flange = self.solid.body, pose_matrix(deep) @ inverted(self.nominal.tip)
+        body, flange = self.arm.solid, pose_matrix(deep) @ inverted(self.arm.tip)
         last = body.links == JOINTS
         return body.ends[last] @ flange[:3, :3].T + flange[:3, 3], body.radii[last] + MARGIN
 
@@ -329,11 +325,11 @@ class Workspace:
 
         The arm's time is computed only for poses whose drive alone does not take longer.
         """
-        drawn, due = replace(self, chain=self.nominal), list[tuple[float, int]]()
+        due = list[tuple[float, int]]()
         for i in sorted(range(len(poses)), key=drive_times.__getitem__):
             while due and due[0][0] <= drive_times[i]:
                 yield heappop(due)[1]
-            time = drive_times[i] + drawn._arm_time(ArmSituation(poses[i], user, self.parked), deep)
+            time = drive_times[i] + self._arm_time(ArmSituation(poses[i], user, self.parked), deep)
             if time < math.inf:
                 heappush(due, (time, i))
         while due:
@@ -345,28 +341,29 @@ class Workspace:
         An estimate: a stand-off counts if it is free and its branch leads to the DEEP (of the
         nominal chain). Without any the arm goes straight there.
         """
-        start, target = np.array(situation.joints), rover_from_deep(situation.base, deep)
-        for length in (*self.approach[:1], 0.0):
+        drawn, start = self.arm.nominal, np.array(situation.joints)
+        target = rover_from_deep(situation.base, deep)
+        for length in (*self.limits.approach[:1], 0.0):
             if length > 0.0:
-                both = inverse(self.chain, np.stack([target, moved_along(target, length)]))
-                goals = nearest_copies(self.chain, both.joints[1][both.valid.all(axis=0)], start)
+                both = inverse(drawn, np.stack([target, moved_along(target, length)]))
+                goals = nearest_copies(drawn, both.joints[1][both.valid.all(axis=0)], start)
             else:
-                goals = goals_at(self.chain, target, start, ACCEPTED)
+                goals = goals_at(drawn, target, start, ACCEPTED)
             goals = goals[self.checker(situation, deep, length).free(goals)]
             if len(goals):
-                times = line_durations(self.chain, start, goals, self.limits)
+                times = line_durations(drawn, start, goals, self.limits)
                 return float(length / TOUCH_SPEED + times.min())
         return math.inf
 
     def _query(self, checker: CollisionChecker, situation: ArmSituation, goals: Array) -> Query:
-        return Query(self.chain, checker, self.limits, np.array(situation.joints), goals)
+        return Query(checker, self.limits, np.array(situation.joints), goals)
 
     def _among(
         self, situation: ArmSituation, walls: Sequence[Wall], person: PersonObstacles
     ) -> CollisionChecker:
         walls = (*walls, *person.walls)
         around = Surroundings.seen_from(situation.base, walls, person.cylinders, person.limbs)
-        return CollisionChecker.of(self.solid, around)
+        return CollisionChecker.of(self.arm, around)
 
     def _gap(self, checker: CollisionChecker, situation: ArmSituation) -> float:
         return checker.tightest(np.array(situation.joints))[0]
@@ -383,22 +380,22 @@ def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:
 
 @example
 def _example(workspace: Workspace) -> None:
-    held, still = workspace, np.zeros(6)
-    inverse(held.chain, forward(held.chain, still))
-    jacobian(held.chain, still)
-    link_frames(held.chain, still)
-    checker = CollisionChecker.of(held.solid, Surroundings.empty())
+    arm, still = workspace.arm, np.zeros(6)
+    inverse(arm, forward(arm, still))
+    jacobian(arm, still)
+    link_frames(arm, still)
+    checker = CollisionChecker.of(arm, Surroundings.empty())
     checker.clearance(still)
     checker.line_free(still, still)
-    meets_disc(*outline(held.solid, still), 1.0, 0.0, 0.5)
-    situation = ArmSituation(Pose2(0.0, 0.0), Pose2(1.85, 0.0), held.parked)
+    meets_disc(*outline(arm, still), 1.0, 0.0, 0.5)
+    situation = ArmSituation(Pose2(0.0, 0.0), Pose2(1.85, 0.0), workspace.parked)
     deep = Pose3.from_yaw(1.0, 0.0, 1.2, math.pi)
-    held.best([situation.base], [0.0], deep, situation.user, (0.1, 0.1))
-    held.reached([situation.base], deep)
-    start = np.array(held.parked)
-    answer = plan(Query(held.chain, checker, held.limits, start, start[None] + 0.01))
+    workspace.best([situation.base], [0.0], deep, situation.user, (0.1, 0.1))
+    workspace.reached([situation.base], deep)
+    start = np.array(workspace.parked)
+    answer = plan(Query(checker, workspace.limits, start, start[None] + 0.01))
     assert isinstance(answer, Plan)  # it is hardly a motion
-    governor = held.governor_of(answer, situation, deep)
+    governor = workspace.governor_of(answer, situation, deep)
     if governor is not None:
         hand = Limb((1.85, 0.0, 1.4), (1.2, 0.0, 1.2), ARM_RADIUS)
         governor.see(0, Pose2(1.85, 0.0), (hand,))

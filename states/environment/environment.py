@@ -226,16 +226,11 @@ class Environment:
             return half
         from states.arm.kinematics import extent
 
-        return Outline(*map(max, half, extent(self.workspace.solid, joints)))
+        return Outline(*map(max, half, extent(self.workspace.arm, joints)))
 
     @cached_property
     def workspace(self) -> Workspace:
         """The arm in this room, built when first needed."""
         from states.arm import Workspace
-        from states.arm.description import manipulator_of
 
-        held = manipulator_of(self.robot)
-        assert self.robot.arm is not None, "without one there is no manipulator"
-        return Workspace.of(
-            held, self.robot.arm, self.limits, self.room.segments, governor=self.governor
-        )
+        return Workspace.of(self.robot, self.limits, self.room.segments, governor=self.governor)

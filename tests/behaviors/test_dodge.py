@@ -349,7 +349,7 @@ def test_an_arm_that_is_out_widens_the_outline_and_a_parked_one_does_not(
     rover = environment.outline()
 
     assert rover == (0.565, 0.565, 0.455, 0.455)
-    assert environment.outline(environment.robot.arm.parked) == rover
+    assert environment.outline(environment.robot.parked) == rover
     level = environment.outline((0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert max(level) > 1.0
     assert all(out >= inside for out, inside in zip(level, rover, strict=True))

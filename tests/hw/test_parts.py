@@ -37,7 +37,7 @@ def mocked(person, robot=ROBOT):
     return mock_world(SCENE, robot, person, NOBODY_WATCHED)
 
 
-def course(goal, seconds, count=40, start=ROBOT.arm.parked):
+def course(goal, seconds, count=40, start=ROBOT.parked):
     """Points to a goal at even speed, from the parked arm if nothing else is said."""
     shares = [k / count for k in range(count + 1)]
     return [
@@ -328,14 +328,14 @@ def test_a_pace_that_is_none_is_a_bug_of_the_caller(rig, share):
 
 
 def test_an_arm_that_moves_or_stands_elsewhere_does_not_follow(rig):
-    elsewhere = [(0.0, SOMEWHERE), (1.0, ROBOT.arm.parked)]
-    with_slack = [(0.0, SOMEWHERE), (9.0, ROBOT.arm.parked)]
+    elsewhere = [(0.0, SOMEWHERE), (1.0, ROBOT.parked)]
+    with_slack = [(0.0, SOMEWHERE), (9.0, ROBOT.parked)]
     with pytest.raises(ValueError, match="rad/s"):
         rig.parts["arm"].follow(elsewhere)
     number = rig.parts["arm"].follow(with_slack)
     rig.ticks(10)
     state = rig.values("arm.joints")[-1]
-    assert state.joints == pytest.approx(ROBOT.arm.parked, abs=0.1 * rig.near)
+    assert state.joints == pytest.approx(ROBOT.parked, abs=0.1 * rig.near)
     assert not state.moving
     assert state.course == number
     assert "stands" in state.refused

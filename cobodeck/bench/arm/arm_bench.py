@@ -20,14 +20,12 @@ from cobodeck.bench.arm.arm_peers import IK_PEERS, found
 from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchCase, BenchRow, Work, measure, seconds_of
 from hw import compile_examples
-from hw.model import load_robot
+from hw.model import MotionLimits, load_robot
 from hw.scene import Room
 from states.arm.description import manipulator_of
 from states.arm.kinematics import (
     Array,
     CollisionChecker,
-    CollisionModel,
-    KinematicChain,
     Manipulator,
     Surroundings,
     deviation,
@@ -35,7 +33,6 @@ from states.arm.kinematics import (
     inverse,
     inverted,
 )
-from states.arm.motion import ArmLimits
 from states.arm.planning import (
     ANGLES,
     NoPlan,
@@ -75,16 +72,15 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
 
 def ik_rows(arm: Manipulator, rounds: int = ROUNDS, poses: int = POSES) -> Iterator[BenchRow]:
     """Batch and single times, worst position error, and share of poses without a solution."""
-    chain = KinematicChain.of(arm)
-    sets = {name: joint_sets(chain, name, poses) for name in SETS}
+    sets = {name: joint_sets(arm, name, poses) for name in SETS}
     for name, joints in sets.items():
-        targets = forward(chain, joints)
-        missed, error = ik_errors(chain, targets)
+        targets = forward(arm, joints)
+        missed, error = ik_errors(arm, targets)
         case = BenchCase(
             f"ik {name}",
-            Work(times(partial(forward, chain, joints))),
+            Work(times(partial(forward, arm, joints))),
             "forward kinematics",
-            {"cobodeck": Work(times(partial(inverse, chain, targets)))},
+            {"cobodeck": Work(times(partial(inverse, arm, targets)))},
         )
         (timed,) = measure(NAME, case, rounds)
         assert timed.time_us is not None
@@ -98,15 +94,15 @@ def ik_rows(arm: Manipulator, rounds: int = ROUNDS, poses: int = POSES) -> Itera
             NAME, f"ik {name} unsolved", "cobodeck", "poses", poses,
             error=100.0 * missed, error_unit="%", reference="the joints asked from", goal=0.0,
         )  # fmt: skip
-    yield from _single_rows(chain, sets["anywhere"], rounds)
+    yield from _single_rows(arm, sets["anywhere"], rounds)
 
 
-def _single_rows(chain: KinematicChain, joints: Array, rounds: int) -> Iterator[BenchRow]:
-    targets = forward(chain, joints)
-    flanges = inverted(chain.base) @ targets @ inverted(chain.tip)
-    solvers = {"cobodeck": (lambda pose: inverse(chain, pose), targets)}
+def _single_rows(arm: Manipulator, joints: Array, rounds: int) -> Iterator[BenchRow]:
+    targets = forward(arm, joints)
+    flanges = inverted(arm.base) @ targets @ inverted(arm.tip)
+    solvers = {"cobodeck": (lambda pose: inverse(arm, pose), targets)}
     for name in found(IK_PEERS):
-        solvers[name] = (IK_PEERS[name](chain), flanges)
+        solvers[name] = (IK_PEERS[name](arm), flanges)
     for name, (solve, poses) in solvers.items():
         taken = sorted(
             min(seconds_of(Work(times(partial(solve, pose))), 1) for _ in range(min(rounds, 3)))
@@ -117,16 +113,16 @@ def _single_rows(chain: KinematicChain, joints: Array, rounds: int) -> Iterator[
             yield BenchRow(NAME, "ik single", name, "quantile", quantile, time_us=took)
 
 
-def ik_errors(chain: KinematicChain, targets: Array) -> tuple[float, float]:
+def ik_errors(arm: Manipulator, targets: Array) -> tuple[float, float]:
     """Share of poses without a solution, and largest position error of any solution, m."""
-    solved = inverse(chain, targets)
-    reached = forward(chain, solved.joints[solved.valid])
+    solved = inverse(arm, targets)
+    reached = forward(arm, solved.joints[solved.valid])
     asked = np.broadcast_to(targets[:, None], (*solved.valid.shape, 4, 4))[solved.valid]
     distance, _ = deviation(reached, asked)
     return float((~solved.valid.any(axis=1)).mean()), float(distance.max())
 
 
-def joint_sets(chain: KinematicChain, kind: str, count: int) -> Array:
+def joint_sets(arm: Manipulator, kind: str, count: int) -> Array:
     """Joint angles (count, 6), rad: anywhere, or near a singularity of wrist, elbow or shoulder.
 
     One in ten of those near a singularity is exactly there.
@@ -141,7 +137,7 @@ def joint_sets(chain: KinematicChain, kind: str, count: int) -> Array:
         q[:, 2] = np.clip(rng.choice([0.0, -np.pi, np.pi], count) + off, -np.pi, np.pi)
     elif kind == "shoulder":  # the wrist centre on the shoulder's axis, at horizontal distance
         # a2 cos q2 + a3 cos(q2 + q3) + d5 sin(q2 + q3 + q4) = along cos q2 + across sin q2 = 0
-        _, a2, a3, _, d5, _ = chain.dh
+        _, a2, a3, _, d5, _ = arm.dh
         along = a2 + a3 * np.cos(q[:, 2]) + d5 * np.sin(q[:, 2] + q[:, 3])
         across = -a3 * np.sin(q[:, 2]) + d5 * np.cos(q[:, 2] + q[:, 3])
         q[:, 1] = np.arctan2(-along, across) + rng.choice([0.0, np.pi], count) + off
@@ -240,21 +236,18 @@ def solved(
     arm: Manipulator, profile: str, problem: ReachProblem, solver: Planner = lines_first
 ) -> ArmOutcome:
     """Solve one problem with the limits and the parked pose of a profile."""
-    limits, start = _limits(arm, profile), _parked(arm, profile)
-    chain, checker = (
-        KinematicChain.of(arm),
-        CollisionChecker.of(CollisionModel.of(arm), problem.around),
-    )
+    limits, start = _limits(profile), _parked(arm, profile)
+    checker = CollisionChecker.of(arm, problem.around)
     begin = perf_counter()
-    query = Query(chain, checker, limits, start, goals_at(chain, problem.deep, start))
+    query = Query(checker, limits, start, goals_at(arm, problem.deep, start))
     answer = plan(query, solver)
     return ArmOutcome(query, answer, perf_counter() - begin)
 
 
-def _limits(arm: Manipulator, profile: str) -> ArmLimits:
+def _limits(profile: str) -> MotionLimits:
     robot = load_profile(profile).robot
     tool = np.inf if robot.tool_speed is None else robot.tool_speed
-    return ArmLimits.even(arm.max_speed, robot.arm_acceleration, tool_speed=tool)
+    return MotionLimits(arm_acceleration=robot.arm_acceleration, tool_speed=tool)
 
 
 def _parked(arm: Manipulator, profile: str) -> Array:

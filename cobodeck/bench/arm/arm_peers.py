@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from states.arm.kinematics import Array, KinematicChain
+from states.arm.kinematics import Array, Manipulator
 
 MODULES = {
     "ompl": "ompl",
@@ -34,14 +34,14 @@ def _imports(module: str) -> bool:
     return True
 
 
-def _analytic(_: KinematicChain) -> Callable[[Array], Any]:
+def _analytic(_: Manipulator) -> Callable[[Array], Any]:
     solve: Callable[[Array], Any] = import_module("ur_analytic_ik").ur10.inverse_kinematics
     return solve
 
 
-def _toolbox(chain: KinematicChain) -> Callable[[Array], Any]:
+def _toolbox(arm: Manipulator) -> Callable[[Array], Any]:
     toolbox = import_module("roboticstoolbox")
-    links = [toolbox.RevoluteDH(d=d, a=a, alpha=alpha) for d, a, alpha in _dh(chain)]
+    links = [toolbox.RevoluteDH(d=d, a=a, alpha=alpha) for d, a, alpha in _dh(arm)]
     ets = toolbox.DHRobot(links).ets()
 
     def solve(pose: Array) -> Any:
@@ -50,19 +50,19 @@ def _toolbox(chain: KinematicChain) -> Callable[[Array], Any]:
     return solve
 
 
-def _ikpy(chain: KinematicChain) -> Callable[[Array], Any]:
-    links = [import_module("ikpy.link").DHLink(d=d, a=a, alpha=alpha) for d, a, alpha in _dh(chain)]
-    arm = import_module("ikpy.chain").Chain(links, active_links_mask=[True] * len(links))
+def _ikpy(arm: Manipulator) -> Callable[[Array], Any]:
+    links = [import_module("ikpy.link").DHLink(d=d, a=a, alpha=alpha) for d, a, alpha in _dh(arm)]
+    chain = import_module("ikpy.chain").Chain(links, active_links_mask=[True] * len(links))
 
     def solve(pose: Array) -> Any:
-        return arm.inverse_kinematics_frame(pose, orientation_mode="all")
+        return chain.inverse_kinematics_frame(pose, orientation_mode="all")
 
     return solve
 
 
-def _dh(chain: KinematicChain) -> list[tuple[float, float, float]]:
+def _dh(arm: Manipulator) -> list[tuple[float, float, float]]:
     """The Denavit-Hartenberg parameters d, a (m) and alpha (rad) of the nominal chain."""
-    d1, a2, a3, d4, d5, d6 = (float(value) for value in chain.dh)
+    d1, a2, a3, d4, d5, d6 = (float(value) for value in arm.dh)
     half = 0.5 * np.pi
     return [
         (d1, 0.0, half),
@@ -74,9 +74,9 @@ def _dh(chain: KinematicChain) -> list[tuple[float, float, float]]:
     ]
 
 
-IK_PEERS: dict[str, Callable[[KinematicChain], Callable[[Array], Any]]] = {
+IK_PEERS: dict[str, Callable[[Manipulator], Callable[[Array], Any]]] = {
     "ur-analytic-ik": _analytic,
     "roboticstoolbox-python": _toolbox,
     "ikpy": _ikpy,
 }
-"""By package: makes from a chain a solver for base_from_flange (4, 4)."""
+"""By package: makes from an arm a solver for base_from_flange (4, 4)."""

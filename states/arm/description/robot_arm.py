@@ -6,13 +6,7 @@ import numpy as np
 
 from hw.model import RobotModel
 from states.arm.description.urdf_arm import described_arm
-from states.arm.kinematics import (
-    OUTSIDE,
-    CollisionChecker,
-    CollisionModel,
-    Manipulator,
-    Surroundings,
-)
+from states.arm.kinematics import OUTSIDE, CollisionChecker, Manipulator, Surroundings
 
 
 def manipulator_of(robot: RobotModel) -> Manipulator:
@@ -25,7 +19,7 @@ def manipulator_of(robot: RobotModel) -> Manipulator:
     model, held = robot.arm, robot.prop
     if model is None or held is None:
         raise ValueError(f"robot {robot.name} has no arm")
-    arm = Manipulator.of(model.shape, model.mount, robot.chassis, held)
+    arm = Manipulator(model.model, model.mount, robot.chassis, held)
     if model.urdf is not None:
         arm = described_arm(model.urdf, arm)
     chain = model.calibration
@@ -42,8 +36,8 @@ def folded_contact(robot: RobotModel) -> str | None:
     """
     if robot.arm is None:
         return None
-    checker = CollisionChecker.of(CollisionModel.of(manipulator_of(robot)), Surroundings.empty())
-    gap, first, second = checker.tightest(np.array(robot.arm.parked))
+    checker = CollisionChecker.of(manipulator_of(robot), Surroundings.empty())
+    gap, first, second = checker.tightest(np.array(robot.parked))
     if gap >= checker.margin:
         return None
     beside = "the rover or the floor" if second == OUTSIDE else second

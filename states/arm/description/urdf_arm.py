@@ -13,9 +13,18 @@ from dataclasses import replace
 import numpy as np
 
 from engine.files import mistake
-from hw.model import ALIKE, Capsule, Placement, UrdfDescription, nearest_arm
+from hw.model import (
+    ALIKE,
+    ArmShape,
+    Capsule,
+    Dh,
+    JointRange,
+    Placement,
+    UrdfDescription,
+    nearest_arm,
+)
 from states.arm.description.urdf import Joint, Urdf, read_urdf
-from states.arm.kinematics import Array, Dh, Manipulator, inverted, matrix, six
+from states.arm.kinematics import Array, Manipulator, inverted, matrix
 
 _ALIKE = 0.1
 """Largest angle between a joint axis and that of a UR arm, rad."""
@@ -42,25 +51,19 @@ def manipulator_from_urdf(urdf: Urdf, base: str, tip: str, like: Manipulator) ->
     mount = _mount(axes, points)
     axes, points = axes @ mount[:3, :3], (points - mount[:3, 3]) @ mount[:3, :3]
     _require_alike(urdf, joints, axes)
-    dh = _lengths(axes, points, like.dh.d6)
+    dh = _lengths(axes, points, like.shape.dh.d6)
     # a URDF does not say how much of the shoulder's height belongs to the mount: d1 is as in `like`
-    raised = dh.d1 - like.dh.d1
+    raised = dh.d1 - like.shape.dh.d1
     mount[:3, 3] += raised * mount[:3, 2]
     points[:, 2] -= raised
-    dh = replace(dh, d1=like.dh.d1)
+    dh = replace(dh, d1=like.shape.dh.d1)
     chain = _laid(dh, axes, points)
     steps = [inverted(a) @ b for a, b in zip([np.eye(4), *chain], chain, strict=False)]
     tcp = inverted(mount @ chain[-1]) @ base_from @ root_from[tip]
     return replace(
         like,
-        name=urdf.name or like.name,
-        joints=tuple(joint.name for joint in joints),
-        dh=dh,
-        lower=six(_bound(joint.lower, -2.0 * math.pi) for joint in joints),
-        upper=six(_bound(joint.upper, 2.0 * math.pi) for joint in joints),
-        max_speed=six(
-            joint.speed if math.isfinite(joint.speed) else speed
-            for joint, speed in zip(joints, like.max_speed, strict=True)
+        shape=replace(
+            like.shape, arm=urdf.name or like.name, dh=dh, joints=_ranges(joints, like.shape)
         ),
         mount=placement(mount),
         tool=replace(like.tool, tcp=placement(tcp)),
@@ -85,14 +88,13 @@ def described_arm(described: UrdfDescription, like: Manipulator) -> Manipulator:
         tcp=placement(link_from_flange @ matrix(like.tool.tcp)),
         capsules=tuple(_moved(capsule, link_from_flange) for capsule in like.tool.capsules),
     )
-    off = found.dh.difference(like.dh)
+    own = like.shape.joints.values()
+    off = found.shape.dh.difference(like.shape.dh)
     if off > ALIKE:
-        raise mistake(described.file, _another(found.dh, like))
+        raise mistake(described.file, _another(found.shape.dh, like))
     return replace(
         found,
-        lower=like.lower,
-        upper=like.upper,
-        max_speed=like.max_speed,
+        shape=replace(found.shape, joints=dict(zip(found.shape.joints, own, strict=True))),
         mount=placement(_standing(described, like) @ matrix(found.mount)),
         tool=held,
     )
@@ -197,6 +199,19 @@ def _laid(dh: Dh, axes: Array, points: Array) -> list[Array]:
         laid[:3, 3] = point + ((frame[:3, 3] - point) @ axis) * axis
         found.append(laid)
     return found
+
+
+def _ranges(joints: list[Joint], like: ArmShape) -> dict[str, JointRange]:
+    """The ranges of the joints; what a description leaves open is two turns, or as in `like`."""
+    return {
+        joint.name: JointRange(
+            _bound(joint.lower, -2.0 * math.pi),
+            _bound(joint.upper, 2.0 * math.pi),
+            _bound(joint.speed, own.speed),
+            own.torque,
+        )
+        for joint, own in zip(joints, like.joints.values(), strict=True)
+    }
 
 
 def _bound(value: float, otherwise: float) -> float:

@@ -2,7 +2,6 @@ from states.arm.kinematics.collision import (
     MARGIN as MARGIN,
     OUTSIDE as OUTSIDE,
     CollisionChecker as CollisionChecker,
-    CollisionModel as CollisionModel,
     Cylinder as Cylinder,
     Limb as Limb,
     Surroundings as Surroundings,
@@ -33,22 +32,18 @@ from states.arm.kinematics.kernels import (
     room_within as room_within,
 )
 from states.arm.kinematics.kinematics import (
-    KinematicChain as KinematicChain,
     deviation as deviation,
     fastest_point as fastest_point,
     forward as forward,
     inverted as inverted,
     jacobian as jacobian,
     link_frames as link_frames,
-    matrix as matrix,
     pose_matrix as pose_matrix,
     tcp_speed as tcp_speed,
 )
 from states.arm.kinematics.model import (
-    LINKS as LINKS,
-    Dh as Dh,
     Manipulator as Manipulator,
-    six as six,
+    matrix as matrix,
 )
 from states.arm.kinematics.newton import (
     ALONG_STEPS as ALONG_STEPS,

@@ -14,19 +14,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hw import Pose2
-from hw.model import Capsule, Point3
+from hw.model import Point3
 from states.arm.kinematics.kernels import (
     SEEN,
     ArmObstacles,
     Array,
-    CapsuleSet,
     Integers,
     gaps,
     place_capsules,
     sweep,
 )
-from states.arm.kinematics.kinematics import KinematicChain
-from states.arm.kinematics.model import LINKS, Manipulator
+from states.arm.kinematics.model import Manipulator
 
 MARGIN = 0.005
 """Clearance kept to everything at each check, m; between two checks half of it is kept."""
@@ -34,7 +32,6 @@ MARGIN = 0.005
 OUTSIDE = "surroundings"
 """What `tightest` calls all that is not the arm: rover, floor, room and people."""
 
-UPPER_ARM = LINKS.index("upper_arm")
 _ROOM_HEIGHT = 3.0
 
 Wall = tuple[float, float, float, float]
@@ -126,45 +123,18 @@ class Surroundings:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CollisionModel:
-    """The arm's capsules, each with the name of its link or tool."""
-
-    body: CapsuleSet
-    links: tuple[str, ...]
-
-    @classmethod
-    def of(cls, model: Manipulator) -> CollisionModel:
-        """Capsules of arm and tool; pairs on one link, on neighbours or `apart` are not checked."""
-        chain = KinematicChain.of(model)
-        capsules = sorted((*model.capsules, *model.tool.capsules), key=lambda c: c.link)
-        ends = np.array([[c.start, c.end] for c in capsules], dtype=np.float64)
-        body = CapsuleSet(
-            base=chain.base,
-            origins=chain.origins,
-            links=np.array([c.link for c in capsules], dtype=np.int64),
-            ends=ends,
-            radii=np.array([c.radius for c in capsules], dtype=np.float64),
-            pairs=_pairs(capsules, model),
-            reach=_reach(chain, capsules),
-            boxes=np.array([[b.low, b.high] for b in model.body], np.float64).reshape(-1, 2, 3),
-            first=sum(c.link < UPPER_ARM for c in capsules),
-        )
-        return cls(body, tuple(_name(model, c) for c in capsules))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class CollisionChecker:
     """Checks of one arm among fixed obstacles. Joints are (6,) or (n, 6) in rad, gaps in m."""
 
-    model: CollisionModel
+    arm: Manipulator
     around: ArmObstacles
     margin: float = MARGIN
 
     @classmethod
     def of(
-        cls, model: CollisionModel, surroundings: Surroundings, margin: float = MARGIN
+        cls, arm: Manipulator, surroundings: Surroundings, margin: float = MARGIN
     ) -> CollisionChecker:
-        """A checker of a model among these obstacles; the floor is at height 0."""
+        """A checker of an arm among these obstacles; the floor is at height 0."""
         walls, cylinders = (
             np.ascontiguousarray(a, dtype=np.float64)
             for a in (surroundings.walls, surroundings.cylinders)
@@ -172,7 +142,7 @@ class CollisionChecker:
         limbs = np.array([(limb.start, limb.end) for limb in surroundings.limbs], np.float64)
         thickness = np.array([limb.radius for limb in surroundings.limbs], np.float64)
         around = ArmObstacles(0.0, walls, cylinders, limbs.reshape(-1, 2, 3), thickness)
-        return cls(model, around, margin)
+        return cls(arm, around, margin)
 
     def clearance(self, joints: ArrayLike) -> Array:
         """The least gap of each joint set, (n,); negative where something overlaps."""
@@ -185,11 +155,11 @@ class CollisionChecker:
     def tightest(self, joints: ArrayLike) -> tuple[float, str, str]:
         """The least gap of one joint set, and the names of the two parts between which it is."""
         gap, where = self._gaps(joints)
-        pairs = self.model.body.pairs
+        pairs = self.arm.solid.pairs
         if where[0] < len(pairs):
-            first, second = (self.model.links[i] for i in pairs[where[0]])
+            first, second = (self.arm.parts[i] for i in pairs[where[0]])
             return float(gap[0]), first, second
-        return float(gap[0]), self.model.links[where[0] - len(pairs)], OUTSIDE
+        return float(gap[0]), self.arm.parts[where[0] - len(pairs)], OUTSIDE
 
     def sweep(self, piece: Array, length: float, budget: int = 1_000_000) -> tuple[float, int]:
         """How far along q(x) = piece[0] + piece[1] x + piece[2] x^2 the arm is free, x <= length.
@@ -197,71 +167,39 @@ class CollisionChecker:
         Holds between samples too: nowhere is less than half the margin left. Returns the x at
         which contact comes (`length` if none does) and the number of joint sets checked.
         """
-        return sweep(self.model.body, self.around, piece, length, self.margin, budget)
+        return sweep(self.arm.solid, self.around, piece, length, self.margin, budget)
+
+    def sweep_line(self, start: Array, step: Array, budget: int = 1_000_000) -> tuple[float, int]:
+        """As `sweep` along the straight joint line start + x step, x <= 1."""
+        piece = np.array([start, step, np.zeros(6)])
+        return sweep(self.arm.solid, self.around, piece, 1.0, self.margin, budget)
 
     def line_free(self, start: Array, goal: Array) -> bool:
         """True if the straight joint line is free."""
-        piece = np.array([start, goal - start, np.zeros(6)])
-        return self.sweep(piece, 1.0)[0] >= 1.0
+        return self.sweep_line(start, goal - start)[0] >= 1.0
 
     def _gaps(self, joints: ArrayLike) -> tuple[Array, Integers]:
         q = np.ascontiguousarray(joints, dtype=np.float64).reshape(-1, 6)
         found, where = np.empty(len(q)), np.empty(len(q), dtype=np.int64)
-        gaps(self.model.body, self.around, q, found, where)
+        gaps(self.arm.solid, self.around, q, found, where)
         return found, where
 
 
-def outline(model: CollisionModel, joints: ArrayLike) -> tuple[Array, Array]:
+def outline(arm: Manipulator, joints: ArrayLike) -> tuple[Array, Array]:
     """The placed capsules: ends (m, 2, 3) of their axes in the rover frame, and radii (m,)."""
     q = np.ascontiguousarray(joints, dtype=np.float64).reshape(6)
-    ends = np.empty((len(model.links), 2, 3))
-    body = model.body
-    place_capsules(body.base, body.origins, body.links, body.ends, q, np.empty((7, 4, 4)), ends)
-    return ends, model.body.radii
+    solid = arm.solid
+    ends = np.empty((len(solid.links), 2, 3))
+    place_capsules(solid.base, solid.origins, solid.links, solid.ends, q, np.empty((7, 4, 4)), ends)
+    return ends, solid.radii
 
 
-def extent(model: CollisionModel, joints: ArrayLike) -> tuple[float, float, float, float]:
+def extent(arm: Manipulator, joints: ArrayLike) -> tuple[float, float, float, float]:
     """How far the arm with its prop reaches ahead, back, left and right of base_link, m."""
-    ends, radii = outline(model, joints)
+    ends, radii = outline(arm, joints)
     high = (ends[:, :, :2].max(axis=1) + radii[:, None]).max(axis=0)
     low = (ends[:, :, :2].min(axis=1) - radii[:, None]).min(axis=0)
     return float(high[0]), float(-low[0]), float(high[1]), float(-low[1])
-
-
-def _pairs(capsules: list[Capsule], model: Manipulator) -> Integers:
-    found = [
-        (i, j)
-        for j, second in enumerate(capsules)
-        for i, first in enumerate(capsules[:j])
-        if second.link - first.link > 1 and not _apart(model, first, second)
-    ]
-    return np.array(found, dtype=np.int64).reshape(-1, 2)
-
-
-def _apart(model: Manipulator, first: Capsule, second: Capsule) -> bool:
-    names = {first.part, LINKS[first.link]}, {second.part, LINKS[second.link]}
-    if second in model.tool.capsules:  # `apart` was proven for bare links; a tool may be larger
-        return False
-    return any(a in names[0] and b in names[1] for a, b in model.apart)
-
-
-def _reach(chain: KinematicChain, capsules: list[Capsule]) -> Array:
-    """Upper bound (m, 6) on the distance of capsules from each joint's axis: link lengths added."""
-    steps = np.linalg.norm(chain.origins[:, :3, 3], axis=1)
-    reach = np.zeros((len(capsules), 6))
-    for i, capsule in enumerate(capsules):
-        tip = max(math.dist((0.0, 0.0, 0.0), end) for end in (capsule.start, capsule.end))
-        for joint in range(capsule.link):
-            reach[i, joint] = tip + steps[joint + 1 : capsule.link].sum()
-        if capsule.link:  # its own joint: only the distance from the axis counts
-            reach[i, capsule.link - 1] = max(
-                math.hypot(*end[:2]) for end in (capsule.start, capsule.end)
-            )
-    return reach
-
-
-def _name(model: Manipulator, capsule: Capsule) -> str:
-    return model.tool.name if capsule in model.tool.capsules else LINKS[capsule.link]
 
 
 def _distance(edge: tuple[float, float, float, float]) -> float:

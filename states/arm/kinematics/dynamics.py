@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.model import FLANGE, LinkMass, Prop
+from hw.model import FLANGE
 from states.arm.kinematics.kernels import Array, place_links
-from states.arm.kinematics.kinematics import KinematicChain
+from states.arm.kinematics.model import Manipulator
 
 G = 9.81
 """Acceleration of gravity, m/s2."""
@@ -45,8 +45,9 @@ class Bodies:
     inertias: Array
 
     @classmethod
-    def of(cls, masses: tuple[LinkMass, ...], held: Prop) -> Bodies:
+    def of(cls, arm: Manipulator) -> Bodies:
         """The moving links and, as a point, what the arm holds."""
+        masses, held = arm.shape.masses.values(), arm.tool
         inertias = [_tensor(link.inertia) for link in masses]
         return cls(
             (*range(1, len(masses) + 1), FLANGE),
@@ -57,18 +58,18 @@ class Bodies:
 
 
 def effort(
-    chain: KinematicChain, bodies: Bodies, joints: Array, velocities: Array, accelerations: Array
+    arm: Manipulator, bodies: Bodies, joints: Array, velocities: Array, accelerations: Array
 ) -> Effort:
     """Torque, power and momentum for joints, velocities and accelerations (n, 6) each."""
-    rows = [_at(chain, bodies, *row) for row in zip(joints, velocities, accelerations, strict=True)]
+    rows = [_at(arm, bodies, *row) for row in zip(joints, velocities, accelerations, strict=True)]
     torque = np.array([row[0] for row in rows])
     momentum = np.array([row[1] for row in rows])
     return Effort(torque, np.abs((torque * velocities).sum(axis=1)), momentum)
 
 
-def _at(chain: KinematicChain, bodies: Bodies, q: Array, v: Array, a: Array) -> tuple[Array, float]:
+def _at(arm: Manipulator, bodies: Bodies, q: Array, v: Array, a: Array) -> tuple[Array, float]:
     frames = np.zeros((7, 4, 4))
-    place_links(chain.base, chain.origins, np.ascontiguousarray(q), frames)
+    place_links(arm.base, arm.origins, np.ascontiguousarray(q), frames)
     origins, axes = frames[:, :3, 3], frames[:, :3, 2]
     spin, spun, speed = np.zeros((7, 3)), np.zeros((7, 3)), np.zeros((7, 3))
     gained = np.zeros((7, 3))
@@ -89,8 +90,8 @@ def _at(chain: KinematicChain, bodies: Bodies, q: Array, v: Array, a: Array) -> 
         moment = inertia @ spun[link] + np.cross(spin[link], inertia @ spin[link])
         momentum += mass * (speed[link] + np.cross(spin[link], r))
         for k in range(1, link + 1):
-            arm = origins[link] + r - origins[k]
-            torque[k - 1] += axes[k] @ (moment + np.cross(arm, force))
+            lever = origins[link] + r - origins[k]
+            torque[k - 1] += axes[k] @ (moment + np.cross(lever, force))
     return torque, float(np.linalg.norm(momentum))
 
 

@@ -30,11 +30,11 @@ from numpy.typing import ArrayLike, NDArray
 from hw import compiled
 from states.arm.kinematics.kernels import Array
 from states.arm.kinematics.kinematics import (
-    KinematicChain,
     deviation,
     forward,
     inverted,
 )
+from states.arm.kinematics.model import Manipulator
 from states.arm.kinematics.newton import MORE_STEPS, STEPS, polish, self_motion, settled
 
 BRANCHES = 8
@@ -89,7 +89,7 @@ class NearSolutions:
         return Solutions(self.joints, valid)
 
 
-def inverse(chain: KinematicChain, targets: ArrayLike) -> Solutions:
+def inverse(arm: Manipulator, targets: ArrayLike) -> Solutions:
     """All joints that bring the tcp to the targets, rover_from_tcp (4, 4) or (n, 4, 4).
 
     They meet it within EXACT; where none does, some do that `ROUNDED` allows. Angles lie in
@@ -102,14 +102,14 @@ def inverse(chain: KinematicChain, targets: ArrayLike) -> Solutions:
         ValueError: a target is not a rigid pose.
     """
     poses = _poses(targets)
-    if chain.nominal:
-        joints, valid = _closed_form(chain, poses, 0.0)
+    if arm.placements is None:
+        joints, valid = _closed_form(arm, poses, 0.0)
     else:
-        joints, valid = _calibrated(chain, poses)
-    return Solutions(joints, valid & _has_copy(chain, joints))
+        joints, valid = _calibrated(arm, poses)
+    return Solutions(joints, valid & _has_copy(arm, joints))
 
 
-def inverse_near(chain: KinematicChain, targets: ArrayLike) -> NearSolutions:
+def inverse_near(arm: Manipulator, targets: ArrayLike) -> NearSolutions:
     """Like `inverse`, but a pose out of reach gives the joints near it, with their errors.
 
     Each branch points its shoulder at the pose and stretches (or folds) as far as it can: a few
@@ -117,29 +117,29 @@ def inverse_near(chain: KinematicChain, targets: ArrayLike) -> NearSolutions:
     position gives way. Branches outside the joint limits have an infinite error.
     """
     poses = _poses(targets)
-    joints, _ = _closed_form(chain, poses, math.inf)
-    if not chain.nominal:
-        joints = polish(chain, joints, poses)
-    distance, angle = deviation(forward_all(chain, joints), poses[:, None])
-    free = _has_copy(chain, joints)
+    joints, _ = _closed_form(arm, poses, math.inf)
+    if arm.placements is not None:
+        joints = polish(arm, joints, poses)
+    distance, angle = deviation(forward_all(arm, joints), poses[:, None])
+    free = _has_copy(arm, joints)
     return NearSolutions(joints, np.where(free, distance, np.inf), np.where(free, angle, np.inf))
 
 
-def nearest_copies(chain: KinematicChain, joints: Array, near: ArrayLike) -> Array:
+def nearest_copies(arm: Manipulator, joints: Array, near: ArrayLike) -> Array:
     """Joints (..., 6) shifted by whole turns, as near to `near` (6,), rad, as the limits allow.
 
     Each must have at least one copy inside the limits, as those of `inverse` do.
     """
     turns = np.round((np.asarray(near) - joints) / _TURN)
-    low = np.ceil((chain.lower - joints) / _TURN - 1e-12)
-    high = np.floor((chain.upper - joints) / _TURN + 1e-12)
+    low = np.ceil((arm.lower - joints) / _TURN - 1e-12)
+    high = np.floor((arm.upper - joints) / _TURN + 1e-12)
     shifted = joints + _TURN * np.clip(turns, low, high)
-    return np.asarray(np.clip(shifted, chain.lower, chain.upper))
+    return np.asarray(np.clip(shifted, arm.lower, arm.upper))
 
 
-def forward_all(chain: KinematicChain, joints: Array) -> Array:
+def forward_all(arm: Manipulator, joints: Array) -> Array:
     """`forward` for joints of any leading shape: (..., 6) to (..., 4, 4)."""
-    poses = forward(chain, joints.reshape(-1, 6))
+    poses = forward(arm, joints.reshape(-1, 6))
     return np.asarray(poses.reshape(*joints.shape[:-1], 4, 4))
 
 
@@ -160,37 +160,35 @@ def _refused(poses: Array, i: int) -> ValueError:
     )
 
 
-def _closed_form(
-    chain: KinematicChain, poses: Array, reach: float
-) -> tuple[Array, NDArray[np.bool_]]:
+def _closed_form(arm: Manipulator, poses: Array, reach: float) -> tuple[Array, NDArray[np.bool_]]:
     with np.errstate(invalid="ignore"):  # what is not finite is refused below
-        flange = np.ascontiguousarray(inverted(chain.base) @ poses @ inverted(chain.tip))
+        flange = np.ascontiguousarray(inverted(arm.base) @ poses @ inverted(arm.tip))
     joints = np.zeros((len(poses), BRANCHES, 6))
     valid = np.zeros((len(poses), BRANCHES), dtype=np.bool_)
-    wrong = _solve(chain.dh, flange, max(reach, _SLACK), joints, valid)
+    wrong = _solve(arm.dh, flange, max(reach, _SLACK), joints, valid)
     if wrong >= 0:
         raise _refused(poses, wrong)
     return joints, valid
 
 
-def _calibrated(chain: KinematicChain, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
+def _calibrated(arm: Manipulator, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
     """The distinct branches of a calibrated chain, by Newton steps from those of the nominal one.
 
     Where the nominal chain has, within SEED_REACH, more branches than were found, or its wrist is
     nearly singular, there are more seeds: branches of poses moved across the folds of the nominal
     chain, and joints turned along the wrist's self-motion.
     """
-    seeds, near = _closed_form(chain, poses, SEED_REACH)
-    joints, off = _settled(chain, seeds, poses, STEPS)
+    seeds, near = _closed_form(arm, poses, SEED_REACH)
+    joints, off = _settled(arm, seeds, poses, STEPS)
     joints, valid = _distinct(joints, off <= EXACT)
     bent = np.abs(np.sin(seeds[..., 4])).min(axis=1) < SEED_BENT
     few = np.flatnonzero((valid.sum(axis=1) < near.sum(axis=1)) | bent)
     if not len(few):
         return joints, valid
-    moved, _ = _closed_form(chain, _moved(chain, poses[few]).reshape(-1, 4, 4), math.inf)
+    moved, _ = _closed_form(arm, _moved(arm, poses[few]).reshape(-1, 4, 4), math.inf)
     turned = self_motion(seeds[few]).reshape(len(few), -1, 6)
     more = np.concatenate([moved.reshape(len(few), -1, 6), turned], axis=1)
-    found, off_too = _settled(chain, more, poses[few], MORE_STEPS)
+    found, off_too = _settled(arm, more, poses[few], MORE_STEPS)
     off = np.concatenate([off[few], off_too], axis=1)
     exact = off <= EXACT
     meets = exact | ((off <= ROUNDED) & ~exact.any(axis=1, keepdims=True))
@@ -198,26 +196,26 @@ def _calibrated(chain: KinematicChain, poses: Array) -> tuple[Array, NDArray[np.
     return joints, valid
 
 
-def _settled(chain: KinematicChain, seeds: Array, poses: Array, steps: int) -> tuple[Array, Array]:
+def _settled(arm: Manipulator, seeds: Array, poses: Array, steps: int) -> tuple[Array, Array]:
     """Joints (n, k, 6) from seeds, and by how much they miss their pose, m or rad, (n, k)."""
-    joints, _ = settled(chain, seeds, poses, steps)
-    distance, angle = deviation(forward_all(chain, joints), poses[:, None])
+    joints, _ = settled(arm, seeds, poses, steps)
+    distance, angle = deviation(forward_all(arm, joints), poses[:, None])
     return joints, np.maximum(distance, angle)
 
 
-def _moved(chain: KinematicChain, poses: Array) -> Array:
+def _moved(arm: Manipulator, poses: Array) -> Array:
     """Poses (n, 3, 4, 4) with the wrist centre nearer to the shoulder, farther, and farther out.
 
     The first two cross the fold of a stretched and of a folded elbow, the third that of a wrist
     centre at d4 from the shoulder's axis; by SEED_SHIFT, m.
     """
-    flange = inverted(chain.base) @ poses @ inverted(chain.tip)
-    wrist = flange[:, :3, 3] - chain.dh[5] * flange[:, :3, 2]
-    ahead = wrist - (0.0, 0.0, chain.dh[0])
+    flange = inverted(arm.base) @ poses @ inverted(arm.tip)
+    wrist = flange[:, :3, 3] - arm.dh[5] * flange[:, :3, 2]
+    ahead = wrist - (0.0, 0.0, arm.dh[0])
     out = wrist * (1.0, 1.0, 0.0)
     steps = np.stack([-_unit(ahead), _unit(ahead), _unit(out)], axis=1)
     found = np.repeat(poses[:, None], 3, axis=1)
-    found[..., :3, 3] += SEED_SHIFT * steps @ chain.base[:3, :3].T
+    found[..., :3, 3] += SEED_SHIFT * steps @ arm.base[:3, :3].T
     return found
 
 
@@ -241,9 +239,9 @@ def _distinct(joints: Array, valid: NDArray[np.bool_]) -> tuple[Array, NDArray[n
     return joints[rows, order], kept[rows, order]
 
 
-def _has_copy(chain: KinematicChain, joints: Array) -> NDArray[np.bool_]:
-    low = np.ceil((chain.lower - joints) / _TURN - 1e-12)
-    high = np.floor((chain.upper - joints) / _TURN + 1e-12)
+def _has_copy(arm: Manipulator, joints: Array) -> NDArray[np.bool_]:
+    low = np.ceil((arm.lower - joints) / _TURN - 1e-12)
+    high = np.floor((arm.upper - joints) / _TURN + 1e-12)
     return np.asarray(np.all(low <= high, axis=-1))
 
 

@@ -24,7 +24,7 @@ SEEN = 2.0
 class CapsuleSet(NamedTuple):
     """The arm for collision checks: m capsules, and p pairs of them that may touch.
 
-    `base` (4, 4) and `origins` (6, 4, 4) as in `KinematicChain`; `links` (m,); `ends` (m, 2, 3) in
+    `base` (4, 4) and `origins` (6, 4, 4) as in `Manipulator`; `links` (m,); `ends` (m, 2, 3) in
     the link's frame; `radii` (m,); `pairs` (p, 2); `reach` (m, 6): an upper bound on the distance
     of a capsule's axis from the axis of each joint, at any joint angles; `boxes` (k, 2, 3) are
     parts of the rover. Capsules below `first` are fixed to the rover: checked against the arm only.

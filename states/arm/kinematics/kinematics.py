@@ -7,83 +7,32 @@ set gives the same bits alone and in a batch.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hw import Pose3
-from hw.model import FLANGE, Placement
-from states.arm.kinematics.kernels import (
-    Array,
-    Integers,
-    greatest_speeds,
-    place_links,
-    place_tcp,
-    slopes,
-)
+from states.arm.kinematics.kernels import Array, greatest_speeds, place_links, place_tcp, slopes
 from states.arm.kinematics.model import Manipulator
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class KinematicChain:
-    """An arm as arrays, all read-only.
-
-    `base` is rover_from_base and `tip` flange_from_tcp, both (4, 4); `origins` (6, 4, 4) place
-    each joint in the link before it; `dh` holds d1, a2, a3, d4, d5, d6 of the nominal chain;
-    `lower`, `upper` and `max_speed` are (6,). `nominal` is true where `origins` follow `dh`.
-    `points` (k, 3) of the moving `links` (k,), in their frames, are those whose speed is limited:
-    first the tcp, then both ends of every capsule's axis.
-    """
-
-    base: Array
-    origins: Array
-    tip: Array
-    dh: Array
-    lower: Array
-    upper: Array
-    max_speed: Array
-    nominal: bool
-    links: Integers
-    points: Array
-
-    @classmethod
-    def of(cls, model: Manipulator) -> KinematicChain:
-        """The chain of a model; calibrated where the model is."""
-        dh = model.dh
-        links, points = _fast_points(model)
-        return cls(
-            base=_fixed(matrix(model.mount)),
-            origins=_fixed([matrix(p) for p in model.placements or dh.placements()]),
-            tip=_fixed(matrix(model.tool.tcp)),
-            dh=_fixed([dh.d1, dh.a2, dh.a3, dh.d4, dh.d5, dh.d6]),
-            lower=_fixed(model.lower),
-            upper=_fixed(model.upper),
-            max_speed=_fixed(model.max_speed),
-            nominal=model.placements is None,
-            links=links,
-            points=points,
-        )
-
-
-def forward(chain: KinematicChain, joints: ArrayLike) -> Array:
+def forward(arm: Manipulator, joints: ArrayLike) -> Array:
     """rover_from_tcp of joints (6,) or (n, 6): (4, 4) or (n, 4, 4)."""
     q, single = _rows(joints)
     poses = np.zeros((len(q), 4, 4))
-    place_tcp(chain.base, chain.origins, chain.tip, q, poses)
+    place_tcp(arm.base, arm.origins, arm.tip, q, poses)
     return poses[0] if single else poses
 
 
-def link_frames(chain: KinematicChain, joints: ArrayLike) -> Array:
+def link_frames(arm: Manipulator, joints: ArrayLike) -> Array:
     """rover_from_link of the base and links 1 to 6 at one joint set, (7, 4, 4)."""
     q, _ = _rows(joints)
     frames = np.zeros((7, 4, 4))
-    place_links(chain.base, chain.origins, q[0], frames)
+    place_links(arm.base, arm.origins, q[0], frames)
     frames[:, 3, 3] = 1.0
     return frames
 
 
-def jacobian(chain: KinematicChain, joints: ArrayLike) -> Array:
+def jacobian(arm: Manipulator, joints: ArrayLike) -> Array:
     """Velocity of the tcp per joint velocity, in the rover frame: (6, 6) or (n, 6, 6).
 
     Rows 0 to 2 give the linear velocity of the tcp's origin, m per rad; rows 3 to 5 the angular
@@ -91,23 +40,22 @@ def jacobian(chain: KinematicChain, joints: ArrayLike) -> Array:
     """
     q, single = _rows(joints)
     found = np.empty((len(q), 6, 6))
-    slopes(chain.base, chain.origins, chain.tip, q, found)
+    slopes(arm.base, arm.origins, arm.tip, q, found)
     return found[0] if single else found
 
 
-def fastest_point(chain: KinematicChain, joints: Array, slope: Array) -> Array:
-    """Speed of the fastest of the chain's `points` at joints (n, 6) per unit of dq/dx (n, 6)."""
+def fastest_point(arm: Manipulator, joints: Array, slope: Array) -> Array:
+    """Speed of the fastest of `arm.limited_points` at joints (n, 6) per unit of dq/dx (n, 6)."""
     found = np.empty(len(joints))
-    greatest_speeds(chain.base, chain.origins, chain.links, chain.points, joints, slope, found)
+    greatest_speeds(arm.base, arm.origins, *arm.limited_points, joints, slope, found)
     return found
 
 
-def tcp_speed(chain: KinematicChain, joints: Array, slope: Array) -> Array:
+def tcp_speed(arm: Manipulator, joints: Array, slope: Array) -> Array:
     """Speed of the tcp at joints (n, 6) per unit of dq/dx (n, 6)."""
-    found, tcp = np.empty(len(joints)), slice(0, 1)
-    greatest_speeds(
-        chain.base, chain.origins, chain.links[tcp], chain.points[tcp], joints, slope, found
-    )
+    found = np.empty(len(joints))
+    links, points = arm.limited_points
+    greatest_speeds(arm.base, arm.origins, links[:1], points[:1], joints, slope, found)
     return found
 
 
@@ -140,19 +88,6 @@ def rotation_vector(a: Array, b: Array) -> Array:
     return np.asarray(axis * angle[..., None])
 
 
-def matrix(placement: Placement) -> Array:
-    """A placement as a 4x4 matrix: R = Rz(yaw) Ry(pitch) Rx(roll), as in URDF."""
-    (sr, sp, sy), (cr, cp, cy) = np.sin(placement.rpy), np.cos(placement.rpy)
-    pose = np.eye(4)
-    pose[:3, :3] = [
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ]
-    pose[:3, 3] = placement.xyz
-    return pose
-
-
 def pose_matrix(pose: Pose3) -> Array:
     """A pose as a 4x4 matrix."""
     found = np.eye(4)
@@ -170,21 +105,6 @@ def inverted(pose: Array) -> Array:
     found[..., :3, 3] = -(turn @ pose[..., :3, 3, None])[..., 0]
     found[..., 3, 3] = 1.0
     return found
-
-
-def _fast_points(model: Manipulator) -> tuple[Integers, Array]:
-    found = {(FLANGE, model.tool.tcp.xyz): None}
-    for capsule in (*model.capsules, *model.tool.capsules):
-        if capsule.link > 0:
-            found |= {(capsule.link, capsule.start): None, (capsule.link, capsule.end): None}
-    links = np.array([link for link, _ in found], dtype=np.int64)
-    return links, _fixed([point for _, point in found])
-
-
-def _fixed(values: ArrayLike) -> Array:
-    array = np.array(values, dtype=np.float64)
-    array.setflags(write=False)
-    return array
 
 
 def _rows(joints: ArrayLike) -> tuple[Array, bool]:

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from states.arm.kinematics.kernels import Array, descend
-from states.arm.kinematics.kinematics import KinematicChain
+from states.arm.kinematics.model import Manipulator
 
 STEPS = 50
 MORE_STEPS = 100
@@ -27,23 +27,23 @@ _DONE = 1e-26
 _TURN = 2.0 * math.pi
 
 
-def polish(chain: KinematicChain, joints: Array, poses: Array) -> Array:
+def polish(arm: Manipulator, joints: Array, poses: Array) -> Array:
     """Joints (n, b, 6) of b branches, moved as close to the poses (n, 4, 4) as they get."""
-    found, worth = settled(chain, joints, poses)
+    found, worth = settled(arm, joints, poses)
     best = worth.min(axis=1)
     again = np.flatnonzero((best > 1e-18) & (best <= RESEED_RANGE**2))
     if len(again):
-        found[again] = _along_self_motion(chain, joints[again], poses[again])
+        found[again] = _along_self_motion(arm, joints[again], poses[again])
     return found
 
 
 def settled(
-    chain: KinematicChain, joints: Array, poses: Array, steps: int = STEPS
+    arm: Manipulator, joints: Array, poses: Array, steps: int = STEPS
 ) -> tuple[Array, Array]:
     """As `polish`, from these seeds alone; also |e|^2 of each, (n, b)."""
     n, branches, _ = joints.shape
     targets = np.repeat(poses, branches, axis=0)
-    found, worth = descended(chain, joints.reshape(-1, 6), targets, steps)
+    found, worth = descended(arm, joints.reshape(-1, 6), targets, steps)
     turns = _TURN * np.round(found / _TURN)
     return (found - turns).reshape(joints.shape), worth.reshape(n, branches)
 
@@ -60,22 +60,20 @@ def self_motion(joints: Array) -> Array:
     return seeds
 
 
-def _along_self_motion(chain: KinematicChain, joints: Array, poses: Array) -> Array:
+def _along_self_motion(arm: Manipulator, joints: Array, poses: Array) -> Array:
     """The best result of the seeds along the self-motion."""
     n, branches, _ = joints.shape
     seeds = self_motion(joints)
-    found, worth = settled(chain, seeds.reshape(n, -1, 6), poses, MORE_STEPS)
+    found, worth = settled(arm, seeds.reshape(n, -1, 6), poses, MORE_STEPS)
     best = worth.reshape(n, branches, -1).argmin(axis=2)
     picked = np.take_along_axis(found.reshape(seeds.shape), best[..., None, None], axis=2)
     return np.asarray(picked[:, :, 0])
 
 
 def descended(
-    chain: KinematicChain, seeds: Array, targets: Array, steps: int = STEPS
+    arm: Manipulator, seeds: Array, targets: Array, steps: int = STEPS
 ) -> tuple[Array, Array]:
     """Joints (n, 6) moved from seeds towards targets (n, 4, 4), and |e|^2 there, (n,)."""
     q, worth = np.array(seeds, dtype=np.float64, order="C"), np.empty(len(seeds))
-    descend(
-        chain.base, chain.origins, chain.tip, np.ascontiguousarray(targets), steps, _DONE, q, worth
-    )
+    descend(arm.base, arm.origins, arm.tip, np.ascontiguousarray(targets), steps, _DONE, q, worth)
     return q, worth

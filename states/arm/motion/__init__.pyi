@@ -11,7 +11,6 @@ from states.arm.motion.timing_kernels import (
     line_times as line_times,
 )
 from states.arm.motion.trajectory import (
-    ArmLimits as ArmLimits,
     SlowZone as SlowZone,
     Trajectory as Trajectory,
 )

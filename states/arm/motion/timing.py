@@ -19,10 +19,11 @@ from dataclasses import replace
 import numpy as np
 
 from hw import example
-from states.arm.kinematics import Array, Integers, KinematicChain, fastest_point, forward, tcp_speed
+from hw.model import MotionLimits
+from states.arm.kinematics import Array, Integers, Manipulator, fastest_point, forward, tcp_speed
 from states.arm.motion.joint_path import JointPath
 from states.arm.motion.timing_kernels import line_times, passes
-from states.arm.motion.trajectory import ArmLimits, SlowZone, Trajectory, with_rates
+from states.arm.motion.trajectory import SlowZone, Trajectory, with_rates
 
 GRID_STEP, TURN_STEP = 0.02, 0.02
 """Largest grid step along a path, rad, and largest change of its unit slope per step."""
@@ -37,7 +38,7 @@ _UNBOUNDED = 1e12
 
 
 def time_path(
-    chain: KinematicChain, path: JointPath, limits: ArmLimits, slow: SlowZone | None = None
+    arm: Manipulator, path: JointPath, limits: MotionLimits, slow: SlowZone | None = None
 ) -> Trajectory:
     """The fastest trajectory along a path; at rest at both ends and at corners left sharp.
 
@@ -47,17 +48,17 @@ def time_path(
         return with_rates(path, np.zeros(1), np.zeros(1), np.zeros(1))
     straight = len(path.pieces) == 1 and not path.pieces[0, 2].any()
     if straight and slow is None and math.isinf(limits.tool_speed):
-        found = _trapezoid(path, limits)
+        found = _trapezoid(arm, path, limits)
     else:
-        found = _fastest(chain, path, limits, slow)
-    return found if limits.jerk is None else _smooth(chain, found, limits, slow)
+        found = _fastest(arm, path, limits, slow)
+    return found if math.isinf(limits.arm_jerk) else _smooth(arm, found, limits, slow)
 
 
 def line_durations(
-    chain: KinematicChain,
+    arm: Manipulator,
     starts: Array,
     goals: Array,
-    limits: ArmLimits,
+    limits: MotionLimits,
     slow: SlowZone | None = None,
 ) -> Array:
     """Durations (k,) of straight joint lines from starts (6,) or (k, 6) to goals (k, 6), s.
@@ -68,8 +69,8 @@ def line_durations(
     """
     steps = goals - starts
     size = np.maximum(np.abs(steps), 1e-9)
-    rate = np.min(np.array(limits.speed) / size, axis=1)
-    gain = np.min(np.array(limits.acceleration) / size, axis=1)
+    rate = np.min(arm.max_speed / size, axis=1)
+    gain = np.min(limits.arm_acceleration / size, axis=1)
     if slow is None and math.isinf(limits.tool_speed):
         peak = np.minimum(rate, np.sqrt(gain))
         found = 1.0 / peak + peak / gain
@@ -77,22 +78,22 @@ def line_durations(
         most = np.repeat(rate[:, None], LINE_SAMPLES, axis=1)
         shares = np.linspace(0.0, 1.0, LINE_SAMPLES)[:, None]
         q = (goals[:, None] + (shares - 1.0) * steps[:, None]).reshape(-1, 6)
-        cap = _point_rates(chain, q, np.repeat(steps, LINE_SAMPLES, axis=0), limits, slow)
+        cap = _point_rates(arm, q, np.repeat(steps, LINE_SAMPLES, axis=0), limits, slow)
         most = np.minimum(most, cap.reshape(most.shape))
         found = np.zeros(len(goals))
         line_times(most * most, gain, found)
     return np.where(np.abs(steps).max(axis=1) > 0.0, found, 0.0)
 
 
-def _trapezoid(path: JointPath, limits: ArmLimits) -> Trajectory:
+def _trapezoid(arm: Manipulator, path: JointPath, limits: MotionLimits) -> Trajectory:
     """One straight line: speed up, cruise, slow down; the ramps cover peak^2 / gain together.
 
     Without a cruise that is the whole length, so the peak is at most sqrt(gain length).
     """
     slope, length = np.abs(path.pieces[0, 1]), path.length
     used = slope > 0.0
-    rate = float(np.min(np.array(limits.speed)[used] / slope[used]))
-    gain = float(np.min(np.array(limits.acceleration)[used] / slope[used]))
+    rate = float(np.min(arm.max_speed[used] / slope[used]))
+    gain = float(np.min(limits.arm_acceleration / slope[used]))
     peak = min(rate, math.sqrt(gain * length))
     ramp, cruise = peak / gain, max(length / peak - peak / gain, 0.0)
     took, rates = [ramp, cruise, ramp], [0.0, peak, peak, 0.0]
@@ -104,21 +105,21 @@ def _trapezoid(path: JointPath, limits: ArmLimits) -> Trajectory:
 
 
 def _fastest(
-    chain: KinematicChain, path: JointPath, limits: ArmLimits, slow: SlowZone | None
+    arm: Manipulator, path: JointPath, limits: MotionLimits, slow: SlowZone | None
 ) -> Trajectory:
     s, knots, slope, bend = _grid(path)
     most = np.full(len(s), _UNBOUNDED)
     for here, at_end in ((most[:-1], slope[:, 0]), (most[1:], slope[:, 1])):
-        rate = np.min(np.array(limits.speed) / np.maximum(np.abs(at_end), 1e-6), axis=1)
+        rate = np.min(arm.max_speed / np.maximum(np.abs(at_end), 1e-6), axis=1)
         np.minimum(here, rate * rate, out=here)
     if slow is not None or math.isfinite(limits.tool_speed):
         q, along, _ = path.at(s)
-        rate = (1.0 - _TOOL_SLACK) * _point_rates(chain, q, along, limits, slow, between=True)
+        rate = (1.0 - _TOOL_SLACK) * _point_rates(arm, q, along, limits, slow, between=True)
         most = np.minimum(most, rate * rate)
     most[0] = most[-1] = 0.0
     most[knots[1:-1][path.sharp()]] = 0.0
-    squares = np.zeros(len(s))
-    passes(np.diff(s), slope, bend, np.array(limits.acceleration), most, squares)
+    squares, gains = np.zeros(len(s)), np.array([limits.arm_acceleration] * 6)
+    passes(np.diff(s), slope, bend, gains, most, squares)
     rates = np.sqrt(squares)
     took = 2.0 * np.diff(s) / (rates[1:] + rates[:-1])
     found = with_rates(path, np.concatenate([[0.0], np.cumsum(took)]), s, rates)
@@ -126,7 +127,7 @@ def _fastest(
         return found
     # limits hold at grid points; in a tight bend they may be exceeded between two of them
     between = found.times[:-1] + 0.5 * took
-    return _stretched(found, _excess(chain, found, limits, slow, between))
+    return _stretched(found, _excess(arm, found, limits, slow, between))
 
 
 def _grid(path: JointPath) -> tuple[Array, Integers, Array, Array]:
@@ -147,10 +148,10 @@ def _grid(path: JointPath) -> tuple[Array, Integers, Array, Array]:
 
 
 def _point_rates(
-    chain: KinematicChain,
+    arm: Manipulator,
     q: Array,
     slope: Array,
-    limits: ArmLimits,
+    limits: MotionLimits,
     slow: SlowZone | None,
     between: bool = False,
 ) -> Array:
@@ -159,20 +160,20 @@ def _point_rates(
     `between`: the zone's limit holds at the neighbours of what is inside, too, so that a path of
     these joints keeps it from its edge on.
     """
-    rate = limits.tool_speed / np.maximum(fastest_point(chain, q, slope), 1e-9)
+    rate = limits.tool_speed / np.maximum(fastest_point(arm, q, slope), 1e-9)
     if slow is not None:
-        held = slow.holds(forward(chain, q)[:, :3, 3])
+        held = slow.holds(forward(arm, q)[:, :3, 3])
         inside = held.copy()
         if between:
             inside[1:] |= held[:-1]
             inside[:-1] |= held[1:]
-        tool = np.maximum(tcp_speed(chain, q[inside], slope[inside]), 1e-9)
+        tool = np.maximum(tcp_speed(arm, q[inside], slope[inside]), 1e-9)
         rate[inside] = np.minimum(rate[inside], slow.speed / tool)
     return rate
 
 
 def _smooth(
-    chain: KinematicChain, sharp: Trajectory, limits: ArmLimits, slow: SlowZone | None
+    arm: Manipulator, sharp: Trajectory, limits: MotionLimits, slow: SlowZone | None
 ) -> Trajectory:
     """The same path with its speed averaged over a window w, then stretched to the limits.
 
@@ -180,10 +181,9 @@ def _smooth(
     the acceleration steps from 0 to a_max; steps from a_max to -a_max need more. A longer window
     needs less stretching, so the shortest result of three is taken.
     """
-    jerk = np.array(limits.jerk)
-    ramp = float(np.max(np.array(limits.acceleration) / jerk))
+    ramp = limits.arm_acceleration / limits.arm_jerk
     tried = [_averaged(sharp, ramp * factor) for factor in (1.0, 1.5, 2.0)]
-    fitted = [_stretched(t, _excess(chain, t, limits, slow, _everywhere(t))) for t in tried]
+    fitted = [_stretched(t, _excess(arm, t, limits, slow, _everywhere(t))) for t in tried]
     return min(fitted, key=lambda t: t.duration)
 
 
@@ -223,9 +223,9 @@ def _everywhere(trajectory: Trajectory) -> Array:
 
 
 def _excess(
-    chain: KinematicChain,
+    arm: Manipulator,
     trajectory: Trajectory,
-    limits: ArmLimits,
+    limits: MotionLimits,
     slow: SlowZone | None,
     t: Array,
 ) -> float:
@@ -239,15 +239,15 @@ def _excess(
     speed = slope * rate[:, None]
     acceleration = slope * gain[:, None] + bend * (rate * rate)[:, None]
     ratios = [
-        np.max(np.abs(speed) / limits.speed),
-        np.max(1.0 / _point_rates(chain, q, speed, limits, slow)),
-        math.sqrt(np.max(np.abs(acceleration) / limits.acceleration)),
+        np.max(np.abs(speed) / arm.max_speed),
+        np.max(1.0 / _point_rates(arm, q, speed, limits, slow)),
+        math.sqrt(np.max(np.abs(acceleration) / limits.arm_acceleration)),
     ]
-    if limits.jerk is not None:
+    if math.isfinite(limits.arm_jerk):
         last = len(trajectory.jerks) - 1
         k = np.clip(np.searchsorted(trajectory.times, t, side="right") - 1, 0, last)
         jerk = slope * trajectory.jerks[k, None] + 3.0 * bend * (rate * gain)[:, None]
-        ratios.append(math.cbrt(np.max(np.abs(jerk) / np.array(limits.jerk))))
+        ratios.append(math.cbrt(np.max(np.abs(jerk) / limits.arm_jerk)))
     worst = float(max(ratios))
     return 1.0 if worst <= 1.0 else worst * (1.0 + 1e-4)
 

@@ -1,8 +1,7 @@
-"""Trajectories (a path with its timing) and the limits they keep (R45)."""
+"""Trajectories: a path with its timing (R45)."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,38 +9,6 @@ from numpy.typing import NDArray
 
 from states.arm.kinematics import Array
 from states.arm.motion.joint_path import JointPath
-
-
-@dataclass(frozen=True, slots=True)
-class ArmLimits:
-    """Limits per joint, rad/s, rad/s2, rad/s3, and of every point of the arm, m/s; inf means none.
-
-    The points are those of `KinematicChain.points`.
-    """
-
-    speed: tuple[float, ...]
-    acceleration: tuple[float, ...]
-    tool_speed: float = math.inf
-    jerk: tuple[float, ...] | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("speed", "acceleration", "jerk"):
-            values = getattr(self, name)
-            if values is not None and not (len(values) == 6 and all(v > 0.0 for v in values)):
-                raise ValueError(f"arm limits: {name} is {values}; six values above 0 are needed")
-        if not self.tool_speed > 0.0:
-            raise ValueError(f"arm limits: tool_speed is {self.tool_speed}; it must be above 0")
-
-    @classmethod
-    def even(
-        cls,
-        speed: tuple[float, ...],
-        acceleration: float,
-        tool_speed: float = math.inf,
-        jerk: float | None = None,
-    ) -> ArmLimits:
-        """The same acceleration and jerk for every joint."""
-        return cls(speed, (acceleration,) * 6, tool_speed, None if jerk is None else (jerk,) * 6)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,18 +16,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hw.model import MotionLimits
 from states.arm.kinematics import (
     ALONG_STEPS,
     BRANCHES,
     EXACT,
     Array,
-    KinematicChain,
+    Manipulator,
     descended,
     forward,
     inverse,
     jacobian,
 )
-from states.arm.motion import ArmLimits, JointPath, SlowZone, line_times
+from states.arm.motion import JointPath, SlowZone, line_times
 
 STEP = 0.01
 """Distance between two knots of a line, m."""
@@ -82,30 +83,30 @@ class WayIn:
         """The path from the stand-off to the DEEP."""
         return self.line.outwards(self.distance).reversed()
 
-    def duration(self, limits: ArmLimits) -> float:
+    def duration(self, arm: Manipulator, limits: MotionLimits) -> float:
         """Time from rest to rest at TOUCH_SPEED at most, s; an estimate.
 
         Its acceleration limit is that of the steepest place all along.
         """
         n = _count(self.distance)
         slope = np.maximum(self.line.steep[: n + 1], 1e-9)
-        rate = np.minimum(TOUCH_SPEED, np.min(np.array(limits.speed) / slope, axis=1))
-        gain = np.min(np.array(limits.acceleration) / slope[n]) / self.distance
+        rate = np.minimum(TOUCH_SPEED, np.min(arm.max_speed / slope, axis=1))
+        gain = np.min(limits.arm_acceleration / slope[n]) / self.distance
         found = np.zeros(1)
         line_times(((rate / self.distance) ** 2)[None], np.array([gain]), found)
         return float(found[0])
 
 
-def tool_lines(chain: KinematicChain, joints: Array, length: float) -> list[ToolLine]:
+def tool_lines(arm: Manipulator, joints: Array, length: float) -> list[ToolLine]:
     """The lines outwards from joints (k, 6) with the prop at a DEEP, `length` m or shorter."""
     count, starts = _count(length), np.ascontiguousarray(joints)
     if not len(starts):
         return []
-    poses = np.repeat(forward(chain, starts)[:, None], count + 1, axis=1)
+    poses = np.repeat(forward(arm, starts)[:, None], count + 1, axis=1)
     ahead = poses[:, 0, :3, 0]
     poses[:, :, :3, 3] += STEP * np.arange(count + 1)[:, None] * ahead[:, None]
-    knots, reached = _branches(chain, starts, poses[:, 1:])
-    slopes = _slopes(chain, knots, ahead)
+    knots, reached = _branches(arm, starts, poses[:, 1:])
+    slopes = _slopes(arm, knots, ahead)
     steep = np.maximum.accumulate(np.abs(slopes), axis=1)
     reached = np.minimum(reached, np.sum(steep.max(axis=2) <= STEEPEST, axis=1) - 1)
     return [
@@ -123,9 +124,9 @@ def moved_along(deep: Array, distance: float) -> Array:
     return found
 
 
-def around(chain: KinematicChain, joints: Array, radius: float = NEAR) -> SlowZone:
+def around(arm: Manipulator, joints: Array, radius: float = NEAR) -> SlowZone:
     """The zone of TOUCH_SPEED about the tcp at these joints (6,)."""
-    x, y, z = forward(chain, joints)[:3, 3].tolist()
+    x, y, z = forward(arm, joints)[:3, 3].tolist()
     return SlowZone(x, y, z, radius, TOUCH_SPEED)
 
 
@@ -138,23 +139,21 @@ def _count(distance: float) -> int:
     return max(1, round(distance / STEP))
 
 
-def _branches(
-    chain: KinematicChain, starts: Array, poses: Array
-) -> tuple[Array, NDArray[np.int64]]:
+def _branches(arm: Manipulator, starts: Array, poses: Array) -> tuple[Array, NDArray[np.int64]]:
     """Joints (k, n + 1, 6) along poses (k, n, 4, 4), and the last knot that each line reaches.
 
     A line ends where no branch is near the one before, or its joints leave their limits. On a
     calibrated chain that is at most n ALONG_STEPS Newton steps for each line.
     """
     k, n = poses.shape[:2]
-    near_by = _nominal_candidates(chain, poses) if chain.nominal else None
+    near_by = _nominal_candidates(arm, poses) if arm.placements is None else None
     knots = np.repeat(starts[:, None], n + 1, axis=1)
     reached, going = np.zeros(k, dtype=np.int64), np.ones(k, dtype=np.bool_)
     rows = np.arange(k)
     for i in range(n):
         before = knots[:, i, None]
         if near_by is None:  # a calibrated chain: a few Newton steps from the knot before
-            found, worth = descended(chain, before[:, 0], poses[:, i], ALONG_STEPS)
+            found, worth = descended(arm, before[:, 0], poses[:, i], ALONG_STEPS)
             found, missing = found[:, None], np.where(worth <= EXACT**2, 0.0, np.inf)[:, None]
         else:
             found, missing = near_by[0][:, i], near_by[1][:, i]
@@ -162,28 +161,28 @@ def _branches(
         away = np.abs(near - before).max(axis=2) + missing
         best = away.argmin(axis=1)
         chosen = near[rows, best]
-        inside = np.all((chosen >= chain.lower) & (chosen <= chain.upper), axis=1)
+        inside = np.all((chosen >= arm.lower) & (chosen <= arm.upper), axis=1)
         going &= inside & (away[rows, best] <= STEEPEST * STEP)
         knots[going, i + 1 :] = chosen[going, None]
         reached[going] = i + 1
     return knots, reached
 
 
-def _nominal_candidates(chain: KinematicChain, poses: Array) -> tuple[Array, Array]:
+def _nominal_candidates(arm: Manipulator, poses: Array) -> tuple[Array, Array]:
     """All branches along poses (k, n, 4, 4): joints (k, n, 8, 6), and inf where one is missing."""
     k, n = poses.shape[:2]
-    solved = inverse(chain, poses.reshape(-1, 4, 4))
+    solved = inverse(arm, poses.reshape(-1, 4, 4))
     missing = np.where(solved.valid, 0.0, np.inf)
     return solved.joints.reshape(k, n, BRANCHES, 6), missing.reshape(k, n, BRANCHES)
 
 
-def _slopes(chain: KinematicChain, knots: Array, ahead: Array) -> Array:
+def _slopes(arm: Manipulator, knots: Array, ahead: Array) -> Array:
     """dq/ds (k, n, 6) for a tool that moves along `ahead` (k, 3) without turning.
 
     Damped least squares, which stays finite at singularities: (J^T J + l I) dq/ds = J^T (x, 0).
     """
     k, n = knots.shape[:2]
-    jac = jacobian(chain, knots.reshape(-1, 6)).reshape(k, n, 6, 6)
+    jac = jacobian(arm, knots.reshape(-1, 6)).reshape(k, n, 6, 6)
     normal = np.swapaxes(jac, -1, -2) @ jac + _DAMPING * np.eye(6)
     wanted = np.einsum("knij,ki->knj", jac[:, :, :3], ahead)
     return np.asarray(np.linalg.solve(normal, wanted[..., None])[..., 0])

@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from states.arm.kinematics import Array, CollisionChecker, KinematicChain
+from states.arm.kinematics import Array, CollisionChecker
 from states.arm.planning.rrt import STEP, drawing_box
 
 
 def connect(
     checker: CollisionChecker,
-    chain: KinematicChain,
     start: Array,
     goals: Array,
     rng: np.random.Generator,
@@ -34,7 +33,7 @@ def connect(
     util.setLogLevel(util.LOG_NONE)
     util.RNG.setSeed(int(rng.integers(1, 2**31)))
     counter = _Counter(checker)
-    problem, planner = _problem(base, counter, drawing_box(chain, start, goals), start, goals)
+    problem, planner = _problem(base, counter, drawing_box(checker.arm, start, goals), start, goals)
     while not problem.hasExactSolution():
         if counter.checks >= budget:
             return None, counter.checks
@@ -61,7 +60,7 @@ class _Counter:
 
     def is_line_free(self, begin: Any, end: Any) -> bool:
         a, b = _joints(begin), _joints(end)
-        share, used = self.checker.sweep(np.array([a, b - a, np.zeros(6)]), 1.0)
+        share, used = self.checker.sweep_line(a, b - a)
         self.checks += used
         return share >= 1.0
 

@@ -14,20 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from hw import Pose2, Pose3
-from hw.model import RobotModel, Six
+from hw.model import MotionLimits, RobotModel, Six, six
 from states.arm.description import manipulator_of
 from states.arm.kinematics import (
     Array,
     CollisionChecker,
-    CollisionModel,
-    KinematicChain,
     Surroundings,
     forward,
     nearest_copies,
     room_within,
-    six,
 )
-from states.arm.motion import ArmLimits, line_durations
+from states.arm.motion import line_durations
 from states.arm.planning.planning import goals_at
 from states.arm.planning.reach import rover_from_deep
 
@@ -61,10 +58,9 @@ class ParkingSearch:
     """The search for one robot with its prop."""
 
     def __init__(self, robot: RobotModel, seed: int = 0) -> None:
-        arm = manipulator_of(robot)
-        self._chain, self._model = KinematicChain.of(arm), CollisionModel.of(arm)
-        self._checker = CollisionChecker.of(self._model, Surroundings.empty())
-        self._limits = ArmLimits.even(arm.max_speed, ACCELERATION, POINT_SPEED)
+        self._arm = manipulator_of(robot)
+        self._checker = CollisionChecker.of(self._arm, Surroundings.empty())
+        self._limits = MotionLimits(arm_acceleration=ACCELERATION, tool_speed=POINT_SPEED)
         outline = robot.footprint
         self._half = outline.half_length - outline.foam, outline.half_width - outline.foam
         self._rng = np.random.default_rng(seed)
@@ -90,14 +86,14 @@ class ParkingSearch:
     def _room(self, joints: Array) -> tuple[Array, Array]:
         """Clearance, and distance inside the bumper frame less its foam, (n,) each, m."""
         room = np.empty(len(joints))
-        room_within(self._model.body, joints, *self._half, room)
+        room_within(self._arm.solid, joints, *self._half, room)
         return self._checker.clearance(joints), room
 
     def _roomiest(self) -> Array:
-        low = np.maximum(self._chain.lower, -math.pi)
-        high = np.minimum(self._chain.upper, math.pi)
+        low = np.maximum(self._arm.lower, -math.pi)
+        high = np.minimum(self._arm.upper, math.pi)
         drawn = self._rng.uniform(low, high, (DRAWN, 6))
-        over = np.abs(forward(self._chain, drawn)[:, :2, 3]) < self._half
+        over = np.abs(forward(self._arm, drawn)[:, :2, 3]) < self._half
         poses = drawn[over.all(axis=1)]
         score = np.minimum(*self._room(poses))
         order = np.argsort(-score)[:KEPT]
@@ -116,7 +112,7 @@ class ParkingSearch:
             distance, height = self._rng.uniform(0.7, 1.1), self._rng.uniform(0.6, 1.4)
             turn = self._rng.uniform(-1.0, 1.0)
             deep = Pose3.from_yaw(distance, 0.0, height, math.pi + turn)
-            goals = goals_at(self._chain, rover_from_deep(Pose2(0.0, 0.0), deep), np.zeros(6))
+            goals = goals_at(self._arm, rover_from_deep(Pose2(0.0, 0.0), deep), np.zeros(6))
             goals = goals[self._checker.free(goals)]
             if len(goals):
                 found.append(goals)
@@ -128,8 +124,8 @@ class ParkingSearch:
         """Mean time to the targets, s, and the share of them to which a line is free."""
         total, reached = 0.0, 0
         for goals in targets:
-            near = nearest_copies(self._chain, goals, start)
-            times = line_durations(self._chain, start, near, self._limits)
+            near = nearest_copies(self._arm, goals, start)
+            times = line_durations(self._arm, start, near, self._limits)
             for i in np.argsort(times):
                 if self._checker.line_free(start, near[i]):
                     total, reached = total + float(times[i]), reached + 1

@@ -18,17 +18,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hw import needs
+from hw.model import MotionLimits
 from states.arm.kinematics import (
     Array,
     CollisionChecker,
     Integers,
-    KinematicChain,
+    Manipulator,
     inverse,
     inverse_near,
     nearest_copies,
 )
 from states.arm.motion import (
-    ArmLimits,
     JointPath,
     SlowZone,
     Trajectory,
@@ -63,9 +63,8 @@ class Query:
     speed limit, on lines it does so everywhere. The same query gives the same answer, bit for bit.
     """
 
-    chain: KinematicChain
     checker: CollisionChecker
-    limits: ArmLimits
+    limits: MotionLimits
     start: Array
     goals: Array
     seed: int = 0
@@ -86,19 +85,19 @@ class Query:
         """How long the line from each goal takes, (k,), s; an estimate, 0 without lines."""
         if not self.ways_in:
             return np.zeros(len(self.goals))
-        return np.array([way.duration(self.limits) for way in self.ways_in])
+        return np.array([way.duration(self.checker.arm, self.limits) for way in self.ways_in])
 
     def timed(self, path: JointPath, goal: int, checks: int) -> Plan:
         """The plan along a free path from `start` to this goal, with its lines."""
-        first = time_path(self.chain, path, self.limits, self.slow)
+        first = time_path(self.checker.arm, path, self.limits, self.slow)
         leads, lands = 0.0, first.path.length
         everywhere = None if self.slow is None else replace(self.slow, radius=math.inf)
         if self.lead is not None:
-            first = time_path(self.chain, self.lead, self.limits, everywhere).then(first)
+            first = time_path(self.checker.arm, self.lead, self.limits, everywhere).then(first)
             leads, lands = self.lead.length, lands + self.lead.length
         if self.ways_in:
             way = self.ways_in[goal].path()
-            first = first.then(time_path(self.chain, way, self.limits, everywhere))
+            first = first.then(time_path(self.checker.arm, way, self.limits, everywhere))
         return Plan(first, goal, checks, leads, lands)
 
 
@@ -133,7 +132,7 @@ class NoPlan:
 Planning = Generator[None, None, Plan | NoPlan]
 Planner = Callable[[Query], Planning]
 Connecting = Callable[
-    [CollisionChecker, KinematicChain, Array, Array, np.random.Generator, int, int],
+    [CollisionChecker, Array, Array, np.random.Generator, int, int],
     Generator[None, None, tuple[Array | None, int]],
 ]
 
@@ -246,7 +245,7 @@ def ended(work: Planning) -> Plan | NoPlan:
 
 
 def goals_at(
-    chain: KinematicChain,
+    arm: Manipulator,
     target: ArrayLike,
     near: ArrayLike,
     tolerance: tuple[float, float] = (0.0, 0.0),
@@ -255,10 +254,10 @@ def goals_at(
 
     Exact ones where they exist, else the nearest within the tolerance, m and rad (R44).
     """
-    found = inverse(chain, target).of()
+    found = inverse(arm, target).of()
     if not len(found) and tolerance[0] > 0.0:
-        found = inverse_near(chain, target).within(*tolerance).of()
-    return nearest_copies(chain, found, near)
+        found = inverse_near(arm, target).within(*tolerance).of()
+    return nearest_copies(arm, found, near)
 
 
 def _checked(query: Query) -> tuple[Query, Integers, int] | NoPlan:
@@ -274,7 +273,7 @@ def _checked(query: Query) -> tuple[Query, Integers, int] | NoPlan:
     free = np.flatnonzero(query.checker.free(goals))
     if not len(free):
         return NoPlan(f"in contact: {_contact(query, goals)} at the goal", 1 + len(goals))
-    times = line_durations(query.chain, query.start, goals[free], query.limits, query.slow)
+    times = line_durations(query.checker.arm, query.start, goals[free], query.limits, query.slow)
     times = times + query.extra()[free]
     return query, free[np.argsort(times, kind="stable")], 1 + len(goals)
 
@@ -314,8 +313,7 @@ def _straight(
 
 
 def _line_free(query: Query, start: Array, goal: Array, budget: int) -> tuple[bool, int]:
-    piece = np.array([start, goal - start, np.zeros(6)])
-    free, used = query.checker.sweep(piece, 1.0, budget)
+    free, used = query.checker.sweep_line(start, goal - start, budget)
     return free >= 1.0, used
 
 
@@ -342,8 +340,8 @@ def _vias(query: Query, goals: list[int]) -> list[tuple[int, Array]]:
     ends = np.repeat(query.goals[goals], len(_FIRST), axis=0)
     moved = np.tile(np.array(_FIRST), (len(goals), 1))
     points = np.where(moved, ends, query.start)
-    times = line_durations(query.chain, query.start, points, query.limits, query.slow)
-    times = times + line_durations(query.chain, points, ends, query.limits, query.slow)
+    times = line_durations(query.checker.arm, query.start, points, query.limits, query.slow)
+    times = times + line_durations(query.checker.arm, points, ends, query.limits, query.slow)
     times = times + np.repeat(query.extra()[goals], len(_FIRST))
     order = np.argsort(times, kind="stable")
     return [(goals[i // len(_FIRST)], points[i]) for i in order.tolist()]
@@ -351,7 +349,7 @@ def _vias(query: Query, goals: list[int]) -> list[tuple[int, Array]]:
 
 def _rounded(query: Query, corners: Array) -> tuple[JointPath, int]:
     """The path through these corners, sharp under a jerk limit, which bends do not keep."""
-    if query.limits.jerk is not None:
+    if math.isfinite(query.limits.arm_jerk):
         return JointPath.through(corners), 0
     return rounded(query.checker, corners)
 
@@ -364,7 +362,7 @@ def _grown(
         return NoPlan("in contact: the line to the DEEP is obstructed", checks)
     rng = np.random.default_rng(query.seed)
     found, used = yield from connecting(
-        query.checker, query.chain, query.start, query.goals[order], rng, query.budget - checks,
+        query.checker, query.start, query.goals[order], rng, query.budget - checks,
         query.slice,
     )  # fmt: skip
     checks += used

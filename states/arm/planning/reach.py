@@ -19,9 +19,8 @@ from states.arm.kinematics import (
     MARGIN,
     Array,
     CollisionChecker,
-    CollisionModel,
     Cylinder,
-    KinematicChain,
+    Manipulator,
     Solutions,
     Surroundings,
     free_from,
@@ -55,14 +54,17 @@ class ReachTable:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reach:
-    """The reach of one arm with its prop."""
+    """The reach of one arm with its prop; `inverted` is solved for, `arm` touches nothing.
 
-    chain: KinematicChain
-    model: CollisionModel
+    The nominal arm will do as `inverted` where rover poses are only ranked.
+    """
+
+    arm: Manipulator
+    inverted: Manipulator
 
     def branches(self, checker: CollisionChecker, targets: ArrayLike) -> Solutions:
         """Collision-free branches for rover_from_deep (n, 4, 4)."""
-        found = inverse(self.chain, targets)
+        found = inverse(self.inverted, targets)
         valid = found.valid.copy()
         valid[found.valid] = checker.free(found.joints[found.valid])
         return Solutions(found.joints, valid)
@@ -70,11 +72,11 @@ class Reach:
     def reached(self, poses: Iterable[Pose2], deep: Pose3, place: ReachPlace) -> NDArray[np.bool_]:
         """True for rover poses from which the prop reaches map_from_deep, (n,)."""
         rovers = _rows(poses)
-        branches = inverse(self.chain, _rovers_from_deep(rovers, deep))
-        around = CollisionChecker.of(self.model, Surroundings.in_map(place.walls, place.people))
+        branches = inverse(self.inverted, _rovers_from_deep(rovers, deep))
+        around = CollisionChecker.of(self.arm, Surroundings.in_map(place.walls, place.people))
         found = np.empty(len(rovers), np.bool_)
         free_from(
-            self.model.body, around.around, rovers, branches.joints, branches.valid, MARGIN, found
+            self.arm.solid, around.around, rovers, branches.joints, branches.valid, MARGIN, found
         )
         return found
 
@@ -89,7 +91,7 @@ class Reach:
 
         A direction counts where the DEEP is reached from the whole disc of the drive's tolerance.
         """
-        checker = CollisionChecker.of(self.model, Surroundings.empty())
+        checker = CollisionChecker.of(self.arm, Surroundings.empty())
         share = np.zeros((len(heights), len(distances)))
         for i, height in enumerate(heights):
             deep = Pose3(0.0, 0.0, height)

@@ -10,7 +10,7 @@ from collections.abc import Generator
 
 import numpy as np
 
-from states.arm.kinematics import Array, CollisionChecker, KinematicChain
+from states.arm.kinematics import Array, CollisionChecker, Manipulator
 
 STEP = 1.0
 """Longest edge of a tree towards a random joint set, rad."""
@@ -62,7 +62,6 @@ class JointTree:
 
 def connect(
     checker: CollisionChecker,
-    chain: KinematicChain,
     start: Array,
     goals: Array,
     rng: np.random.Generator,
@@ -74,7 +73,7 @@ def connect(
     Yields about every `portion` joint sets checked, and returns their number beside the corners.
     """
     trees = JointTree(start[None]), JointTree(goals)
-    low, high = drawing_box(chain, start, goals)
+    low, high = drawing_box(checker.arm, start, goals)
     checks, due, forward = 0, portion, True
     while checks < budget:
         one, other = trees if forward else trees[::-1]
@@ -94,11 +93,11 @@ def connect(
     return None, checks
 
 
-def drawing_box(chain: KinematicChain, start: Array, goals: Array) -> tuple[Array, Array]:
+def drawing_box(arm: Manipulator, start: Array, goals: Array) -> tuple[Array, Array]:
     """Lowest and highest joint angles to draw from, rad."""
     every = np.concatenate([start[None], goals])
-    low = np.maximum(every.min(axis=0) - SURROUND, chain.lower)
-    return low, np.minimum(every.max(axis=0) + SURROUND, chain.upper)
+    low = np.maximum(every.min(axis=0) - SURROUND, arm.lower)
+    return low, np.minimum(every.max(axis=0) + SURROUND, arm.upper)
 
 
 def shortened(
@@ -113,8 +112,7 @@ def shortened(
         if candidate is None:
             continue
         begin, end, shorter = candidate
-        piece = np.array([begin, end - begin, np.zeros(6)])
-        free, used = checker.sweep(piece, 1.0)
+        free, used = checker.sweep_line(begin, end - begin)
         checks += used
         if free >= 1.0:
             corners = shorter
@@ -138,7 +136,7 @@ def _extend(
     if length == 0.0:
         return parent, 0
     share = min(1.0, step / length)
-    free, checks = checker.sweep(np.array([begin, share * line, np.zeros(6)]), 1.0)
+    free, checks = checker.sweep_line(begin, share * line)
     if free >= 1.0:
         end = towards if share == 1.0 else begin + share * line
         return tree.add(end, parent), checks

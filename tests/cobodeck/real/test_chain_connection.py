@@ -45,7 +45,7 @@ class Arm:
         """As it is."""
 
     def samples(self, now_ns: int) -> list[Sample]:
-        joints = ROBOT.arm.parked
+        joints = ROBOT.parked
         return [Sample("arm.joints", now_ns, ArmState(joints, (0.0,) * len(joints)))]
 
 

@@ -121,7 +121,7 @@ def test_no_source_but_escape_drives_with_the_arm_out(source: str) -> None:
     assert rig.tick("escape") == "escape"
     assert rig.base.refusal is None
     rig.base.release("escape")
-    rig.turn(rig.world.robot.arm.parked)
+    rig.turn(rig.world.robot.parked)
     assert rig.tick(source) == source
 
 

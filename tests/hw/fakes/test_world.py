@@ -117,7 +117,7 @@ def advance(world, until):
 
 def test_the_truth_is_known_before_the_run_and_stays_between_two_looks(shared):
     assert shared.truth.base == SCENE.robot_start
-    assert shared.truth.joints == ROBOT.arm.parked
+    assert shared.truth.joints == ROBOT.parked
     held = shared.truth
     advance(shared, lambda: shared.truth is not held)
     assert not shared.failures

@@ -22,7 +22,7 @@ ROBOT = load_robot("rbkairos_ur10")
 CAPS = MotionLimits(1.0, 2.0, base_speed=2.5, base_yaw_rate=1.5)
 LIMITS = SafetyLimits.of(ROBOT, CAPS)
 ALONE = dataclasses.replace(LIMITS, watched=False)
-PARKED = ROBOT.arm.parked
+PARKED = ROBOT.parked
 OUT = (PARKED[0] + 2 * FOLDED_RAD, *PARKED[1:])
 MS = 1_000_000
 TICK = 33_333_333

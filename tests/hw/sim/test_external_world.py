@@ -149,7 +149,7 @@ def test_an_arm_is_where_its_controller_says_and_moves_while_that_changes():
 
 def test_the_truth_has_the_arm_of_the_controller():
     world = hosted()
-    joints = tuple(angle + 0.1 for angle in ROBOT.arm.parked)
+    joints = tuple(angle + 0.1 for angle in ROBOT.parked)
     world.hear("cb3", "joints", 1, joints)
     step(world)
     assert world.truth.joints == joints

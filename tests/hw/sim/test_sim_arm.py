@@ -7,7 +7,8 @@ from hw.model.robot import load_robot
 from hw.samples import ArmState
 from hw.sim.sim_arm import STOPPED, SimArm
 
-ARM = load_robot("rbkairos_ur10").arm
+ROBOT = load_robot("rbkairos_ur10")
+ARM, PARKED = ROBOT.arm, ROBOT.parked
 TICK = 1e9 / 30
 ZERO = (0.0,) * 6
 
@@ -37,7 +38,7 @@ def follow(arm, goal, seconds=0.0):
 @settings(deadline=None, max_examples=60)
 @given(st.lists(st.tuples(joints, st.integers(1, 60)), min_size=1, max_size=4))
 def test_joint_speeds_and_the_brakes_never_exceed_the_limits(moves):
-    arm, n, states = SimArm(ARM), 0, [SimArm(ARM).state]
+    arm, n, states = SimArm(ARM, PARKED), 0, [SimArm(ARM, PARKED).state]
     for goal, ticks in moves:
         follow(arm, goal)
         states += run(arm, ticks, n)
@@ -56,7 +57,7 @@ def test_joint_speeds_and_the_brakes_never_exceed_the_limits(moves):
 @settings(deadline=None, max_examples=60)
 @given(joints, st.integers(1, 40))
 def test_a_stop_brings_the_arm_to_rest_within_a_fifth_of_a_second(goal, ticks):
-    arm = SimArm(ARM)
+    arm = SimArm(ARM, PARKED)
     follow(arm, goal)
     run(arm, ticks)
     arm.stop()

@@ -1,4 +1,4 @@
-"""The arm, its chain, sets of joints and a second forward kinematics that shares no code."""
+"""The arm, sets of joints and a second forward kinematics that shares no code."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from hw.model.arm import load_arm
 from hw.model.prop import load_prop
 from hw.model.robot import load_robot
 from states.arm.description.robot_arm import manipulator_of
-from states.arm.kinematics.collision import CollisionModel, Surroundings
-from states.arm.kinematics.kinematics import KinematicChain
+from states.arm.kinematics.collision import Surroundings
 from states.arm.kinematics.model import Manipulator
 from states.arm.planning.planning import Plan
 from states.environment.environment import Environment
@@ -24,11 +23,6 @@ from tests.states.arm.stepping import HALL, plan_to_deep
 @pytest.fixture(scope="session")
 def arm() -> Manipulator:
     return manipulator_of(load_robot("rbkairos_ur10"))
-
-
-@pytest.fixture(scope="session")
-def chain(arm: Manipulator) -> KinematicChain:
-    return KinematicChain.of(arm)
 
 
 class ScrewArm:
@@ -173,12 +167,8 @@ def reach(tuned: Environment) -> Plan:
     return plan_to_deep(tuned)
 
 
-@pytest.fixture(scope="session")
-def model(arm: Manipulator) -> CollisionModel:
-    return CollisionModel.of(arm)
-
-
 def arm_named(name: str, prop: str = "prop") -> Manipulator:
     """A shipped arm on the rover, with a shipped prop."""
-    rover, held = load_robot("rbkairos_ur10"), load_prop(prop).on(name)
-    return Manipulator.of(load_arm(name), rover.arm.mount, rover.chassis, held)
+    rover, shape = load_robot("rbkairos_ur10"), load_arm(name)
+    held = load_prop(prop).also(name, shape.parked).on(name)
+    return Manipulator(shape, rover.arm.mount, rover.chassis, held)

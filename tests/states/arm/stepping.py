@@ -101,7 +101,7 @@ class Scene:
     """A simulated arm and a person; notes how fast what touches body or arm of them closes."""
 
     def __init__(self, environment: Environment, context: Any, person: Stepping, base: Pose2):
-        self.arm, self.person, self.base = SimArm(ROBOT.arm), person, base
+        self.arm, self.person, self.base = SimArm(ROBOT.arm, ROBOT.parked), person, base
         self.workspace = environment.workspace
         values = {"environment": environment, "base.pose": base, "base.pose_sigma": EXACT}
         self.ctx = context(values, {"arm": self.arm})
@@ -131,8 +131,8 @@ class Scene:
         return outcome, (self.now - begin) * 1e-9
 
     def _look(self, watch: bool) -> None:
-        ends, radii = outline(self.workspace.solid, self.arm.state.joints)
-        first = self.workspace.solid.body.first
+        ends, radii = outline(self.workspace.arm, self.arm.state.joints)
+        first = self.workspace.arm.solid.first
         ends, radii = ends[first:], radii[first:]
         before, self._before = self._before, ends
         met = False

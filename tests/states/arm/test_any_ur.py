@@ -12,12 +12,12 @@ from scipy.spatial.transform import Rotation
 
 from cobodeck.bench.arm.arm_bench import SETS, joint_sets
 from engine.files.finding import FileError
-from hw.model.arm import LINKS, arm_names, load_arm, nearest_arm
-from hw.model.prop import Placement
+from hw.model.arm import FOLDER as ARMS, LINKS, arm_names, load_arm, nearest_arm
+from hw.model.prop import Placement, load_prop
 from hw.model.robot import FOLDER as ROBOTS, load_robot
-from states.arm.description.robot_arm import manipulator_of
+from states.arm.description.robot_arm import folded_contact, manipulator_of
 from states.arm.kinematics.inverse_kinematics import inverse
-from states.arm.kinematics.kinematics import KinematicChain, deviation
+from states.arm.kinematics.kinematics import deviation
 from states.arm.kinematics.model import Manipulator
 from tests.states.arm.conftest import arm_named
 from tests.states.arm.urdf_writing import urdf_of
@@ -27,7 +27,7 @@ ROBOT = load_robot("rbkairos_ur10")
 
 def tcps(arm: Manipulator, joints: np.ndarray) -> np.ndarray:
     """rover_from_tcp (n, 4, 4), frame by frame by scipy."""
-    frames = [arm.mount, *arm.dh.placements()]
+    frames = [arm.mount, *arm.shape.dh.placements()]
     turn, place = Rotation.identity(len(joints)), np.zeros((len(joints), 3))
     for k, frame in enumerate((*frames, arm.tool.tcp)):
         place = place + turn.apply(frame.xyz)
@@ -40,7 +40,7 @@ def tcps(arm: Manipulator, joints: np.ndarray) -> np.ndarray:
 
 
 def test_the_eight_arms_are_there() -> None:
-    assert set(arm_names()) == {"ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20"}
+    assert set(arm_names()) >= {"ur3", "ur5", "ur10", "ur3e", "ur5e", "ur10e", "ur16e", "ur20"}
 
 
 @pytest.mark.requirement(43)
@@ -51,10 +51,9 @@ def test_every_pose_of_every_arm_is_solved_exactly_also_at_singularities(
     name: str, kind: str, count: int
 ) -> None:
     arm = arm_named(name)
-    chain = KinematicChain.of(arm)
-    joints = joint_sets(chain, kind, count)
+    joints = joint_sets(arm, kind, count)
     targets = tcps(arm, joints)
-    solved = inverse(chain, targets)
+    solved = inverse(arm, targets)
     assert solved.valid.any(axis=1).all()
     reached = tcps(arm, solved.joints[solved.valid])
     asked = np.broadcast_to(targets[:, None], (*solved.valid.shape, 4, 4))[solved.valid]
@@ -69,7 +68,7 @@ def test_an_arm_file_is_whole(name: str) -> None:
     assert "2221ec0" in arm.source  # the version of the maker's numbers
     assert {capsule.link for capsule in arm.capsules} == set(range(len(LINKS)))
     assert len(arm.masses) == 6
-    for link in arm.masses:
+    for link in arm.masses.values():
         xx, yy, zz, xy, xz, yz = link.inertia
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         low, middle, high = np.linalg.eigvalsh(tensor)
@@ -94,9 +93,8 @@ def test_a_description_of_the_arm_that_is_named_is_read(name: str, tmp_path: Pat
     own = arm_named(name)
     found = manipulator_of(load_robot(urdf_robot(tmp_path, urdf_of(own), name)))
     q = np.random.default_rng(2).uniform(-3.0, 3.0, (20, 6))
-    chain = KinematicChain.of(found)
-    assert inverse(chain, tcps(own, q)).valid.any(axis=1).all()
-    assert (found.capsules, found.upper) == (own.capsules, own.upper)
+    assert inverse(found, tcps(own, q)).valid.any(axis=1).all()
+    assert (found.shape.capsules, found.shape.upper) == (own.shape.capsules, own.shape.upper)
 
 
 @pytest.mark.requirement(17)
@@ -120,7 +118,7 @@ def test_a_description_of_another_arm_is_refused_by_both_names(
 
 def test_lengths_of_no_known_arm_are_refused_with_the_nearest(tmp_path: Path) -> None:
     own = arm_named("ur5")
-    long = replace(own, dh=replace(own.dh, a2=-0.44))
+    long = replace(own, shape=replace(own.shape, dh=replace(own.shape.dh, a2=-0.44)))
     with pytest.raises(FileError, match=r"no known arm, not of ur5.*nearest is ur5, 15 mm off"):
         manipulator_of(load_robot(urdf_robot(tmp_path, urdf_of(long), "ur5")))
 
@@ -190,6 +188,22 @@ def test_a_malformed_description_is_refused_in_a_sentence(what: str, tmp_path: P
     assert "\n" not in finding.message
 
 
+def test_an_arm_is_added_by_its_file_alone(tmp_path: Path) -> None:
+    """A shipped prop does not name it, but its own file says how it is folded with that prop."""
+    folded = load_robot("rbkairos_ur10e").parked
+    added = (ARMS / "ur10e.yaml").read_text().replace("arm: ur10e", "arm: added")
+    robot = (ROBOTS / "rbkairos_ur10e.yaml").read_text()
+    (tmp_path / "own.yaml").write_text(re.sub("model: ur10e", "model: ./added.yaml", robot))
+    (tmp_path / "added.yaml").write_text(added)
+    with pytest.raises(FileError, match="prop does not say how an arm added is folded with it"):
+        load_robot(tmp_path / "own.yaml")
+    (tmp_path / "added.yaml").write_text(f"{added}parked: {{prop: {list(folded)}}}\n")
+    found = load_robot(tmp_path / "own.yaml")
+    assert found.parked == folded
+    assert folded_contact(found) is None
+    assert load_prop().also("ur10", {"prop": (0.0,) * 6}).on("ur10") == load_prop().on("ur10")
+
+
 def test_a_mount_may_be_any_placement(tmp_path: Path) -> None:
     """An arm that hangs from a gantry reaches what one that stands does, mirrored in height."""
     text = (ROBOTS / "rbkairos_ur10.yaml").read_text()
@@ -199,4 +213,4 @@ def test_a_mount_may_be_any_placement(tmp_path: Path) -> None:
     arm = manipulator_of(load_robot(tmp_path / "own.yaml"))
     assert arm.mount == Placement((0.2, 0.1, 2.0), (np.pi, 0.0, 0.5 * np.pi))
     q = np.random.default_rng(3).uniform(-3.0, 3.0, (50, 6))
-    assert inverse(KinematicChain.of(arm), tcps(arm, q)).valid.any(axis=1).all()
+    assert inverse(arm, tcps(arm, q)).valid.any(axis=1).all()

@@ -31,7 +31,7 @@ from tests.states.arm.stepping import (
 
 def governor(tuned: Environment, plan: Plan, *, granted: bool = True) -> Governor:
     made = Governor(
-        tuned.workspace.solid, plan.trajectory, Brakes(16.0, 5.0), DEEP.flat(), granted=granted
+        tuned.workspace.arm, plan.trajectory, Brakes(16.0, 5.0), DEEP.flat(), granted=granted
     )
     made.expect(USER)
     return made

@@ -244,7 +244,7 @@ def test_a_hand_that_has_gone_along_a_link_meets_none_of_its_points_fast(
     plan = ended(in_turn(workspace.reaching(nobody, deep)))
     assert isinstance(plan, Plan)
     q, v, _ = plan.trajectory.at(np.array([since]))
-    ends, later = (outline(workspace.solid, q[0] + v[0] * t)[0][capsule] for t in (0.0, 1e-6))
+    ends, later = (outline(workspace.arm, q[0] + v[0] * t)[0][capsule] for t in (0.0, 1e-6))
     speeds = np.linalg.norm((later - ends) * 1e6, axis=1)
     assert speeds.max() > 1.05 * speeds.mean()
     seen, beside = ends[0] + 0.8 * (ends[1] - ends[0]), np.cross((0.0, 0.0, 1.0), ends[1] - ends[0])
@@ -266,8 +266,8 @@ def test_the_gap_to_a_hand_counts_where_the_arm_is_before_it_can_slow_down(
     tuned: Environment, reach: Plan
 ) -> None:
     """A hand straight ahead of the tool, which gets 4 cm nearer in 50 ms."""
-    chain = tuned.workspace.chain
-    tool, ahead = (forward(chain, q)[:3, 3] for q in reach.trajectory.at(np.array([0.4, 0.45]))[0])
+    arm = tuned.workspace.arm
+    tool, ahead = (forward(arm, q)[:3, 3] for q in reach.trajectory.at(np.array([0.4, 0.45]))[0])
     way = (ahead - tool) / np.linalg.norm(ahead - tool)
     hand, shoulder = (
         (*BASE.transform(p[0], p[1]), float(p[2])) for p in (tool + 0.3 * way, tool + 0.8 * way)
@@ -288,9 +288,9 @@ def test_a_hand_beside_the_way_of_the_tool_may_come_into_it(
     tuned: Environment, reach: Plan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The arm does not close on where it was seen, but may on where it has gone by now."""
-    chain = tuned.workspace.chain
+    arm = tuned.workspace.arm
     q = reach.trajectory.at(np.array([0.4, 0.401]))[0]
-    tool, ahead = (forward(chain, joints)[:3, 3] for joints in q)
+    tool, ahead = (forward(arm, joints)[:3, 3] for joints in q)
     beside = np.cross(ahead - tool, (0.0, 0.0, 1.0))
     beside /= np.linalg.norm(beside)
 
@@ -336,7 +336,7 @@ def _outermost(tuned: Environment, joints: tuple[float, ...]) -> tuple[float, fl
     """The point of the arm nearest to the person, in the map."""
     from states.arm.kinematics.collision import outline
 
-    ends, radii = outline(tuned.workspace.solid, joints)
+    ends, radii = outline(tuned.workspace.arm, joints)
     x, y, z = max(ends.reshape(-1, 3), key=lambda p: p[0])
     x += radii[ends.reshape(-1, 3)[:, 0].argmax() // 2]
     return (*BASE.transform(float(x), float(y)), float(z))
@@ -349,7 +349,7 @@ def test_how_limbs_are_approached_agrees_with_points_and_differences(
     from states.arm.kinematics.collision import outline
     from states.arm.kinematics.kernels import approaching_limbs
 
-    rng, body = np.random.default_rng(8), tuned.workspace.solid.body
+    rng, body = np.random.default_rng(8), tuned.workspace.arm.solid
     s = np.linspace(0.0, 1.0, 151)[:, None]
     for since in (0.3, 0.7):
         q, v, _ = reach.trajectory.at(np.array([since]))
@@ -358,7 +358,7 @@ def test_how_limbs_are_approached_agrees_with_points_and_differences(
         k = len(body.links) - body.first
         distance, closing, speed, along = np.empty((4, 1, k, 3))
         approaching_limbs(body, body.first, q, v, limbs, distance, closing, speed, along)
-        ends, later = (outline(tuned.workspace.solid, q[0] + v[0] * t)[0] for t in (0.0, 1e-6))
+        ends, later = (outline(tuned.workspace.arm, q[0] + v[0] * t)[0] for t in (0.0, 1e-6))
         for i, j in np.ndindex(k, 3):
             (a, b), (c, d) = ends[body.first + i], later[body.first + i]
             there, limb = a + s * (b - a), limbs[j, 0] + s * (limbs[j, 1] - limbs[j, 0])

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 from hw.model.prop import load_prop, prop_names
+from hw.model.robot import MotionLimits
 from states.arm.description.urdf import read_urdf
 from states.arm.description.urdf_arm import manipulator_from_urdf
-from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Surroundings
-from states.arm.kinematics.kinematics import KinematicChain, forward
-from states.arm.motion.trajectory import ArmLimits
+from states.arm.kinematics.collision import CollisionChecker, Surroundings
+from states.arm.kinematics.kinematics import forward
 from states.arm.planning.planning import Plan, Query, goals_at, plan
 from tests.states.arm.urdf_writing import urdf_of
 
@@ -98,17 +98,17 @@ def meshes(arm):
     return Meshes(arm)
 
 
-def test_the_meshes_stand_where_the_chain_says(meshes, chain, sets):
+def test_the_meshes_stand_where_the_chain_says(meshes, arm, sets):
     for q in sets.anywhere(50):
         pinocchio.forwardKinematics(meshes.model, meshes.data, q)
         wrist = meshes.data.oMi[6]
         tip = wrist.translation + MOUNT + wrist.rotation @ [0, 0.0922 + 0.15, 0]
-        assert forward(chain, q)[:3, 3] == pytest.approx(tip, abs=1e-9)
+        assert forward(arm, q)[:3, 3] == pytest.approx(tip, abs=1e-9)
 
 
 @pytest.mark.requirement(43)
 def test_what_the_capsules_call_free_is_free(meshes, arm, sets):
-    checker = CollisionChecker.of(CollisionModel.of(arm), Surroundings.empty(), margin=0.0)
+    checker = CollisionChecker.of(arm, Surroundings.empty(), margin=0.0)
     q = sets.anywhere(2000)
     free = q[checker.free(q)]
     gaps = np.array([meshes.gap(row) for row in free])
@@ -133,29 +133,29 @@ def test_the_makers_description_is_read_with_its_meshes_and_stands_as_pinocchio_
     imported = manipulator_from_urdf(urdf, "base_link", "ee_link", arm)
     for q in sets.anywhere(50):
         pinocchio.framesForwardKinematics(model, data, q)
-        named = dict(zip(imported.joints, q, strict=True))
+        named = dict(zip(imported.shape.joints, q, strict=True))
         poses = urdf.poses(named)
         for link, pose in poses.items():
             expected = data.oMf[model.getFrameId(link)].homogeneous
             assert np.abs(pose - expected).max() <= 1e-12
         tip = data.oMf[model.getFrameId("ee_link")].homogeneous
-        assert np.abs(forward(KinematicChain.of(imported), q) - tip).max() <= 1e-12
+        assert np.abs(forward(imported, q) - tip).max() <= 1e-12
 
 
 @pytest.mark.requirement(17, 26)
-def test_what_we_write_stands_as_pinocchio_says(arm, chain, sets):
+def test_what_we_write_stands_as_pinocchio_says(arm, sets):
     model = pinocchio.buildModelFromXML(urdf_of(arm))
     data = model.createData()
     for q in sets.anywhere(200):
         pinocchio.framesForwardKinematics(model, data, q)
         tip = data.oMf[model.getFrameId("tcp")].homogeneous
-        assert np.abs(forward(chain, q) - tip).max() <= 1e-12
+        assert np.abs(forward(arm, q) - tip).max() <= 1e-12
 
 
 @pytest.mark.requirement(43)
-def test_meshes_that_go_through_something_are_noticed(meshes, arm, chain):
+def test_meshes_that_go_through_something_are_noticed(meshes, arm):
     q = np.array(arm.tool.parked)
-    x, y, z = forward(chain, q)[:3, 3]
+    x, y, z = forward(arm, q)[:3, 3]
     assert not meshes.touches(q, [])
     assert meshes.touches(q, [(x, y, 0.1, 0.0, z)])
     assert meshes.touches([0, -1.57, 3.1, 0, 0, 0], [])
@@ -163,14 +163,20 @@ def test_meshes_that_go_through_something_are_noticed(meshes, arm, chain):
 
 @pytest.mark.requirement(43, 143)
 @pytest.mark.parametrize("count", [8, pytest.param(500, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(("parked", "limits"), [("parked", (5.0, 1.0)), ("parked_paper", (1.0,))])
-def test_no_plan_makes_the_meshes_touch(meshes, arm, chain, problems, count, parked, limits):
-    start, model = np.array(getattr(arm.tool, parked)), CollisionModel.of(arm)
-    even = ArmLimits.even(arm.max_speed, *limits)
+@pytest.mark.parametrize(
+    ("parked", "limits"),
+    [
+        ("parked", {"arm_acceleration": 5.0, "tool_speed": 1.0}),
+        ("parked_paper", {"arm_acceleration": 1.0}),
+    ],
+)
+def test_no_plan_makes_the_meshes_touch(meshes, arm, problems, count, parked, limits):
+    start = np.array(getattr(arm.tool, parked))
+    even = MotionLimits(**limits)
     solved = 0
     for problem in problems[:count]:
-        checker = CollisionChecker.of(model, problem.around)
-        answer = plan(Query(chain, checker, even, start, goals_at(chain, problem.deep, start)))
+        checker = CollisionChecker.of(arm, problem.around)
+        answer = plan(Query(checker, even, start, goals_at(arm, problem.deep, start)))
         if isinstance(answer, Plan):
             solved += 1
             path = answer.trajectory.path

@@ -15,9 +15,9 @@ ROOM = Room(outer=((0.0, 0.0), (9.0, 0.0), (9.0, 9.0), (0.0, 9.0)))
 
 
 def test_robot_file_and_arm_file_agree(arm: Manipulator) -> None:
-    assert ROBOT.arm.lower == arm.lower
-    assert ROBOT.arm.upper == arm.upper
-    assert ROBOT.arm.max_speed == arm.max_speed
+    assert ROBOT.arm.lower == arm.shape.lower
+    assert ROBOT.arm.upper == arm.shape.upper
+    assert ROBOT.arm.max_speed == arm.shape.max_speed
     assert ROBOT.arm.mount == arm.mount
     assert ROBOT.prop == arm.tool
     bumper = next(box for box in arm.body if box.name == "bumper")
@@ -33,5 +33,5 @@ def test_the_parked_poses_are_those_that_were_checked_for_the_bumper_frame(
         environment: Environment = load_profile(profile).environment(ROOM, ROBOT)
         return environment.workspace.parked
 
-    assert ROBOT.arm.parked == parked("tuned") == arm.tool.parked
+    assert ROBOT.parked == parked("tuned") == arm.tool.parked
     assert parked("paper") == arm.tool.parked_paper

@@ -32,7 +32,7 @@ class Rig:
     """A simulated arm, and a state that moves it, tick by tick."""
 
     def __init__(self, environment: Environment, context: Any, base: Pose2, user: Pose2) -> None:
-        self.arm = SimArm(environment.robot.arm)
+        self.arm = SimArm(environment.robot.arm, environment.robot.parked)
         values = {
             "environment": environment,
             "base.pose": base,
@@ -219,7 +219,7 @@ def test_the_cylinder_of_a_user_who_is_granted_a_touch_ends_15_cm_before_the_dee
     environment: Environment, distance: float, radius: float
 ) -> None:
     user = Pose2(DEEP.x - distance, DEEP.y, 0.0)
-    look = ArmSituation(BASE, user, environment.robot.arm.parked)
+    look = ArmSituation(BASE, user, environment.robot.parked)
 
     assert environment.workspace.checker(look, DEEP).around.cylinders[0, 2] == pytest.approx(radius)
     assert environment.workspace.checker(look).around.cylinders[0, 2] == 0.5
@@ -244,7 +244,7 @@ def test_a_jerk_limit_of_the_profile_is_kept_on_the_way(environment: Environment
         replace(environment.limits, arm_jerk=40.0),
         environment.navigation,
     )
-    look = ArmSituation(BASE, USER, environment.robot.arm.parked)
+    look = ArmSituation(BASE, USER, environment.robot.parked)
     durations = []
     for each in (environment, smooth):
         answer = ended(in_turn(each.workspace.reaching(look, DEEP)))
@@ -363,7 +363,7 @@ def test_of_many_poses_the_soonest_is_best_by_drive_and_arm_together(
         for pose, drive in zip(poses, drives, strict=True):
             query = next(workspace.reaching(ArmSituation(pose, USER, workspace.parked), DEEP))
             goals = query.goals[query.checker.free(query.goals)]
-            lines = line_durations(query.chain, query.start, goals, query.limits)
+            lines = line_durations(query.checker.arm, query.start, goals, query.limits)
             times.append(drive + lines.min())  # the line to the DEEP takes as long from all poses
 
         best = workspace.best(poses, drives, DEEP, USER, (0.0, 0.0))

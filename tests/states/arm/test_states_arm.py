@@ -18,7 +18,7 @@ from hw.sim.sim_arm import SimArm
 from states.arm.arm_situation import ArmSituation
 from states.arm.description.robot_arm import manipulator_of
 from states.arm.following import MOVED, TURNED, Frame
-from states.arm.kinematics.kinematics import KinematicChain, forward
+from states.arm.kinematics.kinematics import forward
 from states.arm.planning.planning import PLANNERS, Planning, Query
 from states.arm.states import (
     HoldProp,
@@ -31,7 +31,7 @@ from states.environment.environment import Environment
 
 HZ = 30
 BASE = Pose2(5.0, 4.0, 0.5)
-CHAIN = KinematicChain.of(manipulator_of(load_robot("rbkairos_ur10")))
+CHAIN = manipulator_of(load_robot("rbkairos_ur10"))
 
 
 def deep_at(environment: Environment, height: float, base: Pose2 = BASE) -> Pose3:
@@ -47,7 +47,7 @@ def in_rover(base: Pose2, map_from_deep: Pose3) -> Pose3:
 
 class Move:
     def __init__(self, environment: Environment, context: Any, state: Any, **inputs: Any) -> None:
-        self.arm = SimArm(environment.robot.arm)
+        self.arm = SimArm(environment.robot.arm, environment.robot.parked)
         values = {
             "environment": environment,
             "base.pose": BASE,
@@ -85,7 +85,7 @@ def test_an_arm_that_is_out_is_folded(
     move.ctx.parts["arm"], move.ctx.values["arm.joints"] = move.arm, move.arm.state
 
     assert move.until_end(take_step, 10) == "parked"
-    assert move.arm.state.joints == pytest.approx(environment.robot.arm.parked, abs=0.01)
+    assert move.arm.state.joints == pytest.approx(environment.robot.parked, abs=0.01)
 
 
 def test_a_reach_waits_until_the_robot_knows_where_it_stands(
@@ -130,7 +130,7 @@ def test_the_prop_reaches_the_deep_wherever_the_base_stands_in_its_tolerance(
     assert move.until_end(take_step, 10) == "reached"
 
     reached = forward(
-        KinematicChain.of(manipulator_of(load_robot("rbkairos_ur10"))),
+        manipulator_of(load_robot("rbkairos_ur10")),
         np.array(move.arm.state.joints),
     )
     wanted = in_rover(stands, deep)
@@ -168,7 +168,7 @@ def test_a_deep_may_be_given_in_any_frame_that_is_known(
     assert move.until_end(take_step, 10) == "reached"
 
     reached = forward(
-        KinematicChain.of(manipulator_of(load_robot("rbkairos_ur10"))),
+        manipulator_of(load_robot("rbkairos_ur10")),
         np.array(move.arm.state.joints),
     )
     wanted = in_rover(BASE, deep)
@@ -261,7 +261,7 @@ def test_whatever_ends_a_move_brakes_the_arm(
     move.arm.advance(10**9)
 
     assert not move.arm.state.moving
-    assert move.arm.state.joints != pytest.approx(environment.robot.arm.parked, abs=0.01)
+    assert move.arm.state.joints != pytest.approx(environment.robot.parked, abs=0.01)
 
 
 @pytest.mark.requirement(48)
@@ -308,7 +308,7 @@ def test_an_arm_that_runs_at_half_its_speed_is_waited_for(
     quick = Move(environment, context, ReachDeep(), deep=deep_at(environment, 1.2))
     assert quick.until_end(take_step, 20) == "reached"
     move = Move(environment, context, ReachDeep(), deep=deep_at(environment, 1.2))
-    move.arm = SlowArm(environment.robot.arm)
+    move.arm = SlowArm(environment.robot.arm, environment.robot.parked)
     move.ctx.parts["arm"] = move.arm
 
     assert move.until_end(take_step, 20) == "reached"
@@ -327,7 +327,7 @@ def test_an_arm_that_hardly_runs_fails_after_twenty_times_its_time(
     environment: Environment, context: Any, take_step: Any
 ) -> None:
     move = Move(environment, context, ReachDeep(), deep=deep_at(environment, 1.2))
-    move.arm = StuckArm(environment.robot.arm)
+    move.arm = StuckArm(environment.robot.arm, environment.robot.parked)
     move.ctx.parts["arm"] = move.arm
 
     assert move.until_end(take_step, 60) == "failed"

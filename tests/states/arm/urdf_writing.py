@@ -8,27 +8,27 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from hw.model.arm import LINKS
 from hw.model.prop import Capsule, Placement
 from hw.model.robot import ChassisBox
-from states.arm.kinematics.model import LINKS, Manipulator
+from states.arm.kinematics.model import Manipulator
 
 
 def urdf_of(model: Manipulator) -> str:
     """The arm with its capsules as collision shapes, from the floor under the rover to the tcp."""
     names = ("arm_base", *LINKS[1:])
-    origins = model.placements or model.dh.placements()
+    shape, joints = model.shape, tuple(model.shape.joints)
+    origins = model.placements or shape.dh.placements()
     parts = [f"<robot name={quoteattr(model.name)}>", '  <link name="base_footprint">']
     parts += [_box_shape(box) for box in model.body]
     parts += ["  </link>", _fixed("mount", "base_footprint", names[0], model.mount)]
-    capsules = (*model.capsules, *model.tool.capsules)
+    capsules = (*shape.capsules, *model.tool.capsules)
     for k, name in enumerate(names):
         shapes = [s for c in capsules if c.link == k for s in _capsule_shapes(c)]
         parts += [f'  <link name="{name}">', *shapes, "  </link>"]
         if k:
-            limits = model.lower[k - 1], model.upper[k - 1], model.max_speed[k - 1]
-            parts.append(
-                _turning_joint(model.joints[k - 1], names[k - 1], name, origins[k - 1], limits)
-            )
+            limits = shape.lower[k - 1], shape.upper[k - 1], shape.max_speed[k - 1]
+            parts.append(_turning_joint(joints[k - 1], names[k - 1], name, origins[k - 1], limits))
     parts += ['  <link name="tool0"/>', '  <link name="tcp"/>']
     parts.append(_fixed("flange", names[-1], "tool0", Placement()))
     parts.append(_fixed("prop", "tool0", "tcp", model.tool.tcp))

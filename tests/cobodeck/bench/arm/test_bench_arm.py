@@ -23,7 +23,7 @@ from cobodeck.bench.arm.arm_peers import IK_PEERS, found
 from hw.model.robot import load_robot
 from states.arm.description.robot_arm import manipulator_of
 from states.arm.kinematics.collision import CollisionChecker, Surroundings
-from states.arm.kinematics.kinematics import KinematicChain, forward, inverted
+from states.arm.kinematics.kinematics import forward, inverted
 from states.arm.planning.planning import NoPlan, Plan
 
 FEW = 6
@@ -32,11 +32,6 @@ FEW = 6
 @pytest.fixture(scope="module")
 def arm():
     return manipulator_of(load_robot("rbkairos_ur10"))
-
-
-@pytest.fixture(scope="module")
-def chain(arm):
-    return KinematicChain.of(arm)
 
 
 @pytest.fixture(scope="module")
@@ -63,25 +58,25 @@ def test_problems_are_within_their_bounds_and_the_same_every_time():
 
 
 @pytest.mark.requirement(43)
-def test_singular_sets_are_singular_where_they_say(chain):
+def test_singular_sets_are_singular_where_they_say(arm):
     tenth = slice(0, 5)
-    assert np.abs(np.sin(joint_sets(chain, "wrist", 50)[tenth, 4])).max() < 1e-12
-    assert np.abs(np.sin(joint_sets(chain, "elbow", 50)[tenth, 2])).max() < 1e-12
+    assert np.abs(np.sin(joint_sets(arm, "wrist", 50)[tenth, 4])).max() < 1e-12
+    assert np.abs(np.sin(joint_sets(arm, "elbow", 50)[tenth, 2])).max() < 1e-12
     # link 6's origin is d6 from the wrist along its axis; the wrist is over the shoulder's axis
-    flanges = inverted(chain.base) @ forward(chain, joint_sets(chain, "shoulder", 50)[tenth])
-    flanges = flanges @ inverted(chain.tip)
-    wrist = flanges[:, :2, 3] - chain.dh[5] * flanges[:, :2, 2]
-    assert np.hypot(*wrist.T) == pytest.approx(chain.dh[3], abs=1e-9)
+    flanges = inverted(arm.base) @ forward(arm, joint_sets(arm, "shoulder", 50)[tenth])
+    flanges = flanges @ inverted(arm.tip)
+    wrist = flanges[:, :2, 3] - arm.dh[5] * flanges[:, :2, 2]
+    assert np.hypot(*wrist.T) == pytest.approx(arm.dh[3], abs=1e-9)
 
 
 @pytest.mark.requirement(43)
-def test_what_is_not_solved_is_counted(chain):
-    targets = forward(chain, joint_sets(chain, "anywhere", 4))
-    missed, error = ik_errors(chain, targets)
+def test_what_is_not_solved_is_counted(arm):
+    targets = forward(arm, joint_sets(arm, "anywhere", 4))
+    missed, error = ik_errors(arm, targets)
     assert missed == 0.0
     assert error <= 1e-9
     targets[0, 0, 3] += 10.0
-    assert ik_errors(chain, targets)[0] == 0.25
+    assert ik_errors(arm, targets)[0] == 0.25
 
 
 @pytest.mark.requirement(43, 45)
@@ -108,9 +103,9 @@ def test_a_plan_through_somebody_is_noticed(outcomes):
     assert touching(outcomes) == 0
     first = next(o for o in outcomes if isinstance(o.answer, Plan))
     goal = first.query.goals[first.answer.goal]
-    x, y = forward(first.query.chain, goal)[:2, 3]
+    x, y = forward(first.query.checker.arm, goal)[:2, 3]
     person = Surroundings(np.zeros((0, 6)), np.array([[x, y, 0.3, 0.0, 1.8]]))
-    blocked = CollisionChecker.of(first.query.checker.model, person)
+    blocked = CollisionChecker.of(first.query.checker.arm, person)
     query = replace(first.query, checker=blocked)
     assert touching([replace(first, query=query)]) == 1
 
@@ -133,15 +128,15 @@ def test_only_reachable_problems_count_as_unsolved(outcomes):
 
 
 @pytest.mark.parametrize("name", IK_PEERS)
-def test_a_peer_solves_the_same_arm(chain, name):
+def test_a_peer_solves_the_same_arm(arm, name):
     if not found([name]):
         pytest.skip(f"{name} is not installed")
     q = np.array([0.3, -1.0, 1.0, -0.5, 1.2, 0.3])
-    flange = inverted(chain.base) @ forward(chain, q) @ inverted(chain.tip)
-    answer = IK_PEERS[name](chain)(flange)
+    flange = inverted(arm.base) @ forward(arm, q) @ inverted(arm.tip)
+    answer = IK_PEERS[name](arm)(flange)
     several = np.atleast_2d(answer if name != "roboticstoolbox-python" else answer[0])
-    reached = forward(chain, several[:, :6])
-    wanted = chain.base @ flange @ chain.tip
+    reached = forward(arm, several[:, :6])
+    wanted = arm.base @ flange @ arm.tip
     assert np.abs(reached - wanted).max(axis=(1, 2)).min() < 1e-3
 
 

@@ -396,7 +396,7 @@ def test_how_the_arm_follows_reaches_the_controller():
 
 
 def test_a_body_without_an_arm_has_none(stack):
-    bare = replace(ROBOT, arm=None, prop=None)
+    bare = replace(ROBOT, arm=None, prop=None, parked=None)
     with pytest.raises((ValueError, OSError)):
         UrArm("127.0.0.1", opening(bare), time.monotonic_ns)
 

@@ -12,7 +12,7 @@ from hw.safety.stop_line import StopLatch
 from tests.hw.drivers.rigs import PATIENCE_S, opening, own_address
 
 ROBOT = load_robot("rbkairos_ur10")
-PARKED = ROBOT.arm.parked
+PARKED = ROBOT.parked
 OUT = tuple(angle + 0.5 for angle in PARKED[:2]) + PARKED[2:]
 CYCLE_S = 0.008
 

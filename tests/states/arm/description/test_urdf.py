@@ -15,7 +15,8 @@ from states.arm.description.robot_arm import manipulator_of
 from states.arm.description.urdf import parse_urdf, read_urdf
 from states.arm.description.urdf_arm import manipulator_from_urdf, placement
 from states.arm.kinematics.inverse_kinematics import inverse
-from states.arm.kinematics.kinematics import KinematicChain, forward, matrix
+from states.arm.kinematics.kinematics import forward
+from states.arm.kinematics.model import matrix
 from tests.states.arm.urdf_writing import urdf_of
 
 # a lift with a gripper whose second finger follows the first
@@ -140,16 +141,15 @@ def test_a_chain_needs_links_that_hang_together():
 @pytest.mark.requirement(17, 26)
 @pytest.mark.parametrize("measured", [None, load_calibration()])
 def test_our_arm_written_and_read_again_is_the_same(arm, measured, sets):
-    model = arm.calibrated(measured)
-    read = parse_urdf(urdf_of(model))
-    chain = KinematicChain.of(model)
+    arm = arm.calibrated(measured)
+    read = parse_urdf(urdf_of(arm))
     for q in sets.anywhere(50):
-        tcp = read.poses(dict(zip(model.joints, q, strict=True)))["tcp"]
-        assert np.abs(tcp - forward(chain, q)).max() <= 1e-12
+        tcp = read.poses(dict(zip(arm.shape.joints, q, strict=True)))["tcp"]
+        assert np.abs(tcp - forward(arm, q)).max() <= 1e-12
     again = manipulator_from_urdf(read, "base_footprint", "tcp", arm)
-    assert (again.joints, again.lower, again.max_speed) == (arm.joints, arm.lower, arm.max_speed)
+    assert list(again.shape.joints.items()) == list(arm.shape.joints.items())
     q = sets.anywhere(500)
-    assert np.abs(forward(KinematicChain.of(again), q) - forward(chain, q)).max() <= 1e-12
+    assert np.abs(forward(again, q) - forward(arm, q)).max() <= 1e-12
 
 
 def other_ur(a2, a3, d1, d4, d5, d6):
@@ -188,18 +188,17 @@ def test_an_arm_with_other_frames_keeps_its_forward_kinematics_and_gets_inverse_
     arm, lengths, sets
 ):
     urdf = parse_urdf(other_ur(*lengths))
-    model = manipulator_from_urdf(urdf, "base_link", "tool", arm)
-    chain = KinematicChain.of(model)
-    dh = model.dh
+    arm = manipulator_from_urdf(urdf, "base_link", "tool", arm)
+    dh = arm.shape.dh
     assert (dh.a2, dh.a3, dh.d4, dh.d5) == pytest.approx((*lengths[:2], *lengths[3:5]))
-    assert model.lower == (-3.0,) * 6
-    assert model.max_speed == (2.0,) * 6
+    assert arm.shape.lower == (-3.0,) * 6
+    assert arm.shape.max_speed == (2.0,) * 6
     q = sets.anywhere(100) * 0.95
     for row in q:
-        poses = urdf.poses(dict(zip(model.joints, row, strict=True)))
+        poses = urdf.poses(dict(zip(arm.shape.joints, row, strict=True)))
         tip = np.linalg.inv(poses["base_link"]) @ poses["tool"]
-        assert np.abs(forward(chain, row) - tip).max() <= 1e-12
-    assert inverse(chain, forward(chain, q)).valid.any(axis=1).all()
+        assert np.abs(forward(arm, row) - tip).max() <= 1e-12
+    assert inverse(arm, forward(arm, q)).valid.any(axis=1).all()
 
 
 @pytest.mark.requirement(17)
@@ -247,7 +246,7 @@ def test_a_robot_file_may_take_its_arm_from_a_urdf(arm, sets, tmp_path, prop):
             place = place + turn.apply(joint.xyz)
             turn = turn * Rotation.from_euler("xyz", joint.rpy) * Rotation.from_euler("z", angle)
         point = place + turn.apply([0, 0, 0.012 + length])
-        assert forward(KinematicChain.of(found), q)[:3, 3] == pytest.approx(point, abs=1e-12)
+        assert forward(found, q)[:3, 3] == pytest.approx(point, abs=1e-12)
     for ours, theirs in zip(load_prop(prop).capsules, found.tool.capsules, strict=True):
         behind = math.dist(theirs.end, found.tool.tcp.xyz)
         assert behind == pytest.approx(length - ours.end[2])  # moved with the point
@@ -289,7 +288,7 @@ def test_joints_above_and_beside_an_arm_change_nothing_of_it(kind):
         for text in (plain, plain.replace("</robot>", more))
     ]
     joints = np.random.default_rng(1).uniform(-2.0, 2.0, (20, 6))
-    one, other = (forward(KinematicChain.of(arm), joints) for arm in arms)
+    one, other = (forward(arm, joints) for arm in arms)
     np.testing.assert_array_equal(one, other)
 
 

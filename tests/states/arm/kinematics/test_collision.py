@@ -17,7 +17,6 @@ from states.arm.description.robot_arm import manipulator_of
 from states.arm.kinematics import kernels
 from states.arm.kinematics.collision import (
     CollisionChecker,
-    CollisionModel,
     Cylinder,
     Surroundings,
     extent,
@@ -33,8 +32,8 @@ point2 = st.tuples(coordinate, coordinate)
 
 
 @pytest.fixture(scope="module")
-def alone(model):
-    return CollisionChecker.of(model, Surroundings.empty())
+def alone(arm):
+    return CollisionChecker.of(arm, Surroundings.empty())
 
 
 def between(a, b, n=2001):
@@ -78,9 +77,9 @@ def test_the_distance_to_a_box_is_never_too_large_and_hardly_too_small(a, b):
     assert true - math.dist(a, b) / 2000 - 1e-5 <= found <= true + 1e-12
 
 
-def surface_points(model, q, rng, n=400):
+def surface_points(arm, q, rng, n=400):
     """Random points on the surface of every capsule, and which capsule each belongs to."""
-    ends, radii = outline(model, q)
+    ends, radii = outline(arm, q)
     which = np.repeat(np.arange(len(radii)), n)
     along = rng.uniform(size=len(which))[:, None]
     axis = ends[which, 0] * (1 - along) + ends[which, 1] * along
@@ -90,13 +89,13 @@ def surface_points(model, q, rng, n=400):
 
 
 @pytest.mark.requirement(43, 52)
-def test_a_clearance_is_never_larger_than_the_distance_of_any_point_of_the_arm(model, sets):
+def test_a_clearance_is_never_larger_than_the_distance_of_any_point_of_the_arm(arm, sets):
     walls = np.array([[0.9, -2.0, 0.9, 2.0, 0.0, 3.0], [-1.0, 0.8, 1.0, 0.9, 0.0, 1.0]])
     person = np.array([[-0.9, 0.2, 0.3, 0.0, 1.8]])
-    checker = CollisionChecker.of(model, Surroundings(walls, person))
+    checker = CollisionChecker.of(arm, Surroundings(walls, person))
     for q in sets.anywhere(200):
-        points, which = surface_points(model, q, sets.rng)
-        moving = points[which >= model.body.first]
+        points, which = surface_points(arm, q, sets.rng)
+        moving = points[which >= arm.solid.first]
         to_person = np.maximum(np.hypot(*(moving[:, :2] - person[0, :2]).T) - 0.3, 0.0)
         nearest = min(
             moving[:, 2].min(),
@@ -106,14 +105,14 @@ def test_a_clearance_is_never_larger_than_the_distance_of_any_point_of_the_arm(m
         assert checker.clearance(q)[0] <= nearest + 1e-9
 
 
-def test_capsules_turn_with_their_links(model, arm, chain, sets):
+def test_capsules_turn_with_their_links(arm, sets):
     q = sets.anywhere(1)[0]
-    frames, (ends, radii) = link_frames(chain, q), outline(model, q)
+    frames, (ends, radii) = link_frames(arm, q), outline(arm, q)
     prop = arm.tool.capsules[0]
-    k = model.links.index("prop")
+    k = arm.parts.index("prop")
     assert ends[k, 1] == pytest.approx((frames[6] @ [*prop.end, 1.0])[:3])
     assert radii[k] == prop.radius
-    tip = forward(chain, q)[:3, 3]
+    tip = forward(arm, q)[:3, 3]
     assert math.dist(tip, ends[k, 1]) == pytest.approx(prop.radius)
 
 
@@ -131,28 +130,28 @@ def test_what_is_nearest_to_what_can_be_told(alone, q, touching):
     assert gap == alone.clearance(q)[0]
 
 
-def inside_frame(model, joints):
+def inside_frame(arm, joints):
     """How far the whole arm stays inside the 1.13 m x 0.91 m bumper frame, m."""
-    ahead, back, left, right = extent(model, joints)
+    ahead, back, left, right = extent(arm, joints)
     return min(0.565 - max(ahead, back), 0.455 - max(left, right))
 
 
 @pytest.mark.requirement(46)
-def test_the_extent_of_the_arm_encloses_every_capsule_on_all_four_sides(model, arm, sets):
+def test_the_extent_of_the_arm_encloses_every_capsule_on_all_four_sides(arm, sets):
     for q in [np.array(arm.tool.parked), *sets.anywhere(20)]:
-        ends, radii = outline(model, q)
+        ends, radii = outline(arm, q)
         balls = [
             Point(*end[:2]).buffer(r, 64)
             for pair, r in zip(ends, radii, strict=True)
             for end in pair
         ]
         x_low, y_low, x_high, y_high = MultiPolygon(balls).bounds
-        assert extent(model, q) == pytest.approx((x_high, -x_low, y_high, -y_low), abs=1e-9)
+        assert extent(arm, q) == pytest.approx((x_high, -x_low, y_high, -y_low), abs=1e-9)
 
 
 @pytest.mark.requirement(46)
-def test_the_parked_arm_stays_inside_the_bumper_frame_and_clear_of_itself(model, arm, alone):
-    assert inside_frame(model, arm.tool.parked) > 0.05
+def test_the_parked_arm_stays_inside_the_bumper_frame_and_clear_of_itself(arm, alone):
+    assert inside_frame(arm, arm.tool.parked) > 0.05
     assert alone.clearance(arm.tool.parked)[0] >= 0.015
 
 
@@ -160,12 +159,11 @@ def test_the_parked_arm_stays_inside_the_bumper_frame_and_clear_of_itself(model,
 @pytest.mark.parametrize("prop", prop_names())
 @pytest.mark.parametrize("robot", robot_names())
 def test_with_every_prop_the_parked_arm_stays_inside_and_clear(robot, prop):
-    held = manipulator_of(load_robot(robot, prop=prop))
-    model = CollisionModel.of(held)
-    of_the_profile = load_profile("paper").robot.parked(held.name)  # whatever the arm holds
-    for parked in (held.tool.parked, held.tool.parked_paper, of_the_profile or held.tool.parked):
-        assert inside_frame(model, parked) > 0.01
-        assert CollisionChecker.of(model, Surroundings.empty()).clearance(parked)[0] >= 0.015
+    arm = manipulator_of(load_robot(robot, prop=prop))
+    of_the_profile = load_profile("paper").robot.parked(arm.name)  # whatever the arm holds
+    for parked in (arm.tool.parked, arm.tool.parked_paper, of_the_profile or arm.tool.parked):
+        assert inside_frame(arm, parked) > 0.01
+        assert CollisionChecker.of(arm, Surroundings.empty()).clearance(parked)[0] >= 0.015
 
 
 @pytest.mark.requirement(46, 150)
@@ -173,15 +171,15 @@ def test_with_every_prop_the_parked_arm_stays_inside_and_clear(robot, prop):
 @pytest.mark.parametrize("shape", arm_names())
 def test_every_arm_of_the_maker_is_folded_inside_and_clear_with_every_prop(shape, prop):
     robot = load_robot("rbkairos_ur10", prop=prop)
-    held = load_prop(prop).on(shape)
-    arm = Manipulator.of(load_arm(shape), robot.arm.mount, robot.chassis, held)
-    model = CollisionModel.of(arm)
-    assert inside_frame(model, held.parked) > 0.01
-    assert CollisionChecker.of(model, Surroundings.empty()).clearance(held.parked)[0] >= 0.015
+    own = load_arm(shape)
+    held = load_prop(prop).also(shape, own.parked).on(shape)
+    arm = Manipulator(own, robot.arm.mount, robot.chassis, held)
+    assert inside_frame(arm, held.parked) > 0.01
+    assert CollisionChecker.of(arm, Surroundings.empty()).clearance(held.parked)[0] >= 0.015
 
 
-def test_an_arm_stretched_ahead_stands_out_of_the_frame(model):
-    assert inside_frame(model, (0, -0.3, 0, 0, 0, 0)) < -0.5
+def test_an_arm_stretched_ahead_stands_out_of_the_frame(arm):
+    assert inside_frame(arm, (0, -0.3, 0, 0, 0, 0)) < -0.5
 
 
 def sampled(start, goal, step=0.01):
@@ -190,9 +188,9 @@ def sampled(start, goal, step=0.01):
 
 
 @pytest.mark.requirement(43)
-def test_a_free_line_keeps_half_the_margin_everywhere_and_a_blocked_one_is_blocked(model, sets):
+def test_a_free_line_keeps_half_the_margin_everywhere_and_a_blocked_one_is_blocked(arm, sets):
     person = Surroundings.seen_from(Pose2(0, 0), cylinders=[Cylinder(1.0, 0.3, 0.25, 1.8)])
-    checker = CollisionChecker.of(model, person, margin=0.01)
+    checker = CollisionChecker.of(arm, person, margin=0.01)
     starts = sets.anywhere(600)
     starts = starts[checker.free(starts)]
     free = 0
@@ -225,22 +223,22 @@ def test_a_curved_piece_is_checked_as_exactly(alone, sets):
 
 
 @pytest.mark.requirement(43)
-def test_a_thin_pole_between_two_samples_is_not_missed(model):
+def test_a_thin_pole_between_two_samples_is_not_missed(arm):
     pole = Surroundings(np.zeros((0, 6)), np.array([[0.9, 0.0, 0.001, 0.0, 2.0]]))
-    checker = CollisionChecker.of(model, pole)
+    checker = CollisionChecker.of(arm, pole)
     left, right = np.array([-1.2, -0.6, 0, -1.57, 0, 0]), np.array([1.2, -0.6, 0, -1.57, 0, 0])
     assert checker.free([left, right]).all()
     assert not checker.line_free(left, right)
 
 
 @pytest.mark.requirement(52)
-def test_an_arm_that_reaches_through_a_thin_wall_touches_it(model, alone):
+def test_an_arm_that_reaches_through_a_thin_wall_touches_it(arm, alone):
     ahead = np.array([0, -0.6, 0, -1.57, 0, 0])
     wall = Surroundings.seen_from(Pose2(0, 0), walls=[(0.6, -2.0, 0.6, 2.0)])
     behind = Surroundings.seen_from(Pose2(0, 0), walls=[(-0.6, -2.0, -0.6, 2.0)])
     assert alone.free(ahead)[0]
-    assert not CollisionChecker.of(model, wall).free(ahead)[0]
-    assert CollisionChecker.of(model, behind).free(ahead)[0]
+    assert not CollisionChecker.of(arm, wall).free(ahead)[0]
+    assert CollisionChecker.of(arm, behind).free(ahead)[0]
 
 
 def test_a_sweep_stops_when_its_budget_is_used_up(alone, arm):
@@ -259,7 +257,7 @@ def test_a_sweep_stops_when_its_budget_is_used_up(alone, arm):
     st.tuples(coordinate, coordinate),
     st.integers(0, 50),
 )
-def test_the_answer_does_not_depend_on_where_in_the_map_rover_and_person_are(model, pose, at, k):
+def test_the_answer_does_not_depend_on_where_in_the_map_rover_and_person_are(arm, pose, at, k):
     q = np.random.default_rng(k).uniform(-3, 3, 6)
     rover = Pose2(*pose)
     x, y = rover.transform(*at)
@@ -268,7 +266,7 @@ def test_the_answer_does_not_depend_on_where_in_the_map_rover_and_person_are(mod
     )
     far = (*rover.transform(at[0] + 1.0, at[1]),)
     there = Surroundings.seen_from(rover, [(x, y, *far)], [Cylinder(x, y, 0.5, 1.8)], within=10)
-    one, other = (CollisionChecker.of(model, s).clearance(q)[0] for s in (here, there))
+    one, other = (CollisionChecker.of(arm, s).clearance(q)[0] for s in (here, there))
     assert one == pytest.approx(other, abs=1e-9)
 
 

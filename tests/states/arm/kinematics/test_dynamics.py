@@ -8,16 +8,17 @@ import pytest
 from hw.model.arm import arm_names
 from hw.model.robot import load_robot
 from states.arm.kinematics.dynamics import Bodies, G, effort
-from states.arm.kinematics.kinematics import KinematicChain, link_frames
+from states.arm.kinematics.kinematics import link_frames
+from states.arm.kinematics.model import Manipulator
 from tests.states.arm.conftest import arm_named
 
 ROBOT = load_robot("rbkairos_ur10")
 
 
-def energies(chain: KinematicChain, bodies: Bodies, q: np.ndarray, v: np.ndarray):
+def energies(arm: Manipulator, bodies: Bodies, q: np.ndarray, v: np.ndarray):
     """Kinetic and potential energy, J, and momentum (3,), from poses a moment apart."""
     h = 1e-5
-    before, now, after = (link_frames(chain, q + s * h * v) for s in (-1.0, 0.0, 1.0))
+    before, now, after = (link_frames(arm, q + s * h * v) for s in (-1.0, 0.0, 1.0))
     kinetic, potential, momentum = 0.0, 0.0, np.zeros(3)
     for link, mass, center, tensor in zip(
         bodies.links, bodies.masses, bodies.centers, bodies.inertias, strict=True
@@ -36,12 +37,12 @@ def energies(chain: KinematicChain, bodies: Bodies, q: np.ndarray, v: np.ndarray
 @pytest.mark.parametrize("name", arm_names())
 def test_torques_are_those_of_the_energies(name: str) -> None:
     arm = arm_named(name, "gripped")
-    chain, bodies = KinematicChain.of(arm), Bodies.of(arm.masses, arm.tool)
+    bodies = Bodies.of(arm)
     rng, h = np.random.default_rng(8), 1e-4
     q, v, a = rng.uniform(-2, 2, 6), rng.uniform(-1, 1, 6), rng.uniform(-3, 3, 6)
 
     def lagrangian(q: np.ndarray, v: np.ndarray) -> float:
-        kinetic, potential, _ = energies(chain, bodies, q, v)
+        kinetic, potential, _ = energies(arm, bodies, q, v)
         return kinetic - potential
 
     def slope(q: np.ndarray, v: np.ndarray, k: int, of_v: bool) -> float:
@@ -56,21 +57,21 @@ def test_torques_are_those_of_the_energies(name: str) -> None:
         - slope(q, v, k, False)
         for k in range(6)
     ]
-    found = effort(chain, bodies, q[None], v[None], a[None])
+    found = effort(arm, bodies, q[None], v[None], a[None])
     scale = np.abs(expected).max()
     assert found.torque[0] == pytest.approx(expected, abs=2e-4 * scale)
     assert found.power[0] == pytest.approx(abs(np.dot(expected, v)), abs=1e-3 * scale)
-    _, _, momentum = energies(chain, bodies, q, v)
+    _, _, momentum = energies(arm, bodies, q, v)
     assert found.momentum[0] == pytest.approx(np.linalg.norm(momentum), rel=1e-6)
 
 
 def test_an_arm_at_rest_holds_its_own_weight() -> None:
     """Stretched out level, the shoulder holds every mass at its distance."""
     arm = arm_named("ur10e", "gripped")
-    chain, bodies = KinematicChain.of(arm), Bodies.of(arm.masses, arm.tool)
+    bodies = Bodies.of(arm)
     still = np.zeros((1, 6))
-    found = effort(chain, bodies, still, still, still)
-    frames = link_frames(chain, np.zeros(6))
+    found = effort(arm, bodies, still, still, still)
+    frames = link_frames(arm, np.zeros(6))
     far = [
         frames[link, :2, :2] @ center[:2] + frames[link, :2, 2] * center[2] + frames[link, :2, 3]
         for link, center in zip(bodies.links, bodies.centers, strict=True)

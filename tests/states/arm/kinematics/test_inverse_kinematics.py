@@ -16,7 +16,7 @@ from states.arm.kinematics.inverse_kinematics import (
     inverse_near,
     nearest_copies,
 )
-from states.arm.kinematics.kinematics import KinematicChain, deviation, forward, inverted
+from states.arm.kinematics.kinematics import deviation, forward, inverted
 from tests.repeats import fewer
 
 
@@ -38,10 +38,10 @@ def errors(screws, solutions, targets):
     ("kind", "count"), [("anywhere", 10000), ("wrist", 2000), ("elbow", 2000), ("shoulder", 2000)]
 )
 def test_every_reachable_pose_is_solved_exactly_also_at_singularities(
-    chain, screws, sets, kind, count
+    arm, screws, sets, kind, count
 ):
     targets = screws.tcp(getattr(sets, kind)(count))
-    found = inverse(chain, targets)
+    found = inverse(arm, targets)
     distance, angle = errors(screws, found, targets)
     assert found.valid.any(axis=1).all()
     assert distance.max() <= 1e-9
@@ -51,7 +51,7 @@ def test_every_reachable_pose_is_solved_exactly_also_at_singularities(
 
 
 @pytest.mark.requirement(43)
-def test_poses_with_several_singularities_at_once_are_solved(chain, screws, sets):
+def test_poses_with_several_singularities_at_once_are_solved(arm, screws, sets):
     straight_up = np.array([[0, -np.pi / 2, 0, -np.pi / 2, 0, 0]])
     both = sets.shoulder(500)
     both[:, 4] = sets.rng.choice([0, np.pi], 500) + sets.offsets(500)
@@ -60,7 +60,7 @@ def test_poses_with_several_singularities_at_once_are_solved(chain, screws, sets
     right_angles = sets.rng.choice([0, np.pi / 2, -np.pi / 2, np.pi, -np.pi], (3000, 6))
     for q in (straight_up, both, stretched, right_angles):
         targets = screws.tcp(q)
-        found = inverse(chain, targets)
+        found = inverse(arm, targets)
         distance, angle = errors(screws, found, targets)
         assert found.valid.any(axis=1).all()
         assert max(distance.max(), angle.max()) <= 1e-9
@@ -68,9 +68,9 @@ def test_poses_with_several_singularities_at_once_are_solved(chain, screws, sets
 
 @pytest.mark.requirement(43)
 @pytest.mark.parametrize("kind", ["anywhere", "elbow", "shoulder"])
-def test_the_joints_a_pose_came_from_are_among_the_branches(chain, sets, kind):
+def test_the_joints_a_pose_came_from_are_among_the_branches(arm, sets, kind):
     q = getattr(sets, kind)(2000)
-    found = inverse(chain, forward(chain, q))
+    found = inverse(arm, forward(arm, q))
     gap = np.abs(turned(found.joints - q[:, None])).max(axis=2)
     # at a singularity two branches meet, and an error of 1e-16 moves them apart by its root
     assert ((gap < 1e-5) & found.valid).any(axis=1).all()
@@ -78,9 +78,9 @@ def test_the_joints_a_pose_came_from_are_among_the_branches(chain, sets, kind):
 
 @pytest.mark.requirement(43)
 @pytest.mark.slow
-def test_no_branch_is_missed_that_a_numeric_search_finds(chain, screws, sets):
+def test_no_branch_is_missed_that_a_numeric_search_finds(arm, screws, sets):
     targets = screws.tcp(sets.anywhere(12))
-    found = inverse(chain, targets)
+    found = inverse(arm, targets)
     for i, target in enumerate(targets):
         searched = newton_search(screws, target, sets.rng)
         closed = found.of(i)
@@ -114,11 +114,11 @@ def newton_search(screws, target, rng, starts=300):
 
 
 @pytest.mark.requirement(43)
-def test_another_closed_form_finds_the_same_branches(chain, sets):
+def test_another_closed_form_finds_the_same_branches(arm, sets):
     other = pytest.importorskip("ur_analytic_ik", reason="needs the extra 'arm-peers'").ur10
-    targets = forward(chain, sets.anywhere(2000))
-    found = inverse(chain, targets)
-    flanges = inverted(chain.base) @ targets @ inverted(chain.tip)
+    targets = forward(arm, sets.anywhere(2000))
+    found = inverse(arm, targets)
+    flanges = inverted(arm.base) @ targets @ inverted(arm.tip)
     for i, flange in enumerate(flanges):
         theirs = np.array(other.inverse_kinematics(flange)).reshape(-1, 6)
         ours = found.of(i)
@@ -128,11 +128,11 @@ def test_another_closed_form_finds_the_same_branches(chain, sets):
 
 
 @pytest.mark.requirement(43)
-def test_targets_rounded_to_single_precision_are_solved(chain, screws, sets):
+def test_targets_rounded_to_single_precision_are_solved(arm, screws, sets):
     targets = screws.tcp(sets.anywhere(10000))
-    found = inverse(chain, targets.astype(np.float32))
+    found = inverse(arm, targets.astype(np.float32))
     assert found.valid.any(axis=1).mean() >= 0.999
-    reached = forward_all(chain, found.joints)
+    reached = forward_all(arm, found.joints)
     distance, angle = deviation(reached, targets[:, None])
     assert max(distance[found.valid].max(), angle[found.valid].max()) < 1e-6
 
@@ -142,7 +142,7 @@ def test_targets_rounded_to_single_precision_are_solved(chain, screws, sets):
     "kind", ["wrist", "elbow", "shoulder", "stretched", "folded", "straight", "over"]
 )
 def test_singular_poses_rounded_to_single_precision_are_solved_within_the_rounding(
-    chain, screws, sets, kind
+    arm, screws, sets, kind
 ):
     """Stretched or folded elbow, shoulder and wrist singular at once, exactly and nearly."""
     if kind in ("wrist", "elbow", "shoulder"):
@@ -153,7 +153,7 @@ def test_singular_poses_rounded_to_single_precision_are_solved_within_the_roundi
         q[:, 2] = sets.offsets(500) + (np.pi if kind == "folded" else 0.0)
     q[0] = -0.681256, 0.032898, 0.000132, -1.526827, 0.0, -1.364927
     targets = screws.tcp(q).astype(np.float32).astype(float)
-    found, near = inverse(chain, targets), inverse_near(chain, targets)
+    found, near = inverse(arm, targets), inverse_near(arm, targets)
     distance, angle = errors(screws, found, targets)
     assert found.valid.any(axis=1).all()
     assert max(distance.max(), angle.max()) <= 1e-6
@@ -163,14 +163,14 @@ def test_singular_poses_rounded_to_single_precision_are_solved_within_the_roundi
 
 @pytest.mark.requirement(43)
 @pytest.mark.parametrize("off", [-1e-4, -1e-7, -1e-9, 0.0, 1e-9, 1e-7, 1e-4])
-def test_on_both_sides_of_the_shoulders_axis_there_are_numbers(chain, screws, off):
+def test_on_both_sides_of_the_shoulders_axis_there_are_numbers(arm, screws, off):
     """A wrist nearer to the axis than d4 is met as nearly as it can be."""
     rng = np.random.default_rng(4)
-    flange = inverted(chain.base) @ screws.tcp(rng.uniform(-3, 3, (200, 6))) @ inverted(chain.tip)
-    wrist = flange[:, :3, 3] - chain.dh[5] * flange[:, :3, 2]
+    flange = inverted(arm.base) @ screws.tcp(rng.uniform(-3, 3, (200, 6))) @ inverted(arm.tip)
+    wrist = flange[:, :3, 3] - arm.dh[5] * flange[:, :3, 2]
     side = wrist[:, :2] / np.linalg.norm(wrist[:, :2], axis=1)[:, None]
-    flange[:, :2, 3] += (chain.dh[3] + off) * side - wrist[:, :2]
-    near = inverse_near(chain, chain.base @ flange @ chain.tip)
+    flange[:, :2, 3] += (arm.dh[3] + off) * side - wrist[:, :2]
+    near = inverse_near(arm, arm.base @ flange @ arm.tip)
     assert np.isfinite(near.joints).all()
     short = near.position_error.min(axis=1)
     assert short.min() == pytest.approx(max(-off, 0.0), abs=1e-9)
@@ -178,9 +178,9 @@ def test_on_both_sides_of_the_shoulders_axis_there_are_numbers(chain, screws, of
 
 
 @pytest.mark.requirement(43, 44)
-def test_a_pose_out_of_reach_is_met_up_to_the_gap_and_the_gap_is_told(chain, screws, sets):
+def test_a_pose_out_of_reach_is_met_up_to_the_gap_and_the_gap_is_told(arm, screws, sets):
     targets, gap = beyond_reach(screws, sets, 2000)
-    near = inverse_near(chain, targets)
+    near = inverse_near(arm, targets)
     best = near.position_error.argmin(axis=1)
     row = np.arange(len(best))
     assert (near.position_error[row, best] <= gap + 1e-12).all()
@@ -203,21 +203,21 @@ def beyond_reach(screws, sets, n):
 
 
 @pytest.mark.requirement(43)
-def test_poses_far_away_have_no_solution(chain, sets):
-    targets = forward(chain, sets.anywhere(100))
+def test_poses_far_away_have_no_solution(arm, sets):
+    targets = forward(arm, sets.anywhere(100))
     targets[:, 0, 3] += 4.0
-    assert not inverse(chain, targets).valid.any()
-    assert inverse_near(chain, targets).position_error.min() > 1.0
+    assert not inverse(arm, targets).valid.any()
+    assert inverse_near(arm, targets).position_error.min() > 1.0
 
 
 @pytest.mark.requirement(44)
 @pytest.mark.parametrize(("gap", "accepted"), [(0.0199, True), (0.0201, False)])
-def test_what_is_near_enough_is_the_callers_choice(chain, screws, gap, accepted):
+def test_what_is_near_enough_is_the_callers_choice(arm, screws, gap, accepted):
     stretched_ahead = np.array([[0.3, -0.4, 0.0, -np.pi / 2, np.pi / 2, 0.0]])
     target = screws.tcp(stretched_ahead)
     target[0, :3, 3] += gap * np.array([np.cos(0.3), np.sin(0.3), np.tan(0.4)]) * np.cos(0.4)
-    near = inverse_near(chain, target)
-    assert not inverse(chain, target).valid.any()
+    near = inverse_near(arm, target)
+    assert not inverse(arm, target).valid.any()
     assert near.within(0.02, 0.1).valid.any() == accepted
 
 
@@ -225,44 +225,45 @@ def test_what_is_near_enough_is_the_callers_choice(chain, screws, gap, accepted)
 @pytest.mark.parametrize("count", [100, pytest.param(300, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", ["anywhere", "wrist", "elbow", "shoulder"])
 def test_a_calibrated_arm_is_solved_as_exactly(arm, sets, kind, count):
-    chain = KinematicChain.of(arm.calibrated(load_calibration()))
-    targets = forward(chain, getattr(sets, kind)(count))
-    found = inverse(chain, targets)
-    distance, angle = deviation(forward_all(chain, found.joints), targets[:, None])
+    arm = arm.calibrated(load_calibration())
+    targets = forward(arm, getattr(sets, kind)(count))
+    found = inverse(arm, targets)
+    distance, angle = deviation(forward_all(arm, found.joints), targets[:, None])
     assert found.valid.any(axis=1).all()
     assert distance[found.valid].max() <= 1e-9
     assert angle[found.valid].max() <= 1e-9
 
 
-def test_the_nominal_solution_misses_by_millimetres_on_the_calibrated_arm(arm, chain, sets):
-    real = KinematicChain.of(arm.calibrated(load_calibration()))
-    targets = forward(chain, sets.anywhere(1000))
-    found = inverse(chain, targets)
+def test_the_nominal_solution_misses_by_millimetres_on_the_calibrated_arm(arm, sets):
+    real = arm.calibrated(load_calibration())
+    targets = forward(arm, sets.anywhere(1000))
+    found = inverse(arm, targets)
     distance, _ = deviation(forward_all(real, found.joints), targets[:, None])
     assert 2e-3 < np.median(distance[found.valid]) < 6e-3
 
 
-def test_nearest_copies_stay_within_the_limits_and_within_half_a_turn(chain, sets):
-    found = inverse(chain, forward(chain, sets.anywhere(300)))
-    near = sets.rng.uniform(chain.lower, chain.upper)
-    copies = nearest_copies(chain, found.joints, near)[found.valid]
-    assert (copies >= chain.lower).all()
-    assert (copies <= chain.upper).all()
+def test_nearest_copies_stay_within_the_limits_and_within_half_a_turn(arm, sets):
+    found = inverse(arm, forward(arm, sets.anywhere(300)))
+    near = sets.rng.uniform(arm.lower, arm.upper)
+    copies = nearest_copies(arm, found.joints, near)[found.valid]
+    assert (copies >= arm.lower).all()
+    assert (copies <= arm.upper).all()
     assert turned(copies - found.joints[found.valid]) == pytest.approx(0.0, abs=1e-12)
     half = np.pi + 1e-12
-    free = (near > chain.lower + half) & (near < chain.upper - half)
+    free = (near > arm.lower + half) & (near < arm.upper - half)
     assert np.abs(copies - near)[:, free].max() <= half
 
 
-def test_a_joint_at_its_limit_keeps_its_limit(chain):
+def test_a_joint_at_its_limit_keeps_its_limit(arm):
     at_limits = np.array([2, -2, 1, 2, -2, 2]) * np.pi
-    assert np.array_equal(nearest_copies(chain, turned(at_limits), at_limits), at_limits)
+    assert np.array_equal(nearest_copies(arm, turned(at_limits), at_limits), at_limits)
 
 
-def test_branches_outside_the_joint_limits_are_left_out(chain, sets):
-    narrow = replace(chain, lower=np.full(6, -1.0), upper=np.full(6, 1.0))
-    targets = forward(chain, sets.anywhere(500))
-    every, kept = inverse(chain, targets), inverse(narrow, targets)
+def test_branches_outside_the_joint_limits_are_left_out(arm, sets):
+    joints = {name: replace(j, lower=-1.0, upper=1.0) for name, j in arm.shape.joints.items()}
+    narrow = replace(arm, shape=replace(arm.shape, joints=joints))
+    targets = forward(arm, sets.anywhere(500))
+    every, kept = inverse(arm, targets), inverse(narrow, targets)
     inside = (np.abs(every.joints) <= 1.0).all(axis=2) & every.valid
     assert np.array_equal(kept.valid, inside)
     assert np.isinf(inverse_near(narrow, targets).position_error).any()
@@ -274,26 +275,26 @@ def test_branches_outside_the_joint_limits_are_left_out(chain, sets):
     st.sampled_from([0.0, 1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6]),
     st.integers(0, 2),
 )
-def test_targets_of_any_size_give_numbers_and_no_warning(chain, q, scale, axis):
-    target = forward(chain, np.array(q))
+def test_targets_of_any_size_give_numbers_and_no_warning(arm, q, scale, axis):
+    target = forward(arm, np.array(q))
     target[axis, 3] += scale
-    near = inverse_near(chain, target)
+    near = inverse_near(arm, target)
     assert np.isfinite(near.joints).all()
-    solved = inverse(chain, target)
-    distance, _ = deviation(forward_all(chain, solved.joints), target[None, None])
+    solved = inverse(arm, target)
+    distance, _ = deviation(forward_all(arm, solved.joints), target[None, None])
     exact = distance[solved.valid] <= 1e-9
     assert exact.all() or (not exact.any() and (distance[solved.valid] <= 1e-6).all())
 
 
 @pytest.mark.requirement(43)
 @pytest.mark.parametrize("scale", [1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6])
-def test_poses_of_any_scale_give_numbers_whether_reached_or_not(chain, sets, scale):
-    targets = forward(chain, sets.anywhere(5000))
+def test_poses_of_any_scale_give_numbers_whether_reached_or_not(arm, sets, scale):
+    targets = forward(arm, sets.anywhere(5000))
     targets[:, :3, 3] *= scale
-    near, found = inverse_near(chain, targets), inverse(chain, targets)
+    near, found = inverse_near(arm, targets), inverse(arm, targets)
     assert np.isfinite(near.joints).all()
     assert np.isfinite(near.position_error[:, 0]).all()
-    reached = forward_all(chain, found.joints)
+    reached = forward_all(arm, found.joints)
     distance, angle = deviation(reached, targets[:, None])
     assert distance[found.valid].max(initial=0.0) <= 1e-9
     assert angle[found.valid].max(initial=0.0) <= 1e-9
@@ -301,39 +302,39 @@ def test_poses_of_any_scale_give_numbers_whether_reached_or_not(chain, sets, sca
 
 
 @pytest.mark.requirement(43)
-def test_joints_at_whole_and_half_turns_are_found_again(chain, screws, sets):
+def test_joints_at_whole_and_half_turns_are_found_again(arm, screws, sets):
     q = sets.rng.choice([-2, -1, 0, 1, 2], (3000, 6)) * np.pi
     q[:, 2] = np.clip(q[:, 2], -np.pi, np.pi)
     targets = screws.tcp(q)
-    found = inverse(chain, targets)
+    found = inverse(arm, targets)
     distance, angle = errors(screws, found, targets)
     assert found.valid.any(axis=1).all()
     assert max(distance.max(), angle.max()) <= 1e-9
     for joints, near in zip(found.joints, q, strict=True):
-        copies = nearest_copies(chain, joints, near)
-        assert (copies >= chain.lower).all()
-        assert (copies <= chain.upper).all()
+        copies = nearest_copies(arm, joints, near)
+        assert (copies >= arm.lower).all()
+        assert (copies <= arm.upper).all()
 
 
 @pytest.mark.slow
 @pytest.mark.requirement(43)
-def test_a_million_random_poses(chain, screws, sets):
+def test_a_million_random_poses(arm, screws, sets):
     for _ in fewer(range(20)):
         targets = screws.tcp(sets.anywhere(50_000))
-        found = inverse(chain, targets)
+        found = inverse(arm, targets)
         distance, angle = errors(screws, found, targets)
         assert found.valid.any(axis=1).all()
         assert max(distance.max(), angle.max()) <= 1e-9
 
 
-def test_targets_of_another_shape_are_refused(chain):
+def test_targets_of_another_shape_are_refused(arm):
     with pytest.raises(ValueError, match=r"\(4, 4\) or \(n, 4, 4\) is needed"):
-        inverse(chain, np.eye(3))
+        inverse(arm, np.eye(3))
 
 
 @pytest.fixture(scope="module")
 def measured(arm):
-    return KinematicChain.of(arm.calibrated(load_calibration()))
+    return arm.calibrated(load_calibration())
 
 
 @pytest.mark.requirement(26, 43)
@@ -399,8 +400,8 @@ def test_a_calibrated_chain_has_all_branches_that_random_starts_find(measured, s
     ],
 )
 @pytest.mark.parametrize("solve", [inverse, inverse_near])
-def test_what_is_no_rigid_pose_is_refused(chain, measured, solve, wrong, message):
-    for each in (chain, measured):
+def test_what_is_no_rigid_pose_is_refused(arm, measured, solve, wrong, message):
+    for each in (arm, measured):
         with pytest.raises(ValueError, match=message):
             solve(each, np.stack([np.eye(4), wrong]))
         solve(each, np.eye(4, dtype=np.float32))

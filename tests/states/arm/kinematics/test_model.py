@@ -19,15 +19,16 @@ def build(text: str):
 
 
 def test_the_ur10_has_the_makers_lengths(arm):
-    assert (arm.dh.d1, arm.dh.a2, arm.dh.a3) == (0.1273, -0.612, -0.5723)
-    assert (arm.dh.d4, arm.dh.d5, arm.dh.d6) == (0.163941, 0.1157, 0.0922)
+    dh = arm.shape.dh
+    assert (dh.d1, dh.a2, dh.a3) == (0.1273, -0.612, -0.5723)
+    assert (dh.d4, dh.d5, dh.d6) == (0.163941, 0.1157, 0.0922)
 
 
 @pytest.mark.requirement(17)
 def test_the_arm_agrees_with_the_robot_it_stands_on(arm):
     robot = load_robot("rbkairos_ur10")
     assert arm.mount == robot.arm.mount
-    assert (arm.lower, arm.upper, arm.max_speed) == (
+    assert (arm.shape.lower, arm.shape.upper, arm.shape.max_speed) == (
         robot.arm.lower,
         robot.arm.upper,
         robot.arm.max_speed,
@@ -68,8 +69,8 @@ def test_another_end_effector_brings_its_own_point_capsules_and_parked_pose(arm)
     held = manipulator_of(robot)
     assert held.tool.tcp.xyz == (0, 0, 0.3)
     assert held.tool.capsules != arm.tool.capsules
-    assert robot.arm.parked == held.tool.parked != arm.tool.parked
-    assert held.capsules == arm.capsules
+    assert robot.parked == held.tool.parked != arm.tool.parked
+    assert held.shape.capsules == arm.shape.capsules
 
 
 @pytest.mark.requirement(17)
@@ -78,7 +79,7 @@ def test_the_plus_mount_lifts_the_arm_and_what_it_stands_on(arm):
     assert plus.mount.xyz == (0, 0, 0.689)
     tops = {box.name: box.high[2] for box in plus.body}
     assert tops == {"bumper": 0.4, "chassis": 0.687}
-    assert plus.capsules == arm.capsules
+    assert plus.shape.capsules == arm.shape.capsules
     assert manipulator_of(load_robot("rbkairos_ur10")) == arm
 
 
@@ -93,7 +94,9 @@ def test_a_robot_with_a_calibration_has_the_measured_chain(tmp_path):
 
 def test_the_published_calibration_differs_from_the_nominal_chain_by_millimetres(arm):
     measured = load_calibration()
-    gaps = [math.dist(a.xyz, b.xyz) for a, b in zip(measured, arm.dh.placements(), strict=True)]
+    gaps = [
+        math.dist(a.xyz, b.xyz) for a, b in zip(measured, arm.shape.dh.placements(), strict=True)
+    ]
     assert 5e-4 < max(gaps) < 2e-3
     assert arm.calibrated(measured).placements == measured
     assert arm.placements is None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Surroundings
+from states.arm.kinematics.collision import CollisionChecker, Surroundings
 from states.arm.motion.joint_path import JointPath, first_contact, rounded
 
 seeds = st.integers(0, 10_000)
@@ -12,7 +12,7 @@ seeds = st.integers(0, 10_000)
 
 @pytest.fixture(scope="module")
 def alone(arm):
-    return CollisionChecker.of(CollisionModel.of(arm), Surroundings.empty())
+    return CollisionChecker.of(arm, Surroundings.empty())
 
 
 def corners(seed, n=4):

@@ -19,7 +19,7 @@ from states.arm.arm_situation import ARM_RADIUS, HEAD_RADIUS, ArmSituation, pers
 from states.arm.kinematics import newton
 from states.arm.kinematics.collision import outline
 from states.arm.kinematics.inverse_kinematics import inverse, inverse_near
-from states.arm.kinematics.kinematics import KinematicChain, forward
+from states.arm.kinematics.kinematics import forward
 from states.arm.planning import approach
 from states.arm.planning.approach import STEEPEST, rungs, tool_lines
 from states.arm.planning.planning import NoPlan, Plan, Query, ended, in_turn
@@ -99,7 +99,7 @@ def test_the_prop_comes_slowly_and_straight_from_the_side_of_the_surface(
 @pytest.mark.requirement(43, 45)
 def test_nothing_of_the_arm_touches_head_or_forearm_on_the_way(tuned: Environment) -> None:
     rng = np.random.default_rng(22)
-    solid = tuned.workspace.solid
+    solid = tuned.workspace.arm
     for _ in range(15):
         situation, deep = served(rng, tuned.workspace)
         plan = planned(tuned.workspace, situation, deep)
@@ -124,7 +124,7 @@ def test_nothing_of_the_arm_touches_head_or_forearm_on_the_way(tuned: Environmen
 @pytest.mark.requirement(45)
 def test_every_end_of_a_capsule_keeps_the_speed_limit(tuned: Environment) -> None:
     rng = np.random.default_rng(23)
-    solid, most = tuned.workspace.solid, 0.0
+    solid, most = tuned.workspace.arm, 0.0
     for _ in range(25):
         situation, deep = served(rng, tuned.workspace)
         trajectory = planned(tuned.workspace, situation, deep).trajectory
@@ -203,7 +203,7 @@ def test_a_tool_that_is_there_already_corrects_without_going_out(tuned: Environm
     assert CLOSE == 0.05
 
 
-def test_a_line_ends_before_it_gets_steep(chain: KinematicChain) -> None:
+def test_a_line_ends_before_it_gets_steep(arm) -> None:
     """Lines of random poses: slopes stay below the limit, and some lines are cut short."""
     rng = np.random.default_rng(29)
     short = 0
@@ -211,7 +211,7 @@ def test_a_line_ends_before_it_gets_steep(chain: KinematicChain) -> None:
         deep = np.eye(4)
         deep[:3, :3] = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix()
         deep[:3, 3] = rng.uniform(-0.6, 0.6), rng.uniform(-0.6, 0.6), rng.uniform(0.3, 1.6)
-        for line in tool_lines(chain, inverse(chain, deep).of(), 0.12):
+        for line in tool_lines(arm, inverse(arm, deep).of(), 0.12):
             assert np.abs(line.steep).max() <= STEEPEST
             short += not rungs(line, [0.12])
     assert short > 20
@@ -221,11 +221,11 @@ def test_goals_and_lines_of_a_calibrated_chain_take_bounded_work(
     arm, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Newton steps that are allowed, also for poses at the border of reach; one takes 0.6 us."""
-    chain, taken = KinematicChain.of(arm.calibrated(load_calibration())), [0]
+    arm, taken = arm.calibrated(load_calibration()), [0]
 
-    def counted(chain, seeds, targets, steps=newton.STEPS):
+    def counted(arm, seeds, targets, steps=newton.STEPS):
         taken[0] += len(seeds) * steps
-        return descended(chain, seeds, targets, steps)
+        return descended(arm, seeds, targets, steps)
 
     descended, most = newton.descended, {"goals": 0, "near": 0, "lines": 0}
     monkeypatch.setattr(newton, "descended", counted)
@@ -234,14 +234,14 @@ def test_goals_and_lines_of_a_calibrated_chain_take_bounded_work(
     for k in range(16):
         joints = rng.uniform(-3.0, 3.0, 6)
         joints[2] = rng.normal(0.0, 0.01) if k % 2 else joints[2]  # stretched
-        deep = forward(chain, joints)
+        deep = forward(arm, joints)
         away = deep[:3, 3] - (0.0, 0.0, 0.6)
         deep[:3, 3] += away / np.linalg.norm(away) * rng.uniform(0.0, 0.012) * (k % 2)
-        goals = inverse(chain, deep).of()
+        goals = inverse(arm, deep).of()
         most["goals"], taken[0] = max(most["goals"], taken[0]), 0
-        inverse_near(chain, deep)
+        inverse_near(arm, deep)
         most["near"], taken[0] = max(most["near"], taken[0]), 0
-        tool_lines(chain, goals, 0.12)
+        tool_lines(arm, goals, 0.12)
         most["lines"], taken[0] = max(most["lines"], taken[0]), 0
     assert 0 < most["lines"] <= 960
     assert 400 < most["goals"] <= 8400
@@ -249,12 +249,11 @@ def test_goals_and_lines_of_a_calibrated_chain_take_bounded_work(
 
 
 def test_the_lines_of_a_calibrated_chain_are_straight(arm) -> None:
-    measured = arm.calibrated(load_calibration())
-    chain = KinematicChain.of(measured)
+    arm = arm.calibrated(load_calibration())
     deep = np.eye(4)
     deep[:3, :3] = [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]]
     deep[:3, 3] = 0.95, 0.1, 1.1
-    for line in tool_lines(chain, inverse(chain, deep).of(), 0.12):
+    for line in tool_lines(arm, inverse(arm, deep).of(), 0.12):
         assert rungs(line, [0.12])
         s = np.linspace(0.0, 0.12, 50)
         turn, place = Rotation.from_euler("z", np.full((50, 1), math.pi)), np.zeros((50, 3))

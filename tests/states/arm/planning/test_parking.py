@@ -11,14 +11,14 @@ from hw.model.arm import load_arm
 from hw.model.prop import load_prop
 from hw.model.robot import RobotModel, load_robot
 from states.arm.description.robot_arm import manipulator_of
-from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Surroundings, extent
+from states.arm.kinematics.collision import CollisionChecker, Surroundings, extent
 from states.arm.planning import parking
 from states.arm.planning.parking import CLEARANCE, ParkingSearch
 
 
 def robot_with(arm: str, prop: str) -> RobotModel:
     robot = load_robot("rbkairos_ur10", prop=load_prop(prop).on("ur10"))
-    return replace(robot, arm=replace(robot.arm, shape=load_arm(arm)))
+    return replace(robot, arm=replace(robot.arm, model=load_arm(arm)))
 
 
 @pytest.mark.requirement(46, 87)
@@ -38,7 +38,7 @@ def test_found_poses_are_inside_clear_and_in_order(
     robot = robot_with(arm, prop)
     found = ParkingSearch(robot, seed=3).best()
     assert len(found) >= 2
-    model = CollisionModel.of(manipulator_of(robot))
+    model = manipulator_of(robot)
     checker = CollisionChecker.of(model, Surroundings.empty())
     outline = robot.footprint
     for pose in found:

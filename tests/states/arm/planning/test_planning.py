@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Surroundings
+from hw.model.robot import MotionLimits
+from states.arm.kinematics.collision import CollisionChecker, Surroundings
 from states.arm.kinematics.kinematics import deviation, forward
 from states.arm.motion.joint_path import first_contact
-from states.arm.motion.trajectory import ArmLimits
 from states.arm.planning.planning import (
     PLANNERS,
     SLICE,
@@ -30,30 +30,30 @@ from states.arm.planning.planning import (
 
 @pytest.fixture(scope="module")
 def paper(arm):
-    return ArmLimits.even(arm.max_speed, 1.0)
+    return MotionLimits(arm_acceleration=1.0)
 
 
 @pytest.fixture(scope="module")
 def tuned(arm):
-    return ArmLimits.even(arm.max_speed, 5.0, tool_speed=1.0)
+    return MotionLimits(arm_acceleration=5.0, tool_speed=1.0)
 
 
-def ask(chain, model, problem, start, limits):
-    checker = CollisionChecker.of(model, problem.around)
-    return Query(chain, checker, limits, start, goals_at(chain, problem.deep, start))
+def ask(arm, problem, start, limits):
+    checker = CollisionChecker.of(arm, problem.around)
+    return Query(checker, limits, start, goals_at(arm, problem.deep, start))
 
 
 @pytest.fixture(scope="module")
-def tuned_answers(chain, model, problems, arm, tuned):
+def tuned_answers(arm, problems, tuned):
     start = np.array(arm.tool.parked)
-    queries = [ask(chain, model, problem, start, tuned) for problem in problems]
+    queries = [ask(arm, problem, start, tuned) for problem in problems]
     return [(query, plan(query)) for query in queries]
 
 
 @pytest.fixture(scope="module")
-def paper_answers(chain, model, problems, arm, paper):
+def paper_answers(arm, problems, paper):
     start = np.array(arm.tool.parked_paper)
-    queries = [ask(chain, model, problem, start, paper) for problem in problems]
+    queries = [ask(arm, problem, start, paper) for problem in problems]
     return [(query, plan(query)) for query in queries]
 
 
@@ -100,8 +100,8 @@ def test_every_plan_leads_from_the_start_to_the_deep(profile, request, screws, p
         distance, angle = deviation(screws.tcp(q[1:]), problem.deep[None])
         assert max(distance[0], angle[0]) <= 1e-9
         assert not v.any()
-        assert (q >= query.chain.lower).all()
-        assert (q <= query.chain.upper).all()
+        assert (q >= query.checker.arm.lower).all()
+        assert (q <= query.checker.arm.upper).all()
 
 
 @pytest.mark.requirement(45, 142)
@@ -168,10 +168,10 @@ def straight_only(query):
 
 
 @pytest.mark.requirement(43)
-def test_rrt_connect_alone_solves_them_too(chain, model, problems, arm, tuned):
+def test_rrt_connect_alone_solves_them_too(arm, problems, tuned):
     start = np.array(arm.tool.parked)
     for problem in problems[:60]:
-        query = ask(chain, model, problem, start, tuned)
+        query = ask(arm, problem, start, tuned)
         answer = plan(query, rrt_connect)
         assert isinstance(answer, Plan) == isinstance(plan(query), Plan)
         if isinstance(answer, Plan):
@@ -213,10 +213,10 @@ def test_when_the_budget_is_used_up_there_is_no_plan_and_it_says_so(paper_answer
 
 
 @pytest.mark.requirement(82)
-def test_reasons_name_what_is_in_the_way(chain, model, arm, tuned):
+def test_reasons_name_what_is_in_the_way(arm, tuned):
     start = np.array(arm.tool.parked)
-    alone = CollisionChecker.of(model, Surroundings.empty())
-    nowhere = Query(chain, alone, tuned, start, np.zeros((0, 6)))
+    alone = CollisionChecker.of(arm, Surroundings.empty())
+    nowhere = Query(alone, tuned, start, np.zeros((0, 6)))
     assert plan(nowhere).reason.startswith("out of reach")
     into_itself = np.array([[0, -1.57, 3.1, 0, 0, 0]])
     reason = plan(replace(nowhere, goals=into_itself)).reason
@@ -226,25 +226,25 @@ def test_reasons_name_what_is_in_the_way(chain, model, arm, tuned):
 
 
 @pytest.mark.requirement(43)
-def test_an_arm_closer_than_the_margin_may_still_leave(chain, model, arm, tuned):
+def test_an_arm_closer_than_the_margin_may_still_leave(arm, tuned):
     parked = np.array(arm.tool.parked)
     lowered = (np.array([0.3, t, 0.6, -1.3, -1.57, 0.0]) for t in np.arange(-0.8, 1.0, 0.001))
-    alone = CollisionChecker.of(model, Surroundings.empty())
+    alone = CollisionChecker.of(arm, Surroundings.empty())
     low = next(q for q in lowered if alone.clearance(q)[0] < 0.004)
     assert 0.0 < alone.clearance(low)[0] < alone.margin
-    answer = plan(Query(chain, alone, tuned, low, parked[None]))
+    answer = plan(Query(alone, tuned, low, parked[None]))
     assert isinstance(answer, Plan)
 
 
 @pytest.mark.requirement(44)
-def test_a_deep_just_out_of_reach_is_served_within_the_tolerance_only(chain, arm, screws):
+def test_a_deep_just_out_of_reach_is_served_within_the_tolerance_only(arm, screws):
     near = np.array(arm.tool.parked)
     target = screws.tcp(np.array([[0.3, -0.4, 0.0, -np.pi / 2, np.pi / 2, 0.0]]))[0]
     target[:3, 3] += 0.015 * np.array([np.cos(0.3), np.sin(0.3), np.tan(0.4)]) * np.cos(0.4)
-    assert not len(goals_at(chain, target, near))
-    assert not len(goals_at(chain, target, near, (0.014, 0.1)))
-    goals = goals_at(chain, target, near, (0.02, 0.1))
-    distance, _ = deviation(forward(chain, goals), target[None])
+    assert not len(goals_at(arm, target, near))
+    assert not len(goals_at(arm, target, near, (0.014, 0.1)))
+    goals = goals_at(arm, target, near, (0.02, 0.1))
+    distance, _ = deviation(forward(arm, goals), target[None])
     assert len(goals)
     assert (distance <= 0.02).all()
 
@@ -290,8 +290,8 @@ import numpy as np
 from states.arm.kinematics import inverse_kinematics
 from states.arm.kinematics import kernels
 from states.arm.motion import timing_kernels
-from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Surroundings
-from states.arm.kinematics.kinematics import KinematicChain, forward, jacobian, link_frames
+from states.arm.kinematics.collision import CollisionChecker, Surroundings
+from states.arm.kinematics.kinematics import forward, jacobian, link_frames
 import states.arm
 from behaviors.profile.profile import load_profile
 from hw.jit import compile_examples
@@ -300,7 +300,7 @@ from hw.scene.room import Room
 from states.arm.description.robot_arm import manipulator_of
 from states.arm.motion.joint_path import first_contact
 from states.arm.planning.planning import Query, goals_at, plan, rrt_connect
-from states.arm.motion.trajectory import ArmLimits
+from hw.model.robot import MotionLimits
 
 def compiled():
     entries = [kernels.place_tcp, kernels.place_links, kernels.slopes, kernels.place_capsules,
@@ -312,19 +312,19 @@ robot = load_robot("rbkairos_ur10")
 arm, environment = manipulator_of(robot), load_profile("tuned").environment(Room(()), robot)
 compile_examples((states.arm,), workspace=environment.workspace)
 before = compiled()
-chain, start = KinematicChain.of(arm), np.array(arm.tool.parked)
+start = np.array(arm.tool.parked)
 person = np.array([[1.85, 0.0, 0.5, 0.0, 1.8]])
-checker = CollisionChecker.of(CollisionModel.of(arm), Surroundings(np.ones((1, 6)) * 5, person))
-deep = forward(chain, [0.3, -1.0, 1.0, -0.5, 1.2, 0.3])
+checker = CollisionChecker.of(arm, Surroundings(np.ones((1, 6)) * 5, person))
+deep = forward(arm, [0.3, -1.0, 1.0, -0.5, 1.2, 0.3])
 for tool in (np.inf, 1.0):
-    query = Query(chain, checker, ArmLimits.even(arm.max_speed, 5.0, tool), start,
-                  goals_at(chain, deep, start, (0.02, 0.1)))
+    query = Query(checker, MotionLimits(arm_acceleration=5.0, tool_speed=tool), start,
+                  goals_at(arm, deep, start, (0.02, 0.1)))
     for solver in (plan, lambda q: plan(q, rrt_connect)):
         answer = solver(query)
         first_contact(checker, answer.trajectory.path, since=0.1)
 checker.tightest(start)
-jacobian(chain, list(start))
-link_frames(chain, start)
+jacobian(arm, list(start))
+link_frames(arm, start)
 print(before, compiled())
 """
 
@@ -339,14 +339,14 @@ def test_after_warming_up_nothing_is_left_to_compile():
 
 
 @pytest.mark.requirement(45)
-def test_corners_stay_sharp_under_a_jerk_limit(arm, chain, problems):
-    model, start = CollisionModel.of(arm), np.array(arm.tool.parked_paper)
-    smooth = ArmLimits.even(arm.max_speed, 5.0, tool_speed=1.0, jerk=50.0)
+def test_corners_stay_sharp_under_a_jerk_limit(arm, problems):
+    start = np.array(arm.tool.parked_paper)
+    smooth = MotionLimits(arm_acceleration=5.0, tool_speed=1.0, arm_jerk=50.0)
     cornered = 0
     for problem in problems[:120]:
-        checker = CollisionChecker.of(model, problem.around)
-        query = Query(chain, checker, smooth, start, goals_at(chain, problem.deep, start))
-        answer = plan(replace(query, limits=replace(smooth, jerk=None)))
+        checker = CollisionChecker.of(arm, problem.around)
+        query = Query(checker, smooth, start, goals_at(arm, problem.deep, start))
+        answer = plan(replace(query, limits=replace(smooth, arm_jerk=np.inf)))
         if not isinstance(answer, Plan) or len(answer.trajectory.path.pieces) < 3:
             continue
         cornered += 1

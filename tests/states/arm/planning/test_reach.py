@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hw.geometry import Pose2, Pose3
-from states.arm.kinematics.collision import CollisionChecker, CollisionModel, Cylinder, Surroundings
+from states.arm.kinematics.collision import CollisionChecker, Cylinder, Surroundings
 from states.arm.kinematics.inverse_kinematics import inverse
 from states.arm.planning.reach import ANGLES, Reach, ReachPlace, around, disc, rover_from_deep
 
@@ -14,8 +14,8 @@ HEIGHTS = [round(0.5 + 0.1 * i, 1) for i in range(15)]
 
 
 @pytest.fixture(scope="module")
-def reach(arm, chain):
-    return Reach(chain, CollisionModel.of(arm))
+def reach(arm):
+    return Reach(arm, arm)
 
 
 @pytest.mark.requirement(75, 85)
@@ -110,8 +110,8 @@ def test_the_reach_of_many_poses_is_that_of_each_by_its_own_checks(reach, sets):
 
         for pose, is_reached in zip(poses, found.tolist(), strict=True):
             seen = Surroundings.seen_from(pose, walls, people)
-            checker = CollisionChecker.of(reach.model, seen)
-            joints = inverse(reach.chain, rover_from_deep(pose, deep)).of()
+            checker = CollisionChecker.of(reach.arm, seen)
+            joints = inverse(reach.inverted, rover_from_deep(pose, deep)).of()
             assert is_reached is bool(len(joints) and checker.free(joints).any())
         reached += found.tolist()
     assert 0.1 < np.mean(reached) < 0.9
