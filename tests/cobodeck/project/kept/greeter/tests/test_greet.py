@@ -1,0 +1,20 @@
+"""The chart in virtual time, with a scripted arm and the real monitor."""
+
+
+def test_it_waits_until_somebody_comes_near(sim):
+    sim.start("greet", script={"park": "parked"}, real=["PersonNear"])
+    sim.signal("user.distance", 3.0)
+    sim.until("stay", timeout=1)
+    sim.signal("user.distance", 2.0)
+    sim.until("met", timeout=1)
+    sim.assert_path("park", "stay")
+
+
+def test_an_arm_that_cannot_be_parked_is_a_failure(sim):
+    sim.start("greet", script={"park": "failed"})
+    sim.until("failed", timeout=1)
+
+
+def test_it_greets_somebody_in_the_room(sim):
+    sim.start("greet", scene="room", profile="calm")
+    sim.until("met", timeout=60)

@@ -1,0 +1,1 @@
+"""Your own robot: body, parts, states, chart."""
