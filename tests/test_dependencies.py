@@ -195,4 +195,4 @@ def test_the_doctor_tells_what_the_drivers_of_a_connection_lack(
 
     assert done.returncode == FAILED
     assert f"hw.drivers.can.can_base:CanBase: {needs('canopen')}" in done.stdout
-    assert f"hw.drivers.unity.unity_link:UnityVr {needs('rosbags')}" in done.stdout
+    assert f"hw.drivers.unity.unity_link:Unity {needs('rosbags')}" in done.stdout

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 new_tuple = tuple.__new__  # makes a `Stamped` in 60 % of the time that its constructor takes
 
 
-class Turn(Protocol):
+class Versions(Protocol):
     """What a slot asks of its board: the number of its last change, and a clock, ns."""
 
     version: int
@@ -88,7 +88,7 @@ class DerivedSlot(Slot):
 
     __slots__ = ("board", "checked", "function", "seen", "sources", "values")
 
-    def __init__(self, signal: Derived, sources: list[Slot], board: Turn) -> None:
+    def __init__(self, signal: Derived, sources: list[Slot], board: Versions) -> None:
         super().__init__(signal.name, union(sources))
         self.function = signal.function
         self.sources = sources
@@ -141,7 +141,7 @@ class EstimatedSlot(Slot):
         "stamp", "stamps",
     )  # fmt: skip
 
-    def __init__(self, signal: Estimated, sources: list[Slot], board: Turn) -> None:
+    def __init__(self, signal: Estimated, sources: list[Slot], board: Versions) -> None:
         super().__init__(signal.name, union(sources))
         self.estimator = signal.make()
         self.stamp = getattr(self.estimator, "stamp", self._oldest)

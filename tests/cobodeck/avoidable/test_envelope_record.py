@@ -316,7 +316,7 @@ def test_records_are_judged_on_the_command_line(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr(told, "judged_run", {record: found}.__getitem__)
+    monkeypatch.setattr("cobodeck.avoidable.judged_run", {record: found}.__getitem__)
 
     assert main(["bench", "envelope", str(record), "--json"]) == OK
 

@@ -52,14 +52,14 @@ def test_a_run_goes_before_other_programs_beside_devices_only_and_only_while_it_
 def test_who_has_no_right_to_priorities_is_told_what_gives_it(
     monkeypatch: pytest.MonkeyPatch, user: int, limit: int, right: str
 ) -> None:
-    monkeypatch.setattr("hw.ipc.priority.permitted", lambda: False)
+    monkeypatch.setattr("hw.ipc.permitted", lambda: False)
     monkeypatch.setattr(os, "geteuid", lambda: user)
     monkeypatch.setattr(resource, "getrlimit", lambda _: (limit, limit))
     told = hindered()
     assert told is not None
     assert right in told
     assert looked_at() == CheckResult("real time", MISSING, told)
-    monkeypatch.setattr("hw.ipc.priority.permitted", lambda: True)
+    monkeypatch.setattr("hw.ipc.permitted", lambda: True)
     assert hindered() is None
     assert looked_at().state == FIT
 

@@ -115,7 +115,7 @@ def test_files_that_are_wrong_are_told(tmp_path, wrong, told):
 
 
 def run(monkeypatch, log, *words):
-    monkeypatch.setattr("cobodeck.logs.log_files.open_log", lambda _: log)
+    monkeypatch.setattr("cobodeck.logs.open_log", lambda _: log)
     return main(["calibrate", "drive.mcap", *map(str, words)])
 
 

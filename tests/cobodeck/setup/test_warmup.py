@@ -62,8 +62,9 @@ def test_no_example_is_forgotten_and_only_what_is_used_is_compiled() -> None:
         for local in ("profile", "teb")
         for scanning in (False, True)
     }
-    always = {f"states.navigation.{name}" for name in ("visibility", "profile_planner")}
-    in_turn = {f"states.navigation.{name}" for name in ("grid_planners", "teb_planner")}
+    navigation = "states.navigation"
+    always = {f"{navigation}.exact.visibility", f"{navigation}.local.profile_planner"}
+    in_turn = {f"{navigation}.grid.grid_planners", f"{navigation}.local.teb_planner"}
     beside = {name for name in registered if name.startswith(("behaviors.", "states.arm."))}
     beside |= {rays.__name__, coverage.__name__}
 

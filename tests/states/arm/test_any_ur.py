@@ -124,7 +124,7 @@ def test_lengths_of_no_known_arm_are_refused_with_the_nearest(tmp_path: Path) ->
 
 
 def test_an_arm_file_with_another_arm_s_lengths_is_refused(tmp_path: Path) -> None:
-    text = (Path(load_arm.__code__.co_filename).parent / "arms/ur5.yaml").read_text()
+    text = (ARMS / "ur5.yaml").read_text()
     ur10 = load_arm("ur10").dh
     for key, value in (("a2", ur10.a2), ("a3", ur10.a3)):
         text = re.sub(rf"{key}: -[0-9.]+", f"{key}: {value}", text)
