@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
 import networkx as nx
+
+from engine.faces import homes
 
 ROOT = Path(__file__).resolve().parents[1]
 PRODUCT = ("engine", "states", "behaviors", "hw", "cobodeck")
@@ -99,20 +101,22 @@ def test_no_public_class_has_the_name_of_another_type() -> None:
     assert not twice
 
 
-def imported_at_run_time(node: ast.AST) -> Iterator[str]:
-    """What a module imports when it is loaded or later; imports for type checkers left out."""
-    for child in ast.iter_child_nodes(node):
-        match child:
-            case ast.If(test=ast.Name("TYPE_CHECKING")):
-                continue
-            case ast.expr():  # has no statement in it
-                continue
+def imported(node: ast.AST) -> Iterator[str]:
+    """What a module imports, for type checkers too; a name of a face counts as its module."""
+    for child in ast.walk(node):
         if isinstance(child, ast.Import):
             yield from (alias.name for alias in child.names)
         elif isinstance(child, ast.ImportFrom) and child.module:
-            yield child.module
-            yield from (f"{child.module}.{alias.name}" for alias in child.names)
-        yield from imported_at_run_time(child)
+            for alias in child.names:
+                offered = face_of(child.module).get(alias.name, child.module)
+                yield f"{offered}.{alias.name}" if offered == child.module else offered
+                yield offered
+
+
+@cache
+def face_of(package: str) -> Mapping[str, str]:
+    stub = ROOT / package.replace(".", "/") / "__init__.pyi"
+    return homes(package) if stub.exists() else {}
 
 
 def test_modules_do_not_import_each_other_in_a_circle() -> None:
@@ -120,11 +124,12 @@ def test_modules_do_not_import_each_other_in_a_circle() -> None:
         file.removesuffix(".py").removesuffix("/__init__").replace("/", "."): tree
         for file, tree in trees().items()
     }
+    packages = {file.removesuffix("/__init__.py").replace("/", ".") for file in trees()}
     graph = nx.DiGraph(
         (name, other)
         for name, tree in found.items()
-        for other in imported_at_run_time(tree)
-        if other in found
+        for other in imported(tree)
+        if other in found and other not in packages and other != name
     )
 
     circles = [sorted(c) for c in nx.strongly_connected_components(graph) if len(c) > 1]

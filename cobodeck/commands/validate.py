@@ -26,9 +26,8 @@ from cobodeck.terminal import FAILED, OK, complain, show
 from cobodeck.validation import FileChecker, schema_notes
 from engine import FORMATS, report
 from engine.chart import Chart, Library
-from engine.check import explore
 from engine.files import Finding, Place, SourceFile, in_order
-from engine.machine import Machine
+from engine.machine import Machine, explore
 
 WALKED = 2_000
 """Limit of explored configurations; the report says when it is reached."""

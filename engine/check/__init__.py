@@ -1,4 +1,4 @@
-"""Static checks of charts, and their exploration, before anything moves."""
+"""Static checks of charts, before anything moves: the list of all, and each of them."""
 
 from engine.faces import face
 

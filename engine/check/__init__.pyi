@@ -1,6 +1,3 @@
-from engine.check.check_library import (
+from engine.check.all_checks import (
     check as check,
-)
-from engine.check.exploration import (
-    explore as explore,
 )

@@ -1,4 +1,4 @@
-"""A chart made ready to run: its nodes, and where the end of each of them leads."""
+"""A chart made ready to run: its nodes, where each of them leads, and all that it can come to."""
 
 from engine.faces import face
 

@@ -9,6 +9,7 @@ from engine.machine.deciding import (
     REFUSED as REFUSED,
     Judge as Judge,
 )
+from engine.machine.exploration import explore as explore
 from engine.machine.machine import (
     Box as Box,
     Cell as Cell,

@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from cobodeck.setup.setup import open_setup
-from engine.check.exploration import Ended, active, after, explore, initial
+from engine.machine.exploration import Ended, active, after, explore, initial
 from engine.machine.machine import Machine
 from engine.machine.scripted_states import LeafScript
 from engine.run.chart_run import ChartRun

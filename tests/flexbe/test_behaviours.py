@@ -10,8 +10,8 @@ import re
 import pytest
 
 from engine.chart.chart import AUTONOMY
-from engine.check.check_library import check
-from engine.check.exploration import explore
+from engine.check.all_checks import check
+from engine.machine.exploration import explore
 from engine.machine.machine import Leaf
 from tests.flexbe.conftest import NAMES, Play
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import given, settings, strategies as st
 
-from engine.check.check_library import check
+from engine.check.all_checks import check
 from engine.files.declared.values import is_name
 from engine.files.source import read
 from engine.machine.machine import Machine

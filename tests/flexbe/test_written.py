@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from engine.chart.chart import AUTONOMY
-from engine.check.check_library import check
-from engine.check.exploration import explore
+from engine.check.all_checks import check
+from engine.machine.exploration import explore
 from engine.machine.machine import Box, Leaf
 from tests.flexbe.conftest import HZ, Play, written_library, written_machine
 from tests.flexbe.states import INTERFACES, TYPES, Pose, Trajectory

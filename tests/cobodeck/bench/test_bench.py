@@ -100,7 +100,7 @@ def test_the_limit_steps_the_very_generators_of_the_chart() -> None:
 
 def test_the_large_chart_has_1000_leaves_and_no_mistake() -> None:
     from engine.chart.load import load_text
-    from engine.check.check_library import check
+    from engine.check.all_checks import check
     from engine.machine.machine import Machine
 
     library = load_text(works.large_chart())

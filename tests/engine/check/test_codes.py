@@ -10,7 +10,7 @@ import pytest
 
 import engine
 from engine.chart.load import Library
-from engine.check.check_library import check
+from engine.check.all_checks import check
 from engine.files.finding import Finding
 from engine.files.source import read
 from engine.state import Action, Monitor, State, interface

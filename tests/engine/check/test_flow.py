@@ -9,7 +9,7 @@ from typing import Any
 from hypothesis import given, settings, strategies as st
 
 from engine.chart.chart import Chart, Node, mark_of
-from engine.check.check_library import check
+from engine.check.all_checks import check
 from engine.machine.machine import Machine
 from tests.engine.check.some_charts import FORMS, INTERFACES, Maker, library
 from tests.engine.check.test_sound import play

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from engine.chart.load import Library
-from engine.check.check_library import check
+from engine.check.all_checks import check
 from engine.files.source import read
 from tests.engine.check.some_charts import INTERFACES
 

@@ -14,7 +14,7 @@ import pytest
 
 from cobodeck.project.state_catalogue import catalogue, shipped_charts
 from engine.chart.load import Library
-from engine.check.check_library import check
+from engine.check.all_checks import check
 from engine.files.source import read
 from engine.machine.machine import Machine
 from tests.engine.check import nasty

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 
 from engine.chart.chart import Chart
 from engine.chart.load import Library
-from engine.check.check_library import check
+from engine.check.all_checks import check
 from engine.machine.machine import Box, Leaf, Machine, Vertex
 from engine.machine.scripted_states import LeafScript
 from engine.run.chart_run import ChartRun

@@ -10,10 +10,10 @@ from hypothesis import given, settings, strategies as st
 
 from engine.chart.chart import Node
 from engine.chart.load import Library
-from engine.check.check_library import check
-from engine.check.exploration import explore
+from engine.check.all_checks import check
 from engine.files.finding import Finding
 from engine.files.source import read
+from engine.machine.exploration import explore
 from engine.machine.machine import Machine
 from tests.engine.check.some_charts import INTERFACES, Maker, library
 from tests.repeats import examples

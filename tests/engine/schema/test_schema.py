@@ -14,7 +14,7 @@ from hypothesis import given, settings, strategies as st
 from engine.chart.chart import Node
 from engine.chart.grammar import FORMS, NODE
 from engine.chart.load import Library
-from engine.check.check_library import check
+from engine.check.all_checks import check
 from engine.files.declared.values import Mismatch
 from engine.files.finding import Finding
 from engine.schema.document import chart_schema, schema_text

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import HealthCheck, given, settings
 
-from engine.check.exploration import Ended, active, after, explore, initial, steps
+from engine.machine.exploration import Ended, active, after, explore, initial, steps
 from engine.machine.machine import Vertex
 from engine.state import Action, Context, Run
 from tests.engine.conftest import Bench
