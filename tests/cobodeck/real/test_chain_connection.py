@@ -167,6 +167,6 @@ def test_nobody_cycles_in_the_engine_and_records_come_from_the_process(rig: Rig)
 
 
 def test_a_second_engine_is_told_so_in_the_words_of_its_connection(rig: Rig) -> None:
-    shown = r"c\.yaml:3:3: link 'chain' by hw\.drivers\.chain\.link:ChainLink: "
+    shown = r"c\.yaml:3:3: link 'chain' by hw\.drivers\.chain\.chain_client:ChainLink: "
     with pytest.raises(Problem, match=shown):
         rig.open()
