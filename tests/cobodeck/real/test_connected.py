@@ -364,15 +364,15 @@ def test_a_reset_takes_the_latch_of_the_guard_away_with_a_line_of_its_own_too() 
 
 
 def test_a_cause_that_holds_keeps_the_line_pulled() -> None:
-    class Here:
+    class HeldChain:
         def pull(self, reason: str) -> None:
             """Its wheels are here: the stop line is heard in this process."""
 
-    class Held:
-        chain = Here()
-
         def reset(self, now_ns: int) -> bool:
             return False
+
+    class Held:
+        chain = HeldChain()
 
     told: list[str] = []
     stops = Stops(StopLatch(lambda: True), {}, lambda: 0, told.append)
