@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from cobodeck.__main__ import COMMANDS, main
 from cobodeck.bench.table import PAGE, RESULT, with_table
 from cobodeck.terminal.console import OK
+from hw.connection.driver_names import our_drivers
 
 ROOT = Path(__file__).resolve().parents[3]
 README = (ROOT / "README.md").read_text()
@@ -74,3 +76,19 @@ def test_a_page_is_one_page_and_names_tests_and_modules_that_exist(page: Path) -
     for name in re.findall(r"^\| ((?:`[\w/]+\.\w+`,? ?)+)", text, flags=re.M):
         for file in re.findall(r"`([\w/]+\.\w+)`", name):
             assert Path(file).name in beside, file
+
+
+OURS = [page for page in MARKDOWN if not {"template", "docs"} & {*page.parts}]
+"""The others have paths of a user's own project."""
+
+
+@pytest.mark.parametrize("page", OURS, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_paths_and_drivers_of_a_page_are_those_of_today(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+
+    for path in re.findall(r"`((?:\.\./)*\w+/[\w/.]*(?:/|\.(?:py|md|yaml|json)))`", text):
+        assert any((near / path).exists() for near in (page.parent, ROOT)), path
+    for driver in re.findall(r"driver: (\w+)", text):
+        assert driver in our_drivers(), driver
+    for module in re.findall(r"^from ((?:engine|hw|states)[\w.]*)", text, flags=re.M):
+        assert find_spec(module) is not None, module
