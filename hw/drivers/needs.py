@@ -1,7 +1,7 @@
 """What a driver class says of itself, before anything of it is opened.
 
     class Arm:
-        needs = ("vendor_arm""),)  # imported when it is opened
+        needs = ("vendor_arm",)             # modules that it imports when it is opened
 
         @staticmethod
         def listens(port, **_):          # the ports of this machine that it opens
