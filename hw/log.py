@@ -47,7 +47,7 @@ class LogReader(Generic[T]):
         self._log = log
         self._next = max(0, log.written - log.size)
 
-    def take(self) -> list[T]:
+    def read_new(self) -> list[T]:
         """All entries since the last call, oldest first."""
         log = self._log
         taken: list[T] = []

@@ -100,7 +100,7 @@ class _Reading:
     truth: Mapping[str, Any] | None = None
     open: dict[str, int] = field(default_factory=dict)
 
-    def take(self, group: Group) -> None:
+    def add_tick(self, group: Group) -> None:
         """Take one tick."""
         for found in group.of("scene"):
             self.scene = found
@@ -162,7 +162,7 @@ def read_run(record: Record) -> RecordedRun:
         reading = _Reading(escape_paths(record))
     for group in record.groups():
         with record.understood(group):
-            reading.take(group)
+            reading.add_tick(group)
     if len(reading.rows) < 3 or reading.scene is None:
         told = "does not tell where robot, person and walls truly were"
         raise mistake(record.path, told, hint="take the record of a simulation beside a person")

@@ -84,7 +84,7 @@ class _Times:
     count: int
     seconds: list[float] = field(default_factory=list)
 
-    def take(self) -> None:
+    def measure(self) -> None:
         self.seconds.append(seconds_of(self.work, self.count) / self.count)
 
 
@@ -95,9 +95,9 @@ def measure(
     limit = _prepare(case.limit, round_s)
     taken = {name: _prepare(work, round_s) for name, work in case.variants.items()}
     for _ in range(rounds):
-        limit.take()
+        limit.measure()
         for times in taken.values():
-            times.take()
+            times.measure()
     return [_row(bench, case, variant, times, limit) for variant, times in taken.items()]
 
 

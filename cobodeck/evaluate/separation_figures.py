@@ -27,7 +27,7 @@ class SeparationWatch:
 
     def watch(self, now_ns: int) -> None:  # noqa: ARG002  cycles have stamps of their own
         """Read all records since the last call."""
-        for record in self._cycles.take():
+        for record in self._cycles.read_new():
             lasted = min(LONGEST_NS, record.stamp_ns - self._stamp)
             self._stamp = record.stamp_ns
             gap = record.separation

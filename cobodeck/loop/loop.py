@@ -180,7 +180,7 @@ class Loop:
         before, read = self.missed, now
         now = self._begin(now)
         moved = clock()
-        self.wired.inlet.take(now)
+        self.wired.inlet.poll(now)
         delivered = clock()
         for observer in self.observers:
             observer.watch(now)
@@ -251,7 +251,7 @@ class Loop:
 
     def _add(self, now: int) -> None:
         """Take samples off the grid; tick if a state waits for one of them or a timeout is due."""
-        self.wired.inlet.take(now)
+        self.wired.inlet.poll(now)
         schedule = self.wired.run.schedule
         if now <= self.now_ns or not (schedule.next_deadline() <= now or schedule.wants_news()):
             self._end(Ticked(now, self.ticks, "taken"))

@@ -70,7 +70,7 @@ class Inlet:
         """The signals of the parts that are polled."""
         return {name for part in self.sources.values() for name in part.signals}
 
-    def take(self, now_ns: int) -> None:
+    def poll(self, now_ns: int) -> None:
         """Poll the parts and take all samples that have arrived by now."""
         begins, self.begins = self.begins, False
         for name, part in list(self.sources.items()):

@@ -54,7 +54,7 @@ class Envelope:
         """True once it was observed for SETTLING_NS."""
         return bool(self._lows) and not self._is_young(self._lows[-1][0])
 
-    def take(self, stamp_ns: int, received_ns: int) -> bool:
+    def add_stamp(self, stamp_ns: int, received_ns: int) -> bool:
         """Take a stamp; False if it steps ahead of all others, and does not count."""
         lows, difference = self._lows, received_ns - stamp_ns
         while lows and lows[0][0] < received_ns - WINDOW_NS:
@@ -114,7 +114,7 @@ class StampedClock:
             return self._by_clock(stamp_ns, received_ns)
         if back or self.set_by_ns is None:
             self._next.reset()
-        self._next.take(stamp_ns, received_ns)
+        self._next.add_stamp(stamp_ns, received_ns)
         self.set_by_ns = offset - (self._next.offset_ns or 0)
         if not self._next.settled:
             return None
@@ -123,7 +123,7 @@ class StampedClock:
 
     def _by_clock(self, stamp_ns: int, received_ns: int) -> int | None:
         self.set_by_ns = None
-        fits, offset = self._clock.take(stamp_ns, received_ns), self._clock.offset_ns
+        fits, offset = self._clock.add_stamp(stamp_ns, received_ns), self._clock.offset_ns
         return stamp_ns + offset if fits and offset is not None else None
 
 
@@ -148,7 +148,7 @@ class RoundTrips:
         _, way, offset = min(self._trips, key=lambda trip: trip[1])
         return ClockOffset(offset, way // 2)
 
-    def take(self, asked: int, came: int, answered: int, received: int) -> None:
+    def add(self, asked: int, came: int, answered: int, received: int) -> None:
         """Take a round trip: sent and received by our clock, came and answered by theirs, ns.
 
         With d = (received - asked) - (answered - came) on the way, the offset is the mean of
@@ -199,7 +199,7 @@ class PeerClock:
 
     def instant(self, stamp_ns: int, received_ns: int) -> int | None:
         """A stamp of theirs by our clock, ns; None if it fits nothing known of their clock."""
-        fits = self._envelope.take(stamp_ns, received_ns)
+        fits = self._envelope.add_stamp(stamp_ns, received_ns)
         offset = self.offset
         if offset is None or (self.trips.best is None and not (fits and self._envelope.settled)):
             return None

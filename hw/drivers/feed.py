@@ -20,20 +20,20 @@ LOOK_S = 0.2
 class DatagramFeed:
     """Receives from one source, at its `door`, and passes each datagram on, in its thread.
 
-    `take` is called with a datagram and its stamp in the time of the run, ns; `watch`, if given, at
-    least every `look_s` with an instant (CLOCK_MONOTONIC, ns) up to which all that had arrived has
-    been taken, so that silence is not mistaken for a thread that was held up.
+    `on_datagram` is called with a datagram and its stamp in the time of the run, ns; `watch`, if
+    given, at least every `look_s` with an instant (CLOCK_MONOTONIC, ns) up to which all that had
+    arrived has been passed on, so that silence is not mistaken for a thread that was held up.
     """
 
     def __init__(
         self,
         source: str,
         now: Callable[[], int],
-        take: Callable[[Datagram, int], None],
+        on_datagram: Callable[[Datagram, int], None],
         watch: Callable[[int], None] | None = None,
         look_s: float = LOOK_S,
     ) -> None:
-        self._now, self._take, self._watch, self._look_s = now, take, watch, look_s
+        self._now, self._on_datagram, self._watch, self._look_s = now, on_datagram, watch, look_s
         self._intake = Intake((source, OWN))
         self.door = self._intake.door(source)
         self._over = False
@@ -83,7 +83,7 @@ class DatagramFeed:
     def _hand_on(self, datagram: Datagram) -> None:
         """Let it be taken; a mistake of the taker is printed, and the thread goes on."""
         try:
-            self._take(datagram, self._now() - (time.monotonic_ns() - datagram.stamp_ns))
+            self._on_datagram(datagram, self._now() - (time.monotonic_ns() - datagram.stamp_ns))
         except Exception as error:  # noqa: BLE001  the next datagrams are not to be lost with it
             threading.excepthook(
                 threading.ExceptHookArgs((type(error), error, error.__traceback__, self._thread))

@@ -138,9 +138,9 @@ class WorldPeer:
     def _poll(self) -> None:
         while heard := self._intake.poll():
             for datagram in heard:
-                self._take(datagram)
+                self._on_datagram(datagram)
 
-    def _take(self, datagram: Datagram) -> None:
+    def _on_datagram(self, datagram: Datagram) -> None:
         self._heard = time.monotonic_ns()
         if datagram.name == "truth":
             shift = self._shift or 0

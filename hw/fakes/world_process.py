@@ -122,19 +122,19 @@ class Host:
             if parent in readable:
                 return
             if self._intake in readable:
-                self._hear()
+                self._receive()
             behind = time.monotonic_ns() - due
             if behind >= 0:
                 self._step(behind)
 
-    def _hear(self) -> None:
+    def _receive(self) -> None:
         for heard in self._intake.poll():
             try:
-                self._take(heard)
+                self._handle(heard)
             except (TypeError, ValueError) as error:
                 sys.stderr.write(f"world: {heard.source} {heard.name}: {error}\n")
 
-    def _take(self, heard: Heard) -> None:
+    def _handle(self, heard: Heard) -> None:
         if heard.name == "subscribe":
             self._audience.welcome(heard.source, heard.value, time.monotonic())
             return

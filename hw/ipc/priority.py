@@ -34,7 +34,7 @@ _PRESENT, _FUTURE, _ON_FAULT = 1, 2, 4
 def permitted() -> bool:
     """True if this process may have each of the priorities; tried by a thread, which ends."""
     found: list[bool] = []
-    trying = threading.Thread(target=lambda: found.append(_take(0, CHAIN)))
+    trying = threading.Thread(target=lambda: found.append(_set_priority(0, CHAIN)))
     trying.start()
     trying.join()
     return found[0]
@@ -46,7 +46,7 @@ def hurry(priority: int) -> None:
     A process that then computes for RUNAWAY_S without a pause gives it back and says so on stderr:
     an endless loop would leave other programs 5 % of a processor, the kernel's own guard.
     """
-    if not all(_take(thread, priority) for thread in _threads()):
+    if not all(_set_priority(thread, priority) for thread in _threads()):
         return
     import resource
 
@@ -94,7 +94,7 @@ def lock_memory() -> None:
         return  # no Linux
 
 
-def _take(thread: int, priority: int) -> bool:
+def _set_priority(thread: int, priority: int) -> bool:
     """Give a thread (0: this one) a real-time priority; False if that is not permitted."""
     try:
         policy = os.SCHED_RR | os.SCHED_RESET_ON_FORK

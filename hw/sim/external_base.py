@@ -112,7 +112,7 @@ class HostedArm:
         self.braked = False
         self._heard: tuple[int, Joints] = (0, joints)
 
-    def take(self, stamp_ns: int, joints: Joints) -> None:
+    def on_joints(self, stamp_ns: int, joints: Joints) -> None:
         """Take the controller's joint angles, rad.
 
         Raises:

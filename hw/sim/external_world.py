@@ -150,7 +150,7 @@ class HostedWorld:
             self.base.turn(stamp_ns, value)
         elif (source, name) == ("cb3", "joints"):
             if self.arm is not None:
-                self.arm.take(stamp_ns, value)
+                self.arm.on_joints(stamp_ns, value)
         elif (source, name) == (VR, "inform"):
             if self.person is not None:
                 self._world.parts["vr"].inform(value is True)

@@ -239,7 +239,7 @@ class Localizer:
             self._fusion.scan(stamp_ns, pose, found.information, gated=gated)
             self._anchor(stamp_ns, found.information)
         supported = health.mode != "doubtful" or self._search.supports(pose)
-        if health.take(stamp_ns, found, supported=supported, unsure=unsure):
+        if health.add_match(stamp_ns, found, supported=supported, unsure=unsure):
             here = self._fusion.at(stamp_ns)
             # a base that drives is not carried away: elsewhere it needs more evidence
             given = not self._wheels.standing

@@ -11,11 +11,11 @@ def test_every_reader_gets_every_entry_once_and_in_order():
     log = Log(8)
     first, second = log.reader(), log.reader()
     log.append("a")
-    assert first.take() == ["a"]
+    assert first.read_new() == ["a"]
     log.append("b")
-    assert first.take() == ["b"]
-    assert second.take() == ["a", "b"]
-    assert (first.take(), second.take()) == ([], [])
+    assert first.read_new() == ["b"]
+    assert second.read_new() == ["a", "b"]
+    assert (first.read_new(), second.read_new()) == ([], [])
     assert (first.missed, second.missed) == (0, 0)
 
 
@@ -31,7 +31,7 @@ def test_a_reader_who_comes_later_finds_what_the_log_still_holds():
     for n in range(5):
         log.append(n)
     late = log.reader()
-    assert late.take() == [2, 3, 4]
+    assert late.read_new() == [2, 3, 4]
     assert late.missed == 0
 
 
@@ -43,7 +43,7 @@ def test_what_a_slow_reader_missed_is_counted_and_the_rest_is_the_newest(bursts,
         for _ in range(burst):
             log.append(written)
             written += 1
-        found = reader.take()
+        found = reader.read_new()
         assert found == list(range(written - min(burst, size), written))
         taken += len(found)
         assert taken + reader.missed == written
@@ -57,8 +57,8 @@ def test_readers_in_other_threads_lose_nothing_uncounted_while_the_log_grows():
 
     def follow(n):
         while not done.is_set():
-            found[n] += readers[n].take()
-        found[n] += readers[n].take()
+            found[n] += readers[n].read_new()
+        found[n] += readers[n].read_new()
 
     threads = [threading.Thread(target=follow, args=(n,)) for n in range(len(readers))]
     for thread in threads:

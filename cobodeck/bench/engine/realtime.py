@@ -47,7 +47,7 @@ class Probe:
         self.wake = _nobody
         self._arrived: deque[int] = deque()
         self._over = threading.Event()
-        threading.Thread(target=self._take, daemon=True).start()
+        threading.Thread(target=self._produce, daemon=True).start()
 
     def samples(self, now_ns: int) -> list[Sample]:
         """The samples that have arrived since the last call."""
@@ -58,7 +58,7 @@ class Probe:
         """Stop the thread."""
         self._over.set()
 
-    def _take(self) -> None:
+    def _produce(self) -> None:
         while not self._over.wait(1.0 / RATE_HZ):
             self._arrived.append(time.perf_counter_ns())
             self.wake()

@@ -68,7 +68,7 @@ def _read(path: Path, messages: BagMessages, gathered: Gathered) -> None:
         if broken is not None:
             gathered.remark(broken)
         try:
-            _take(plain, messages)
+            _read_messages(plain, messages)
         except ImportError:
             raise
         except Exception as error:  # noqa: BLE001  the library may raise anything on a damaged file
@@ -87,7 +87,7 @@ def _plain(path: Path) -> Iterator[tuple[Path, str | None]]:
         yield found
 
 
-def _take(path: Path, messages: BagMessages) -> None:
+def _read_messages(path: Path, messages: BagMessages) -> None:
     """Take all usable messages."""
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore

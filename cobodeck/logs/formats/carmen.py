@@ -68,7 +68,7 @@ def read_carmen(path: Path) -> SensorLog:
                 gathered.remark("lines with decimal commas were read as if with points")
                 words = line.replace(",", ".").split()
             try:
-                lines.take(words)
+                lines.add_line(words)
             except (ValueError, IndexError):
                 lines.wrong.append((number, words[0]))
     lines.close()
@@ -93,7 +93,7 @@ class _Lines:
     given: dict[str, str] = field(default_factory=dict)
     wrong: list[tuple[int, str]] = field(default_factory=list)
 
-    def take(self, words: Sequence[str]) -> None:
+    def add_line(self, words: Sequence[str]) -> None:
         """Take a line, split into words.
 
         Raises:

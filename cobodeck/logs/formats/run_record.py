@@ -50,7 +50,7 @@ def read_record(path: Path) -> SensorLog:
         taking = _Taking(record, gathered)
         for group in record.groups():
             with record.understood(group):
-                taking.take(group)
+                taking.add_tick(group)
         if record.broken is not None:
             gathered.remark(record.broken)
     return gathered.finished()
@@ -78,7 +78,7 @@ class _Taking:
         self._grid = TickGrid(record.header["tick_hz"])
         self._truth: Truth | None = None
 
-    def take(self, group: Group) -> None:
+    def add_tick(self, group: Group) -> None:
         """Take the messages of one tick."""
         for told in group.told:
             if told.topic in self._readers:

@@ -62,7 +62,7 @@ class ArchiveReader:
     kinds: Kinds
     at: int = 0
 
-    def take(self, count: int) -> bytes:
+    def read(self, count: int) -> bytes:
         """The next bytes."""
         end = self.at + count
         if count < 0 or end > len(self.data):
@@ -74,7 +74,7 @@ class ArchiveReader:
     def numbers(self, form: str) -> tuple[Any, ...]:
         """Numbers by a format of `struct`, little-endian, without padding."""
         form = "<" + form
-        return struct.unpack(form, self.take(struct.calcsize(form)))
+        return struct.unpack(form, self.read(struct.calcsize(form)))
 
     def number(self, form: str) -> Any:
         """One number."""
@@ -89,7 +89,7 @@ class ArchiveReader:
 
     def text(self) -> str:
         """A text, preceded by its length."""
-        return self.take(self.count(1)).decode("utf-8", "replace")
+        return self.read(self.count(1)).decode("utf-8", "replace")
 
     def part(self) -> Any:
         """An object that is a field of another object."""
@@ -106,7 +106,7 @@ class ArchiveReader:
             value = self.kinds[head.kind](self, head.version)
         except ValueError as error:
             raise Broken(f"a {head.kind} at byte {head.at} was left out: {error}") from None
-        if not head.old and self.take(1)[0] != END:
+        if not head.old and self.read(1)[0] != END:
             raise Broken(
                 f"a {head.kind} of version {head.version} has an unknown layout, at {head.at}"
             )

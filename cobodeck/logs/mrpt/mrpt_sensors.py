@@ -71,7 +71,7 @@ def _scan(reader: ArchiveReader, version: int) -> RangeScan:
         reader.part()
     count = reader.count(4)
     ranges = reader.numbers(f"{count}f")
-    valid = reader.take(count) if version >= 1 else b"\1" * count
+    valid = reader.read(count) if version >= 1 else b"\1" * count
     if version >= 2:
         reader.number("f")
     ticks = reader.number("Q") if version >= 3 else 0
@@ -103,9 +103,9 @@ def _pass_velocities(reader: ArchiveReader, conditional: bool) -> None:
     """Skip velocities: poses give them too, and old writers left their flag uninitialised."""
     known = reader.number("B")
     if conditional:
-        reader.take(24 if known else 0)
+        reader.read(24 if known else 0)
     else:
-        reader.take(8)
+        reader.read(8)
 
 
 def _movement(reader: ArchiveReader, version: int) -> Movement:
@@ -117,12 +117,12 @@ def _movement(reader: ArchiveReader, version: int) -> Movement:
         source = reader.number("I")
         step = reader.part()
         if source == BY_WHEELS:
-            reader.take(_MODEL_BYTES[min(version, 5)])
+            reader.read(_MODEL_BYTES[min(version, 5)])
     if version >= 1:
         _pass_velocities(reader, conditional=version >= 7)
         if reader.number("B") or version < 7:
             reader.numbers("2i")
-    reader.take(8 if version >= 6 else 0)
+    reader.read(8 if version >= 6 else 0)
     return Movement(source, step)
 
 
@@ -133,9 +133,9 @@ _MODEL_BYTES = {2: 44, 3: 4 + 5 * 4 + 4 + 4 * 4, 4: 4 + 6 * 4 + 4 + 4 * 4, 5: 4 
 def _movement3(reader: ArchiveReader, version: int) -> Movement:
     source = reader.number("I")
     step: Pose3 = reader.part()
-    reader.take(reader.count(1))
+    reader.read(reader.count(1))
     reader.numbers(f"{reader.count(4)}f")
-    reader.take(8 if version >= 1 else 0)
+    reader.read(8 if version >= 1 else 0)
     return Movement(source, step.flat())
 
 
@@ -143,9 +143,9 @@ def _inertial(reader: ArchiveReader, version: int) -> Inertial:
     mount = reader.part()
     if version >= 4:
         count = 31
-        present = reader.take(count)
+        present = reader.read(count)
     else:
-        present = reader.take(reader.count(1))
+        present = reader.read(reader.count(1))
     ticks = reader.number("Q")
     if version < 4:
         count = reader.count(4 if version == 0 else 8)

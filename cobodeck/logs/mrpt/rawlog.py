@@ -60,7 +60,7 @@ def read_rawlog(path: Path) -> SensorLog:
         gathered.remark(broken)
     row = _Row(gathered)
     for found in objects(data, gathered.remark):
-        row.take(found.kind, found.value)
+        row.add_object(found.kind, found.value)
     row.close()
     return gathered.finished()
 
@@ -86,7 +86,7 @@ class _Row:
     reckoned: Pose2 = field(default_factory=lambda: Pose2(0.0, 0.0))
     corrected: Pose2 | None = None
 
-    def take(self, kind: str, value: Any) -> None:
+    def add_object(self, kind: str, value: Any) -> None:
         """Take the next object."""
         if kind in _FRAMES:
             self.frame += 1

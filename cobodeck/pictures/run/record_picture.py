@@ -67,7 +67,7 @@ def course_of(
     length_s = (record.figures() or {}).get("sim_s")
     for group in record.groups():
         with record.understood(group):
-            known.take(group)
+            known.add_tick(group)
             trace += _traced(group)
         if group.ticked.kind in ("grid", "left_out"):
             watch.watch(group.ticked.at_ns, known.truth)
@@ -123,7 +123,7 @@ class _Known:
         self._senses = Senses(self._inlet, footprint)
         self._readers = {TOPIC + name: SampleReader(name) for name in SENSED}
 
-    def take(self, group: Group) -> None:
+    def add_tick(self, group: Group) -> None:
         """Take the data of one tick."""
         for found in group.of("truth"):
             self._truth = truth_again(found, self._truth)

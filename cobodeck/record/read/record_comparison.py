@@ -66,7 +66,7 @@ class Traces:
         """Whether the traces are equal to their ends."""
         return self.at_ns is None
 
-    def take(self, a: list[TraceLine], b: list[TraceLine]) -> None:
+    def compare(self, a: list[TraceLine], b: list[TraceLine]) -> None:
         """Compare the trace records of one instant; either list may be empty."""
         if self.at_ns is not None and self.a is not None and self.b is not None:
             return
@@ -103,7 +103,7 @@ class Motions:
             truth = truth_again(found, None)
             self._poses[n] = truth.base, truth.body
 
-    def take(self, at_ns: int) -> None:
+    def compare(self, at_ns: int) -> None:
         """Compare the poses at an instant that both records have."""
         (base_a, body_a), (base_b, body_b) = self._poses
         if base_a is None or base_b is None:
@@ -155,9 +155,9 @@ def compare(a: Record, b: Record) -> Comparison:
             with record.understood(group):
                 lines[n] = _trace(group)
                 motions.know(n, group)
-        traces.take(*lines)
+        traces.compare(*lines)
         if None not in pair:
-            motions.take(ends[0])
+            motions.compare(ends[0])
     figures = tuple(_figures(a.result or {}, b.result or {}))
     headers = tuple(header_differences(a, b))
     return Comparison(headers, figures, traces, motions, tuple(ends), tuple(altered))

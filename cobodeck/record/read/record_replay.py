@@ -93,7 +93,7 @@ class ReplayChecker:
             feed.now = None  # the record is cut off here, so the closing of the run is not on it
         elif feed.next.ticked.kind == "end":
             feed.move()  # closing the run, next, calls parts
-            self.plant.take()
+            self.plant.read_tick()
 
     def _compare_trace(self) -> None:
         trace = self.run.trace

@@ -58,7 +58,7 @@ def past(record: Record) -> Past:
     reading = _Reading(record)
     for group in record.groups():
         with record.understood(group):
-            reading.take(group)
+            reading.add_tick(group)
     ways = reading.ways or _measured_ways(record.path, reading.seen)
     if not ways:
         told = "has no person in it"
@@ -82,7 +82,7 @@ class _Reading:
         self._grid = TickGrid(record.header["tick_hz"])
         self._truth: Truth | None = None
 
-    def take(self, group: Group) -> None:
+    def add_tick(self, group: Group) -> None:
         """Take one tick; its truth belongs to its instant on the grid, however late it ran."""
         self.until_ns = max(self.until_ns, group.ticked.at_ns)
         for told in group.told:

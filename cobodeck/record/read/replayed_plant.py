@@ -62,9 +62,9 @@ class Recorded:
         if group is None or (not self.paced and group.ticked.at_ns != to_ns):
             at = "none" if group is None else f"{group.ticked.at_ns / 1e9:.9f} s"
             feed.differ("the instant of the next tick", at, f"{to_ns / 1e9:.9f} s")
-        self.take()
+        self.read_tick()
 
-    def take(self) -> None:
+    def read_tick(self) -> None:
         """Take the recorded cycles, faults and failures of this tick."""
         fed = self._feed.fed
         if self.cycles is not None:

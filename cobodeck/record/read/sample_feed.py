@@ -73,12 +73,12 @@ class RecordFeed:
         if self.now is not None:
             try:
                 for told in self.now.told:
-                    self._take(told)
+                    self._add_message(told)
             except Exception as error:  # noqa: BLE001  an altered message may cause anything
                 self.differ(f"{told.topic}: a message", "can be read", f"{error!r}")
         return self.now
 
-    def _take(self, told: RecordedMessage) -> None:
+    def _add_message(self, told: RecordedMessage) -> None:
         fed, topic = self.fed, told.topic
         if topic.startswith(TOPIC):
             fed.samples.append(self._sample(told))

@@ -132,7 +132,7 @@ class Recorder:
         if truth is not None and truth != self._truth:
             self._truth = truth
             self._log("truth", schemas.TRUTH, self._truths.write(truth))
-        for cycle in self._cycles.take() if self._cycles is not None else ():
+        for cycle in self._cycles.read_new() if self._cycles is not None else ():
             self._log("safety", schemas.CYCLE, cycle_text(cycle))
 
     def tick(self, ticked: Ticked) -> None:

@@ -106,7 +106,7 @@ class CanBus:
                     break
                 message = self._bus.recv(0)
                 if message is not None:
-                    self._take(message, found, now_ns)
+                    self._on_message(message, found, now_ns)
                 elif not self._waitable:
                     break
         except (can.CanError, OSError, ValueError) as error:
@@ -133,9 +133,9 @@ class CanBus:
         with suppress(can.CanError, OSError):
             self._bus.shutdown()
 
-    def _take(self, message: can.Message, found: list[CanFrame], now_ns: int) -> None:
+    def _on_message(self, message: can.Message, found: list[CanFrame], now_ns: int) -> None:
         if message.is_error_frame:
-            self._take_error(message, now_ns)
+            self._on_error_frame(message, now_ns)
             return
         if message.is_remote_frame or message.is_extended_id:
             return
@@ -146,7 +146,7 @@ class CanBus:
             return
         found.append(frame)
 
-    def _take_error(self, message: can.Message, now_ns: int) -> None:
+    def _on_error_frame(self, message: can.Message, now_ns: int) -> None:
         kind, data = message.arbitration_id, bytes(message.data)
         if kind == LOST_ARBITRATION:
             return

@@ -89,7 +89,7 @@ class CanBase:
         self._stranger_ns: int | None = None
         self._clock, self._now_ns = clock, clock()
         self._beat_ns = self._sync_ns = self._moved_ns = self._rolled_ns = 0
-        self._net = Network()  # its threads are not used: frames are handed on by `_take`
+        self._net = Network()  # its threads are not used: frames are handed on by `_receive`
         self._subscribe()
         try:
             self._open()
@@ -107,7 +107,7 @@ class CanBase:
         if not self._begun:
             self._begun = True
             self._start(now_ns)
-        self._take(now_ns)
+        self._receive(now_ns)
         for drive in self._drives:
             drive.poll(now_ns)
         if self._bumper is not None:
@@ -161,7 +161,7 @@ class CanBase:
         while self._clock() < end_ns and not self._stand():
             self.drive(STILL, self._clock())
             self._bus.readable(0.005)
-            self._take(self._clock())
+            self._receive(self._clock())
         for drive in self._drives:
             drive.switch_off()
         self._bus.send(SYNC, b"")
@@ -181,14 +181,16 @@ class CanBase:
             on[0x80 + drive.node] = drive.on_emergency
             on[0x580 + drive.node] = drive.on_answer
         if self._bumper is not None:
-            on[self._bumper.frame] = self._bumper.take
-        for identifier, take in on.items():
-            self._net.subscribe(identifier, self._taker(take))
+            on[self._bumper.frame] = self._bumper.on_frame
+        for identifier, handle in on.items():
+            self._net.subscribe(identifier, self._handler(handle))
 
-    def _taker(self, take: Callable[[bytes, int], None]) -> Callable[[int, bytearray, float], None]:
-        return lambda _id, data, _stamp: take(bytes(data), self._now_ns)
+    def _handler(
+        self, handle: Callable[[bytes, int], None]
+    ) -> Callable[[int, bytearray, float], None]:
+        return lambda _id, data, _stamp: handle(bytes(data), self._now_ns)
 
-    def _take(self, now_ns: int) -> None:
+    def _receive(self, now_ns: int) -> None:
         self._now_ns = now_ns
         for frame in self._bus.poll(now_ns):
             self._net.notify(frame.id, bytearray(frame.data), 1e-9 * now_ns)
@@ -209,7 +211,7 @@ class CanBase:
         end_ns = self._now_ns + self.listens_ns
         while self._now_ns < end_ns:
             self._bus.readable(0.005)
-            self._take(self._clock())
+            self._receive(self._clock())
         if self._is_strange():
             raise OSError(
                 f"{self._bus.name}: another master drives there; a bus has one, so end that first"
@@ -219,7 +221,7 @@ class CanBase:
         end_ns = self._now_ns + OPENING_NS
         while waiting := [drive for drive in self._drives if not drive.configured]:
             self._bus.readable(0.002)
-            self._take(self._clock())
+            self._receive(self._clock())
             for drive in waiting:
                 drive.poll(self._now_ns)
             faults = [drive.fault for drive in waiting if drive.fault is not None]

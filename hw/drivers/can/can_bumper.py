@@ -56,7 +56,7 @@ class CanBumper:
         found, self._hits = self._hits, []
         return found
 
-    def take(self, data: bytes, now_ns: int) -> None:
+    def on_frame(self, data: bytes, now_ns: int) -> None:
         """Take a status frame."""
         self._heard_ns = now_ns
         wrong = self._misread(data)

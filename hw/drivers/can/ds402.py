@@ -244,7 +244,7 @@ class Ds402Drive:
 
     def on_answer(self, data: bytes, now_ns: int) -> None:
         """Take an answer to a write."""
-        self._writer.take(data, now_ns)
+        self._writer.on_answer(data, now_ns)
 
     def _begin_to_configure(self) -> None:
         self.configured, self._begun = False, True

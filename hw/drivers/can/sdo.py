@@ -100,7 +100,7 @@ class Writer:
         self._sent_ns = now_ns
         self._send(0x600 + self._node, self._request(self._left[0]))
 
-    def take(self, data: bytes, now_ns: int) -> None:
+    def on_answer(self, data: bytes, now_ns: int) -> None:
         """Take an answer: to this request or, from a slow node, to an earlier one."""
         if len(data) != 8 or not self._left or self._sent_ns is None:
             return

@@ -119,7 +119,7 @@ class ChainProcess:
 
     def _report(self, now_ns: int) -> None:
         cycle, chain = self._cycle, self._cycle.chain
-        records = self._records.take()
+        records = self._records.read_new()
         if records:
             self._outlet.send("chain.cycles", now_ns, tuple(records))
         if cycle.stopped != self._reported or now_ns - self._level_ns >= LEVEL_NS:

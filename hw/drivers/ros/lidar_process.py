@@ -50,7 +50,7 @@ class Scanners:
         kind = kind_of(KIND, settings["ros"])
         for name, entry in settings["scanners"].items():
             side = -1.0 if entry.get("upside_down", False) else 1.0
-            self.bridge.subscribe(entry["topic"], kind, partial(self._take, name, side))
+            self.bridge.subscribe(entry["topic"], kind, partial(self._on_scan, name, side))
         return self.bridge
 
     @property
@@ -77,7 +77,7 @@ class Scanners:
             self.bridge.close()
         self._outlet.close()
 
-    def _take(self, name: str, side: float, message: Mapping[str, Any]) -> None:
+    def _on_scan(self, name: str, side: float, message: Mapping[str, Any]) -> None:
         received_ns = time.monotonic_ns()
         try:
             stamp, scan = stamp_of(message), scan_of(name, message, side)

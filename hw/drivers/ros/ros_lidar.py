@@ -67,7 +67,7 @@ class RosLidar:
         self.wake: Callable[[], None] = _nobody
         self._tell = opening.tell
         self._arrived: deque[Sample] = deque(maxlen=KEPT * len(scanners))
-        self._feed = DatagramFeed("lidar", now, self._take)
+        self._feed = DatagramFeed("lidar", now, self._on_datagram)
         self._fault: str | None = None
         self.child = Child(
             "hw.drivers.ros.lidar_process",
@@ -106,7 +106,7 @@ class RosLidar:
         self.child.close()
         self._feed.close()
 
-    def _take(self, datagram: Datagram, stamp_ns: int) -> None:
+    def _on_datagram(self, datagram: Datagram, stamp_ns: int) -> None:
         if datagram.name == "base.scan" and isinstance(datagram.value, Scan):
             self._arrived.append(Sample("base.scan", stamp_ns, datagram.value))
             self.wake()

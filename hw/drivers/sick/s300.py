@@ -98,7 +98,7 @@ class S300:
             self._readers.append(_Reader(name, _line_of(name, address, baud), stamping, now))
         self._right = f"it has to be on, to measure, and to send continuously at {baud} baud"
         for reader in self._readers:
-            reader.start(self._take)
+            reader.start(self._on_sample)
 
     @property
     def health(self) -> dict[str, str | None]:
@@ -135,7 +135,7 @@ class S300:
         for reader in self._readers:
             reader.join()
 
-    def _take(self, sample: Sample) -> None:
+    def _on_sample(self, sample: Sample) -> None:
         self._arrived.append(sample)
         self.wake()
 
@@ -193,11 +193,11 @@ class _Reader:
         self.scans, self.over = threading.Event(), threading.Event()
         self._scanned_ns = self._looked_ns = self._heard_ns = time.monotonic_ns()
         self._open, self._stamping, self._now = open_line, stamping, now
-        self._take: Callable[[Sample], None] = lambda _: None
+        self._on_sample: Callable[[Sample], None] = lambda _: None
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
-    def start(self, take: Callable[[Sample], None]) -> None:
-        self._take = take
+    def start(self, on_sample: Callable[[Sample], None]) -> None:
+        self._on_sample = on_sample
         self._thread.start()
 
     @property
@@ -249,7 +249,7 @@ class _Reader:
                 if self.cause is None:
                     self._scanned_ns = looked_ns
                     self.scans.set()
-                    self._take(self._stamping.sample(telegram, received))
+                    self._on_sample(self._stamping.sample(telegram, received))
             self._looked_ns = looked_ns
 
 

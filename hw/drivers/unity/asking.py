@@ -36,7 +36,7 @@ class ClockQuestions:
         if asked is None:
             return f"an answer to {token!r}, which was not asked"
         came, answered = time_of(message.time_ref), time_of(message.header.stamp)
-        session.clock.trips.take(asked, came, answered, now_ns)
+        session.clock.trips.add(asked, came, answered, now_ns)
         return None
 
     def _ask(self, session: Session, now_ns: int) -> None:

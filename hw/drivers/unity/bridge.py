@@ -122,7 +122,7 @@ class UnityBridge:
             self._drop(name, session)
         self._told_ns = -LEVELS_EVERY_NS
 
-    def take(self, session: Session, found: UnityFrame, now_ns: int) -> None:
+    def on_frame(self, session: Session, found: UnityFrame, now_ns: int) -> None:
         """Take a frame of a client."""
         self._now_ns = now_ns
         if not found.destination:
@@ -274,7 +274,7 @@ class UnityBridge:
                 self._misbuilt(session, next(one for one in BUILDS if one != self._settings.build))
                 return None
             return str(error)
-        reason = self._inbox.take(topic.role, message, now_ns, session.clock)
+        reason = self._inbox.on_message(topic.role, message, now_ns, session.clock)
         if session.clock.backlogged:
             session.broken = f"its data is {session.clock.age_ns * 1e-6:.0f} ms old"
         return reason

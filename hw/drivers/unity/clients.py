@@ -55,7 +55,7 @@ class Clients:
         try:
             for frame in session.read(now_ns):
                 if session.broken is None:
-                    self.bridge.take(session, frame, now_ns)
+                    self.bridge.on_frame(session, frame, now_ns)
         except MalformedFrame as error:
             session.broken = str(error)
         except Exception as error:  # noqa: BLE001  any bytes may come, and others go on

@@ -95,7 +95,7 @@ class Inbox:
     _upright: bool = False
     _seated: bool = False
 
-    def take(self, role: str, message: Any, received_ns: int, clock: PeerClock) -> str | None:
+    def on_message(self, role: str, message: Any, received_ns: int, clock: PeerClock) -> str | None:
         """Take a message; returns why it was refused, or None."""
         if role in ("release", "restart"):
             return self._event(role, message, received_ns)

@@ -109,7 +109,7 @@ class Unity:
         self.heard_ns: int | None = None
         self._queues: dict[str, deque[Sample]] = {}
         self._wakes: dict[str, Callable[[], None]] = {}
-        self._feed = DatagramFeed(SOURCE, now, self._take)
+        self._feed = DatagramFeed(SOURCE, now, self._on_datagram)
         chain = () if tells is None else (tells.door(SOURCE),)
         self._outlet = Outlet()
         self._address: Address | None = None
@@ -176,7 +176,7 @@ class Unity:
         self._feed.close()
         self._outlet.close()
 
-    def _take(self, datagram: Datagram, stamp_ns: int) -> None:
+    def _on_datagram(self, datagram: Datagram, stamp_ns: int) -> None:
         if datagram.name == "vr.link":
             ahead_ns = max(0, datagram.stamp_ns - time.monotonic_ns())  # a stamp ahead is none
             self.heard_ns = stamp_ns - ahead_ns

@@ -88,7 +88,7 @@ class UrArm:
         self.wake: Callable[[], None] = _nobody
         self.late = 0
         self._model, self._number = body.arm, 0
-        self._feed = DatagramFeed(SOURCE, now, self._take)
+        self._feed = DatagramFeed(SOURCE, now, self._on_datagram)
         doors = (self._feed.door, *(() if tells is None else (tells.door(SOURCE),)))
         prop = body.prop
         mass, center = (0.0, (0.0, 0.0, 0.0)) if prop is None else (prop.mass, prop.center_of_mass)
@@ -218,7 +218,7 @@ class UrArm:
             self.line.pull(self._fault)
         self.wake()
 
-    def _take(self, datagram: Datagram, stamp_ns: int) -> None:
+    def _on_datagram(self, datagram: Datagram, stamp_ns: int) -> None:
         """Take a datagram of the worker, in the thread of the feed."""
         if datagram.stamp_ns < self._begun:
             return

@@ -140,7 +140,7 @@ class Worker:
 
     # ---- orders
 
-    def take(self, datagram: Datagram, now_ns: int) -> None:
+    def on_datagram(self, datagram: Datagram, now_ns: int) -> None:
         """Take a datagram of the engine; one that is not as agreed is ignored."""
         self._heard = now_ns
         late = now_ns - datagram.stamp_ns > TICK_FRESH_NS
@@ -274,7 +274,7 @@ def main(settings: WorkerSettings, ready: Ready, parent: Parent) -> None:
         if not left and (parent in found or worker.gone(now)):
             left = now
         for datagram in orders.poll():
-            worker.take(datagram, now)
+            worker.on_datagram(datagram, now)
         if left:
             worker.break_off("the engine has gone")
         worker.look(now)

@@ -79,7 +79,7 @@ def _live(
                 _feel(nodes, datagram.name, datagram.value)
             else:
                 nodes.fault(datagram.name, datagram.value)
-        nodes.take(wire.poll(), now_ns)
+        nodes.on_frames(wire.poll(), now_ns)
         nodes.step(now_ns)
         if teller is not None:
             teller.step(nodes.velocities(), now_ns)

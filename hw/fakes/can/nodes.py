@@ -32,7 +32,7 @@ from hw.fakes.can.drive import FakeDrive, Traits
 
 
 class Nodes:
-    """The nodes on one wire. Call `step` after `take`."""
+    """The nodes on one wire. Call `step` after `on_frames`."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class Nodes:
         self.drives = {number: FakeDrive(self.network, number, traits) for number in numbers}
         self.board = FakeBumper(self.network.send, self._relay, by_hand_ns) if bumper else None
 
-    def take(self, frames: Iterable[tuple[int, bytes]], now_ns: int) -> None:
+    def on_frames(self, frames: Iterable[tuple[int, bytes]], now_ns: int) -> None:
         """Take the frames received."""
         dead = self.network.faults.dead
         for identifier, data in frames:

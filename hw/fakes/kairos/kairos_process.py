@@ -77,7 +77,7 @@ class FakeKairos:
                 ranges = (2.0 + 0.01 * (self._number % 100), math.inf, *[5.0] * (BEAMS - 2))
                 self._send_scan(name, -math.radians(135.0), STEP, ranges, 1.0 / 9000.0)
 
-    def take(self) -> None:
+    def receive(self) -> None:
         """Take the datagrams received."""
         for datagram in self.intake.poll():
             if datagram.name in FAULTS:
@@ -98,7 +98,7 @@ class FakeKairos:
         twist, odom = self._kind("geometry_msgs/Twist"), self._kind("nav_msgs/Odometry")
         scan, flag = self._kind("sensor_msgs/LaserScan"), self._kind("std_msgs/Bool")
         found = {self._full(f"{name}/scan"): FakeTopic(scan) for name in SCANNERS}
-        found[self._name["cmd_vel"]] = FakeTopic(twist, take=self.robot.command)
+        found[self._name["cmd_vel"]] = FakeTopic(twist, on_message=self.robot.command)
         found[self._name["odom"]] = FakeTopic(odom)
         found[self._name["stop"]] = FakeTopic(flag, latched=True, last={"data": False})
         return found
@@ -152,7 +152,7 @@ async def run(settings: Mapping[str, Any], ready: Ready, parent: Parent) -> None
     fake, over = FakeKairos(settings), asyncio.Event()
     loop = asyncio.get_running_loop()
     loop.add_reader(parent.fileno(), over.set)
-    loop.add_reader(fake.intake.fileno(), fake.take)
+    loop.add_reader(fake.intake.fileno(), fake.receive)
     try:
         await fake.server.listen(settings["host"], settings["port"])
         ready({"control": fake.intake.door("fault")})

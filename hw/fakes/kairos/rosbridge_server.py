@@ -32,7 +32,7 @@ class FakeTopic:
     kind: str
     latched: bool = False
     last: Mapping[str, Any] | None = None
-    take: Receive | None = None
+    on_message: Receive | None = None
 
 
 @dataclass(slots=True)
@@ -132,14 +132,14 @@ class RosbridgeServer:
         sending = asyncio.ensure_future(client.send())
         try:
             async for data in socket:
-                self._take(client, data)
+                self._on_message(client, data)
         except ConnectionClosed:
             pass
         finally:
             self._clients.remove(client)
             sending.cancel()
 
-    def _take(self, client: _Client, data: str | bytes) -> None:
+    def _on_message(self, client: _Client, data: str | bytes) -> None:
         try:
             message = json.loads(data)
             act = getattr(self, f"_op_{message['op']}")
@@ -179,8 +179,8 @@ class RosbridgeServer:
 
     def _op_publish(self, client: _Client, message: Mapping[str, Any]) -> None:  # noqa: ARG002
         topic = self.topics[message["topic"]]
-        if topic.take is not None:
-            topic.take(message["msg"])
+        if topic.on_message is not None:
+            topic.on_message(message["msg"])
 
     def _op_call_service(self, client: _Client, message: Mapping[str, Any]) -> None:
         answer = {"op": "service_response", "id": message.get("id"), "service": message["service"]}

@@ -143,7 +143,7 @@ class Application:
             self.client.close()
             self.fault = "none"
         for topic, body in () if self.fault == "lost" else self.client.poll():
-            self._take(topic, body, now_ns)
+            self._on_message(topic, body, now_ns)
         for told in self.play.step(now_ns, self._robot_in_map(), self.informed):
             self._happen(told, now_ns)
         if self.asks is not None and now_ns - self._asked_ns >= AGAIN_NS:
@@ -151,7 +151,7 @@ class Application:
         if self.fault not in ("silent", "mute"):
             self._send_poses(now_ns)
 
-    def _take(self, topic: str, body: bytes, now_ns: int) -> None:
+    def _on_message(self, topic: str, body: bytes, now_ns: int) -> None:
         if topic == ROBOT:
             self.robot = read_odometry(body)
         elif topic == ARM:

@@ -135,7 +135,7 @@ class Cb3Server:
         if source in self._doors:
             self._accept(source)
         elif source in self._talks:
-            self._take(source)
+            self._serve(source)
 
     def cycle(self) -> None:
         """Run one cycle of the controller, and send its package to all that have started."""
@@ -195,7 +195,7 @@ class Cb3Server:
             if isinstance(talk, FakeDashboard) and not self._mute:
                 self._send(link, b"Connected: Universal Robots Dashboard Server\n")
 
-    def _take(self, link: socket.socket) -> None:
+    def _serve(self, link: socket.socket) -> None:
         try:
             data = link.recv(1 << 16)
             answer = self._talks[link].taken(data)

@@ -58,12 +58,12 @@ class Walker(Pedestrian):
                     return
                 if let_go and self.manner.hurries and isinstance(step, Stand):
                     continue
-                yield from self._take(step)
+                yield from self._perform(step)
                 let_go = isinstance(step, RequestStep)
             if (self._now, self._budget) == started:
                 yield True  # a round without duration must not stall the world
 
-    def _take(self, step: ScriptStep) -> Iterator[bool]:
+    def _perform(self, step: ScriptStep) -> Iterator[bool]:
         if isinstance(step, WalkStep):
             yield from self._walk(step)
         elif isinstance(step, Stand):

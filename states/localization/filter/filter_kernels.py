@@ -292,7 +292,7 @@ def _corrected(state: Array, news: News, first_angle: int, angles_end: int) -> t
         row[:] = 0.0
         for i in range(k + 1):
             row[used[i]] = rows[k, i]
-        distance += _take(trial[1:], row, spread[k, k], missed[k], shift)
+        distance += _scalar_update(trial[1:], row, spread[k, k], missed[k], shift)
     if not news.trusted and not distance <= news.gates[m]:
         return distance, m
     for i in range(n):
@@ -304,7 +304,9 @@ def _corrected(state: Array, news: News, first_angle: int, angles_end: int) -> t
 
 
 @compiled
-def _take(factors: Array, row: Array, variance: float, missed: float, shift: Array) -> float:
+def _scalar_update(
+    factors: Array, row: Array, variance: float, missed: float, shift: Array
+) -> float:
     """Take one scalar measurement (Bierman); adds to `shift`, returns its squared distance.
 
     With f = Uᵀ h and g = D f the innovation variance grows entry by entry, s_j = s_(j-1) + f_j g_j

@@ -187,7 +187,7 @@ class KalmanFilter:
     def _take_from(self, place: int) -> None:
         entries = self._entries
         for at in range(place, len(entries)):
-            self._take(entries[at - 1], entries[at])
+            self._predict_and_correct(entries[at - 1], entries[at])
 
     def _drop(self, place: int) -> None:
         """Undo a measurement, as if it had never come."""
@@ -196,7 +196,7 @@ class KalmanFilter:
         if self._entries[-1].key[1] < 0:  # the beginning that was made for it
             self._entries.clear()
 
-    def _take(self, before: _Entry, entry: _Entry) -> None:
+    def _predict_and_correct(self, before: _Entry, entry: _Entry) -> None:
         """Predict from one entry to the next, and correct by the latter's measurement."""
         known, stamp = entry.known, entry.key[0]
         at, last = known.order, before.last[known.order]

@@ -47,7 +47,7 @@ class MatchHealth:
         lasts = self._bad >= self._values.patience
         return near.share + MUCH_BETTER if lasts else self._values.plain
 
-    def take(self, stamp_ns: int, found: Match, *, supported: bool, unsure: bool) -> bool:
+    def add_match(self, stamp_ns: int, found: Match, *, supported: bool, unsure: bool) -> bool:
         """Take a match; True if it begins a doubt, so that a search is to be started.
 
         `supported` is false if a running search finds the base elsewhere, or at several places;

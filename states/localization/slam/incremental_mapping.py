@@ -66,7 +66,7 @@ class Growing:
         self.information = np.zeros((3, 3))
         """Of the last match (see `matched_information`), in the map; 0 without a healthy one."""
 
-    def take(self, odom_from_base: Pose2 | None, sensor: str, points: Array) -> Pose2:
+    def add_scan(self, odom_from_base: Pose2 | None, sensor: str, points: Array) -> Pose2:
         """map_from_base after a scan of a sensor, points (n, 2) in the base frame, m.
 
         Raises:

@@ -96,7 +96,7 @@ def _grown(
     growing, poses, known = Growing(resolution), [], []
     for number, scan in enumerate(scans):
         progress(f"scan {number} of {len(scans)}", number / len(scans))
-        poses.append(growing.take(scan.odom_from_base, scan.sensor, scan.points))
+        poses.append(growing.add_scan(scan.odom_from_base, scan.sensor, scan.points))
         known.append(growing.information)
     return poses, known
 

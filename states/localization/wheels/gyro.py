@@ -32,7 +32,7 @@ class Gyro:
         self._sum += rate
         self._count += 1
 
-    def take(self, stamp_ns: int) -> float | None:
+    def pop_mean_rate(self, stamp_ns: int) -> float | None:
         """The mean rate since the last call, less the bias, rad/s; None without a fresh reading."""
         total, count = self._sum, self._count
         self._sum, self._count = 0.0, 0

@@ -60,13 +60,13 @@ class WheelClock:
         self._last = stamp_ns, yaw
         newest = trail.stamp_ns or 0
         while self._waiting and self._waiting[0][1] + MOST * STEP_NS <= newest:
-            self._take(*self._waiting.popleft(), trail)
+            self._add_turn(*self._waiting.popleft(), trail)
 
     def forget(self) -> None:
         """Take no turn from the last match on: the base was found elsewhere."""
         self._last = None
 
-    def _take(self, first_ns: int, last_ns: int, turn: float, trail: Trail) -> None:
+    def _add_turn(self, first_ns: int, last_ns: int, turn: float, trail: Trail) -> None:
         turns = np.empty(2 * MOST + 1)
         for k in range(2 * MOST + 1):
             late = (k - MOST) * STEP_NS

@@ -47,7 +47,7 @@ class WheelMotion:
         if not self.trail.put(stamp_ns, odom_from_base):
             return False
         self._unaccompanied = 0
-        self.rate = self.gyro.take(stamp_ns)
+        self.rate = self.gyro.pop_mean_rate(stamp_ns)
         unseen = before_ns is not None and self.reckoned_ns - before_ns > MISSING_NS
         if unseen or self.trail.resets > resets:
             self._reckoning.restart(odom_from_base)

@@ -108,11 +108,11 @@ class ObstacleEstimator:
             if stamp > newest:
                 self._waiting.append((stamp, scan))
             elif stamp >= self._scanned.get(scan.sensor, stamp):
-                taken |= self._take(scan, stamp, newest)
+                taken |= self._add_scan(scan, stamp, newest)
         if taken:
             self._shown.update(self._layer.marked)
 
-    def _take(self, scan: Scan, stamp: int, newest: int) -> bool:
+    def _add_scan(self, scan: Scan, stamp: int, newest: int) -> bool:
         """Process one scan; False if it was dropped, or there was nothing to mark or clear."""
         poses = self._poses
         if stamp < max(poses.oldest_ns, newest - POSES_KEPT_NS):

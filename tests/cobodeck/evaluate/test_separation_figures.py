@@ -30,7 +30,7 @@ def test_time_below_the_separation_needed_is_counted_apart_from_granted_touches(
         for one in records:
             cycles.append(one)
         watch.watch(0)
-        assert other.take() == records  # nobody takes them away from anybody
+        assert other.read_new() == records  # nobody takes them away from anybody
 
     found = watch.report()
 

@@ -47,13 +47,13 @@ def test_an_engine_that_dies_while_driving_leaves_a_zero_command_within_a_tenth_
     base = loop.plant.base
     until(loop, lambda: base.twist.speed >= 0.9)
     cycles, died = loop.plant.guard.chain.cycles.reader(), loop.now_ns
-    cycles.take()
+    cycles.read_new()
 
     for n in range(1, 90):
         loop.plant.advance(died + 30 * MS + n * 10 * MS)
-        loop.wired.inlet.take(loop.plant.now_ns)
+        loop.wired.inlet.poll(loop.plant.now_ns)
 
-    first = next(record for record in cycles.take() if record.admitted == STILL)
+    first = next(record for record in cycles.read_new() if record.admitted == STILL)
     assert first.reasons == ("command is old",)
     assert first.stamp_ns - died <= 100 * MS
     assert base.twist == STILL

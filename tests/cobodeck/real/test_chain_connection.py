@@ -152,7 +152,7 @@ def test_who_pulls_the_line_of_the_connection_stops_the_wheels_until_it_is_reset
     assert line.reset()
     rig.driving()
     assert written is not None
-    assert {"stop line"} <= {why for r in written.reader().take() for why in r.reasons}
+    assert {"stop line"} <= {why for r in written.reader().read_new() for why in r.reasons}
 
 
 def test_nobody_cycles_in_the_engine_and_records_come_from_the_process(rig: Rig) -> None:

@@ -309,7 +309,7 @@ def test_without_ticks_the_wheels_are_told_to_stand() -> None:
     plant.close()
 
     assert plant.guard is not None
-    assert any("command is old" in r.reasons for r in plant.guard.chain.cycles.reader().take())
+    assert any("command is old" in r.reasons for r in plant.guard.chain.cycles.reader().read_new())
 
 
 @pytest.mark.parametrize("raises", ["drive", "drive stop"])

@@ -279,9 +279,9 @@ def test_of_what_was_measured_before_the_run_the_newest_of_each_device_counts() 
     taken: list[Sample] = []
     inlet.taps.append(lambda sample, now_ns, problem: taken.append(sample))
     inlet.begins = True
-    inlet.take(0)
+    inlet.poll(0)
     first, taken[:] = list(taken), []
-    inlet.take(33)
+    inlet.poll(33)
 
     assert [sample.value for sample in first if sample.name == "rover.tracker"] == [
         TrackerPose("a", Pose3(2.0, 0.0, 1.0)),

@@ -96,7 +96,7 @@ class Rig:
         self.now += 33_000_000
         self.person.push(self.now, UserPose(Pose2(7.0, 7.0), 0.0))
         self.world.advance(self.now)
-        self.wired.inlet.take(self.now)
+        self.wired.inlet.poll(self.now)
         if source is not None:
             self.base.drive(AHEAD, source, left)
         self.base.tick(self.now)

@@ -71,7 +71,7 @@ def test_a_computer_that_is_too_slow_slows_the_robot_down_before_it_stops_it(
     reader, late, most = cycles.reader(), 0, 0.0
     while not loop.finished and loop.now_ns < 60 * 10**9:
         loop.tick()
-        for cycle in reader.take():
+        for cycle in reader.read_new():
             if COMMAND_LATE in cycle.reasons:
                 late += 1
                 most = max(most, cycle.admitted.speed / max(1e-9, cycle.command.speed))

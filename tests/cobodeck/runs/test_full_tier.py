@@ -82,7 +82,7 @@ def test_the_chain_knows_the_gap_though_nobody_tells_it_where_the_base_is() -> N
     reader, worst, seen = loop.plant.cycles.reader(), 0.0, 0
     while not loop.finished and loop.now_ns < 60 * 10**9:
         loop.tick()
-        truth, cycles = loop.plant.truth, reader.take()
+        truth, cycles = loop.plant.truth, reader.read_new()
         if not cycles or cycles[-1].separation is None or truth.body is None:
             continue
         true = gap(setup.robot.footprint, truth.base, truth.body.x, truth.body.y)

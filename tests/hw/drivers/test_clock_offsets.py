@@ -37,7 +37,7 @@ def test_the_fastest_round_trip_is_within_half_its_time_of_the_truth() -> None:
     for there, back in zip(ways[::2], ways[1::2], strict=True):
         now += 90 * MS
         came = now + there + THEIRS
-        trips.take(now, came, came + MS, now + there + MS + back)
+        trips.add(now, came, came + MS, now + there + MS + back)
         assert trips.best is not None
         assert abs(trips.best.ns + THEIRS) <= trips.best.error_ns
     assert abs(trips.best.ns + THEIRS) < MS
@@ -48,24 +48,24 @@ def test_a_drift_of_a_clock_is_followed() -> None:
     trips = RoundTrips()
     for n in range(600):
         now, drift = n * SECOND, n * 50_000  # 50 ppm
-        trips.take(now, now + MS + THEIRS + drift, now + MS + THEIRS + drift, now + 2 * MS)
+        trips.add(now, now + MS + THEIRS + drift, now + MS + THEIRS + drift, now + 2 * MS)
     assert trips.best is not None
     assert abs(trips.best.ns + THEIRS + 599 * 50_000) < MS
 
 
 def test_round_trips_that_cannot_be_are_left_out() -> None:
     trips = RoundTrips()
-    trips.take(10, 5, 6, 9)
-    trips.take(0, 9, 5, 20)
+    trips.add(10, 5, 6, 9)
+    trips.add(0, 9, 5, 20)
     assert trips.best is None
 
 
 def test_a_clock_that_was_set_is_estimated_anew_at_once() -> None:
     trips = RoundTrips()
     for n in range(20):
-        trips.take(n * SECOND, n * SECOND + MS, n * SECOND + MS, n * SECOND + 2 * MS)
+        trips.add(n * SECOND, n * SECOND + MS, n * SECOND + MS, n * SECOND + 2 * MS)
     now = 20 * SECOND
-    trips.take(now, now + MS + 8 * MS, now + MS + 8 * MS, now + 2 * MS)
+    trips.add(now, now + MS + 8 * MS, now + MS + 8 * MS, now + 2 * MS)
     assert trips.best is not None
     assert trips.best.ns == -8 * MS
 
@@ -75,16 +75,16 @@ def test_the_least_of_ten_seconds_is_too_large_by_the_fastest_way() -> None:
     ways = delays(2, 1000)
     for way in ways:
         now += 11 * MS
-        envelope.take(now - way + THEIRS, now)
+        envelope.add_stamp(now - way + THEIRS, now)
     assert envelope.offset_ns is not None
     assert 0 <= envelope.offset_ns + THEIRS - min(ways[-900:]) < 0.2 * MS
 
 
 def test_the_least_is_forgotten_after_the_window() -> None:
     envelope = Envelope()
-    envelope.take(0, 1 * MS)
+    envelope.add_stamp(0, 1 * MS)
     for n in range(1, 1200):
-        envelope.take(n * 10 * MS, n * 10 * MS + 4 * MS)
+        envelope.add_stamp(n * 10 * MS, n * 10 * MS + 4 * MS)
     assert envelope.offset_ns == 4 * MS
 
 
@@ -92,11 +92,11 @@ def test_one_stamp_far_ahead_is_no_new_least_and_many_are_a_clock_that_was_set()
     envelope, now = Envelope(), 0
     while now < SECOND:
         now += 10 * MS
-        assert envelope.take(now - MS, now)
-    assert not envelope.take(now + 50 * MS, now)
+        assert envelope.add_stamp(now - MS, now)
+    assert not envelope.add_stamp(now + 50 * MS, now)
     assert envelope.offset_ns == MS
     begin = now
-    while not envelope.take(now + 50 * MS, now):
+    while not envelope.add_stamp(now + 50 * MS, now):
         now += 10 * MS
     assert now - begin >= gates.SETTLING_NS
     assert envelope.offset_ns == -50 * MS
@@ -121,7 +121,7 @@ def test_a_clock_counts_once_it_was_looked_at_for_a_while() -> None:
 
 def test_who_answers_is_known_at_once() -> None:
     clock = PeerClock()
-    clock.trips.take(0, MS + THEIRS, MS + THEIRS, 2 * MS)
+    clock.trips.add(0, MS + THEIRS, MS + THEIRS, 2 * MS)
     assert clock.instant(2 * MS + THEIRS, 3 * MS) == 2 * MS
 
 
@@ -179,7 +179,7 @@ def test_whatever_the_ways_take_the_offset_is_as_near_as_it_says(ways) -> None:
     trips, now = RoundTrips(), 0
     for there, back in ways:
         came = now + there + THEIRS
-        trips.take(now, came, came, now + there + back)
+        trips.add(now, came, came, now + there + back)
         now += there + back + 1
     assert trips.best is not None
     assert abs(trips.best.ns + THEIRS) <= trips.best.error_ns + 1

@@ -26,7 +26,7 @@ class Bus:
 
     def step(self, span_ns=0):
         self.now_ns += span_ns
-        self.nodes.take(self.wire.poll(), self.now_ns)
+        self.nodes.on_frames(self.wire.poll(), self.now_ns)
         self.nodes.step(self.now_ns)
         found = []
         while (message := self.own.recv(0)) is not None:

@@ -56,7 +56,7 @@ def test_a_delayed_pose_arrives_later_with_the_stamp_of_when_it_was_seen(delay, 
 def test_the_chain_goes_by_delayed_poses_too():
     ages = []
     for delay in (0.0, 0.1):
-        cycles = Run(tracking_delay=delay).world.guard.chain.cycles.reader().take()
+        cycles = Run(tracking_delay=delay).world.guard.chain.cycles.reader().read_new()
         ages.append(max(record.user_age for record in cycles if record.user_age is not None))
     assert ages[1] - ages[0] == pytest.approx(0.1, abs=1e-6)
 
@@ -118,7 +118,7 @@ def test_noise_belongs_to_seed_source_and_stamp_alone():
 
 def test_the_gate_of_the_wheels_goes_by_the_noisy_pose():
     exact, noisy = (
-        [record.separation for record in run.world.guard.chain.cycles.reader().take()]
+        [record.separation for record in run.world.guard.chain.cycles.reader().read_new()]
         for run in (Run(), Run(pose_noise=0.02))
     )
     differences = [a - b for a, b in zip(exact, noisy, strict=True) if a is not None]

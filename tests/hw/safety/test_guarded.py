@@ -97,7 +97,7 @@ class Rig:
             self.now += TICK // 4
 
     def records(self):
-        return self.base.chain.cycles.reader().take()
+        return self.base.chain.cycles.reader().read_new()
 
 
 # ---- who drives
@@ -440,7 +440,7 @@ def test_wheels_with_ramps_ask_behind_them_and_are_told_in_the_tick():
         base.drive(FAST)
         base.tick((n - 1) * TICK)
         wheels.advance(n * TICK)
-    commands = [record.command.vx for record in base.chain.cycles.reader().take()]
+    commands = [record.command.vx for record in base.chain.cycles.reader().read_new()]
     assert commands == sorted(commands)
     assert wheels.twist.vx == pytest.approx(commands[-1])
     assert 0.7 < commands[-1] < 1.0
@@ -485,7 +485,7 @@ def test_cycles_samples_and_ticks_may_come_from_different_threads():
 
     def follow():
         while not stop.is_set():
-            read.extend(reader.take())
+            read.extend(reader.read_new())
 
     threads = [threading.Thread(target=cycle), threading.Thread(target=follow)]
     for thread in threads:
@@ -499,7 +499,7 @@ def test_cycles_samples_and_ticks_may_come_from_different_threads():
     stop.set()
     for thread in threads:
         thread.join()
-    read += reader.take()
+    read += reader.read_new()
     assert len(read) + reader.missed == cycles.written >= 500
     assert rig.base.chain.latched is None
     assert rig.tick(("own", BACK)) == BACK
@@ -568,7 +568,7 @@ def reckoned(limits=LIMITS):
 
 
 def gap_of(base):
-    return base.chain.cycles.reader().take()[-1].separation
+    return base.chain.cycles.reader().read_new()[-1].separation
 
 
 def wheels_at(x, stamp_ns, speed=0.0):

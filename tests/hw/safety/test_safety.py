@@ -632,9 +632,9 @@ def test_limits_that_cannot_be_are_refused(wrong):
 def test_every_cycle_leaves_a_record_that_cannot_be_changed():
     rig = at(2.0)
     reader = rig.chain.cycles.reader()
-    reader.take()
+    reader.read_new()
     record = rig.admit(AHEAD)
-    assert reader.take() == [record]
+    assert reader.read_new() == [record]
     with pytest.raises(AttributeError):
         record.needed = 0.0
 
@@ -642,13 +642,13 @@ def test_every_cycle_leaves_a_record_that_cannot_be_changed():
 def test_several_readers_each_get_every_record():
     rig = at(2.0)
     readers = [rig.chain.cycles.reader() for _ in range(2)]
-    before = [len(reader.take()) for reader in readers]
+    before = [len(reader.read_new()) for reader in readers]
     assert before == [30, 30]
     first = [rig.admit(AHEAD) for _ in range(3)]
-    assert readers[0].take() == first
+    assert readers[0].read_new() == first
     second = [rig.admit(BACK)]
-    assert readers[0].take() == second
-    assert readers[1].take() == first + second
+    assert readers[0].read_new() == second
+    assert readers[1].read_new() == first + second
 
 
 def test_records_are_bounded():
@@ -656,7 +656,7 @@ def test_records_are_bounded():
     slow = rig.chain.cycles.reader()
     for _ in range(KEPT + 10):
         rig.admit(AHEAD)
-    assert len(slow.take()) == KEPT
+    assert len(slow.read_new()) == KEPT
     assert slow.missed == 40
 
 

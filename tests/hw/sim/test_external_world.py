@@ -135,16 +135,16 @@ def test_what_nobody_knows_is_refused():
 
 def test_an_arm_is_where_its_controller_says_and_moves_while_that_changes():
     arm = HostedArm((0.0,) * 6)
-    arm.take(8_000_000, (0.008,) + (0.0,) * 5)
+    arm.on_joints(8_000_000, (0.008,) + (0.0,) * 5)
     assert arm.state.joints[0] == 0.008
     assert arm.state.velocities[0] == pytest.approx(1.0)
     assert arm.state.moving
-    arm.take(16_000_000, (0.008,) + (0.0,) * 5)
+    arm.on_joints(16_000_000, (0.008,) + (0.0,) * 5)
     assert not arm.state.moving
-    arm.take(9_000_000, (0.5,) * 6)  # overtaken on its way
+    arm.on_joints(9_000_000, (0.5,) * 6)  # overtaken on its way
     assert arm.state.joints[0] == 0.008
     with pytest.raises(ValueError, match="joints"):
-        arm.take(24_000_000, (0.0,) * 5)
+        arm.on_joints(24_000_000, (0.0,) * 5)
 
 
 def test_the_truth_has_the_arm_of_the_controller():

@@ -68,7 +68,7 @@ class Rig:
             self.world.advance(now)
             hear(self.world)
             self.n += 1
-            self.records += self.cycles.take()
+            self.records += self.cycles.read_new()
             if each is not None:
                 each()
 
@@ -189,7 +189,7 @@ def test_the_mock_does_exactly_as_the_chain_lets_it(governor):
         return
     assert speeds[:7] == [0.0, 0.1, 0.1, 0.1, 2.5, 2.5, 2.5]  # the limit
     assert speeds[-2:] == [0.0, 0.0]  # the user is lost
-    assert cycles.take()[-1].reasons == ("pose of the user is old",)
+    assert cycles.read_new()[-1].reasons == ("pose of the user is old",)
 
 
 # ---- separation
@@ -371,7 +371,7 @@ def test_outside_the_tracked_area_the_chain_sees_nobody_either():
         world.guard.drive(Twist2(0.3, 0.0, 0.0))
         world.guard.tick(world.now_ns)
     assert world.base.twist == STILL
-    last = world.guard.chain.cycles.reader().take()[-1]
+    last = world.guard.chain.cycles.reader().read_new()[-1]
     assert last.reasons == ("no pose of the user yet",)
 
 
@@ -411,7 +411,7 @@ def test_the_same_run_gives_the_same_records():
             hear(world)
             world.guard.drive(Twist2(0.3, 0.05 * math.sin(n / 20), 0.2))
             world.guard.tick(world.now_ns)
-        return cycles.take()
+        return cycles.read_new()
 
     first = run()
     assert len(first) > 2000

@@ -237,11 +237,11 @@ def test_a_base_of_ones_own_is_guarded_too():
         world.guard.drive(Twist2(9.0, 0.0, 0.0))
         world.guard.tick(world.now_ns)
     assert wheels.pose.x == pytest.approx(3.0)  # the robot's 3 m/s
-    assert len(cycles.take()) >= 100
+    assert len(cycles.read_new()) >= 100
     for n in range(31, 36):
         world.advance(tick(n))
     assert wheels.twist == Twist2(0.0)
-    assert cycles.take()[-1].reasons in {
+    assert cycles.read_new()[-1].reasons in {
         ("command is old",),
         ("pose or velocity of the base is not known",),
     }

@@ -60,7 +60,7 @@ class Rig:
     def pass_time(self, span_ns):
         """The nodes live on, and nobody drives them."""
         for _ in range(round(span_ns * STEPS / CYCLE_NS)):
-            self.nodes.take(self.wire.poll(), self.now_ns)
+            self.nodes.on_frames(self.wire.poll(), self.now_ns)
             self.now_ns += CYCLE_NS // STEPS
             self.nodes.step(self.now_ns)
 
@@ -112,7 +112,7 @@ class Rig:
         def live():
             while not over.wait(0.0005):
                 now = self._clock()
-                self.nodes.take(self.wire.poll(), now)
+                self.nodes.on_frames(self.wire.poll(), now)
                 self.nodes.step(now)
 
         living = threading.Thread(target=live)

@@ -116,11 +116,11 @@ def test_a_writer_sends_the_next_once_the_last_is_answered():
     writer.poll(0)
     writer.poll(10)
     assert [identifier for identifier, _ in sent] == [0x605]
-    writer.take(bytes.fromhex("60 17 10 00 00 00 00 00"), 20)  # of another object
+    writer.on_answer(bytes.fromhex("60 17 10 00 00 00 00 00"), 20)  # of another object
     assert len(sent) == 1
-    writer.take(bytes.fromhex("60 60 60 00 00 00 00 00"), 20)
+    writer.on_answer(bytes.fromhex("60 60 60 00 00 00 00 00"), 20)
     assert len(sent) == 2
-    writer.take(bytes.fromhex("60 07 60 00 00 00 00 00"), 30)
+    writer.on_answer(bytes.fromhex("60 07 60 00 00 00 00 00"), 30)
     assert writer.done
     assert writer.fault is None
 
@@ -129,7 +129,7 @@ def test_a_refused_write_is_told_with_its_reason():
     writer = Writer(5, lambda *_: None)
     writer.begin([SdoWrite(0x6007, 0, 2, 9)])
     writer.poll(0)
-    writer.take(bytes.fromhex("80 07 60 00 30 00 09 06"), 1)
+    writer.on_answer(bytes.fromhex("80 07 60 00 30 00 09 06"), 1)
     assert writer.fault.startswith("refuses object 0x6007:0: Code 0x06090030")
 
 
@@ -138,12 +138,12 @@ def test_bits_that_are_the_nodes_own_are_read_first_and_written_back():
     writer = Writer(5, sent)
     writer.begin([SdoWrite(0x1800, 1, 4, 0x8000_0185, keeps=0x4000_0000)])
     writer.poll(0)
-    writer.take(bytes.fromhex("60 00 18 01 00 00 00 00"), 1)  # of an earlier write
-    writer.take(bytes.fromhex("43 00 18 01 23 01 00 c0"), 1)
-    writer.take(bytes.fromhex("43 00 18 01 23 01 00 00"), 1)  # of a request that was repeated
+    writer.on_answer(bytes.fromhex("60 00 18 01 00 00 00 00"), 1)  # of an earlier write
+    writer.on_answer(bytes.fromhex("43 00 18 01 23 01 00 c0"), 1)
+    writer.on_answer(bytes.fromhex("43 00 18 01 23 01 00 00"), 1)  # of a request that was repeated
     assert sent == [(0x605, "40 00 18 01 00 00 00 00"), (0x605, "23 00 18 01 85 01 00 c0")]
     assert not writer.done
-    writer.take(bytes.fromhex("60 00 18 01 00 00 00 00"), 2)
+    writer.on_answer(bytes.fromhex("60 00 18 01 00 00 00 00"), 2)
     assert writer.done
 
 
@@ -154,7 +154,7 @@ def test_what_a_node_may_lack_is_left_out_and_named(code):
         writer = Writer(5, lambda *_: None)
         writer.begin([write])
         writer.poll(0)
-        writer.take(bytes.fromhex(f"80 29 10 01 {code}"), 1)
+        writer.on_answer(bytes.fromhex(f"80 29 10 01 {code}"), 1)
         assert writer.done is write.optional
         assert writer.lacking == ([write] if write.optional else [])
         told = "has no object 0x1029:1: do this" if write.lack else "refuses object 0x1029:1: "
@@ -165,7 +165,7 @@ def test_an_optional_object_that_refuses_its_value_is_a_fault():
     writer = Writer(5, lambda *_: None)
     writer.begin([SdoWrite(0x6007, 0, 2, 3, 0, "so what", optional=True)])
     writer.poll(0)
-    writer.take(bytes.fromhex("80 07 60 00 30 00 09 06"), 1)
+    writer.on_answer(bytes.fromhex("80 07 60 00 30 00 09 06"), 1)
     assert writer.fault.startswith("refuses object 0x6007:0: Code 0x06090030")
 
 
@@ -182,7 +182,7 @@ def test_a_value_that_was_read_may_refuse_a_node(answer, fault):
     writer = Writer(5, sent)
     writer.begin([SdoCheck(0x60A9, 0, {0x00B44700: "rpm"}.get), SdoWrite(0x6060, 0, 1, 3)])
     writer.poll(0)
-    writer.take(bytes.fromhex(answer), 1)
+    writer.on_answer(bytes.fromhex(answer), 1)
     assert writer.fault == fault
     assert len(sent) == (1 if fault else 2)
 
@@ -216,9 +216,9 @@ def test_the_check_sum_is_that_of_sae_j1850():
 def test_a_status_of_the_bumper_byte_by_byte():
     board = CanBumper(lambda *_: None)
     assert board.frame == 0x110
-    board.take(well(7, "47 00 00 00 10 00 00"), 0)
+    board.on_frame(well(7, "47 00 00 00 10 00 00"), 0)
     assert board.fault is None
-    board.take(well(8, "78 02 fa 00 12 00 00"), 0)  # line open, latched, tested; zone 1; 25 N
+    board.on_frame(well(8, "78 02 fa 00 12 00 00"), 0)  # line open, latched, tested; zone 1; 25 N
     assert board.fault == "bumper: touched at front left"
     assert [hit.bearing for hit in board.hits()] == [pytest.approx(math.pi / 4)]
 
@@ -227,13 +227,13 @@ def test_a_reset_goes_out_once_the_line_is_closed_and_counts_up():
     sent = Sent()
     board = CanBumper(sent)
     for n in range(8):
-        board.take(well(n, "61 00 00 00 10 00 00"), n)
+        board.on_frame(well(n, "61 00 00 00 10 00 00"), n)
         board.poll(n)
     assert board.fault == "bumper: the board has latched a touch"
     assert board.acknowledge()
-    board.take(well(8, "61 00 00 00 10 00 00"), 8)
+    board.on_frame(well(8, "61 00 00 00 10 00 00"), 8)
     assert sent == [(0x111, f"01 {crc8(bytes([1])):02x}"), (0x111, f"02 {crc8(bytes([2])):02x}")]
-    board.take(well(9), 9)
+    board.on_frame(well(9), 9)
     board.poll(9)
     assert board.fault is None
 
@@ -241,9 +241,9 @@ def test_a_reset_goes_out_once_the_line_is_closed_and_counts_up():
 def test_two_lost_frames_are_no_fault_and_a_third_is():
     board = CanBumper(lambda *_: None)
     for counter in (1, 2, 5, 6):
-        board.take(well(counter), 0)
+        board.on_frame(well(counter), 0)
     assert board.fault is None
-    board.take(well(10), 0)
+    board.on_frame(well(10), 0)
     assert board.fault == "bumper: the counter jumps"
 
 
@@ -252,7 +252,7 @@ def test_silence_counts_from_the_last_frame():
     board.poll(0)
     board.poll(60 * MS)
     assert board.fault is None
-    board.take(well(1), 60 * MS)
+    board.on_frame(well(1), 60 * MS)
     board.poll(120 * MS)
     assert board.fault is None
     board.poll(121 * MS)
@@ -262,12 +262,12 @@ def test_silence_counts_from_the_last_frame():
 def test_a_fault_of_the_frames_ends_only_after_good_ones_in_a_row():
     board = CanBumper(lambda *_: None)
     for n in range(3):
-        board.take(well(n), n)
-    board.take(b"\0" * 8, 3)
+        board.on_frame(well(n), n)
+    board.on_frame(b"\0" * 8, 3)
     for n in range(3, 7):
-        board.take(well(n), n)
+        board.on_frame(well(n), n)
         assert not board.acknowledge()
-    board.take(well(7), 8)
+    board.on_frame(well(7), 8)
     assert board.acknowledge()
 
 
@@ -275,7 +275,7 @@ def test_a_fault_of_the_frames_ends_only_after_good_ones_in_a_row():
 def test_no_bytes_of_chance_pass_for_a_board_that_is_well(frames):
     board = CanBumper(lambda *_: None)
     for n, data in enumerate(frames):
-        board.take(data, n)
+        board.on_frame(data, n)
         board.poll(n)
     good = [data for data in frames if len(data) == 8 and crc8(data[:7]) == data[7]]
     assert board.fault is not None or len(good) == len(frames)
@@ -291,7 +291,7 @@ def test_a_changed_bit_is_found(head, bit):
 @given(st.integers(0, 7))
 def test_each_zone_has_its_bearing_and_its_name(zone):
     board = CanBumper(lambda *_: None)
-    board.take(well(1, f"71 {1 << zone:02x} fa 00 10 00 00"), 0)
+    board.on_frame(well(1, f"71 {1 << zone:02x} fa 00 10 00 00"), 0)
     [hit] = board.hits()
     assert math.cos(hit.bearing - zone * math.pi / 4) == pytest.approx(1.0)
     assert board.fault == f"bumper: touched at {ZONES[zone]}"

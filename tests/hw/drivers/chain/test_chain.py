@@ -76,7 +76,7 @@ def test_it_drives_and_no_record_is_lost(rig):
     assert abs((last - first) / 1e7 - (end - start) - remote.status.missed) <= 2
     assert remote.lost == 0
     assert remote.cycles.written > 100
-    records = remote.cycles.reader().take()
+    records = remote.cycles.reader().read_new()
     stamps = [record.stamp_ns for record in records]
     assert stamps == sorted(stamps)
     assert 0 < stamps[-1] <= rig.run_time()
@@ -192,7 +192,7 @@ def test_an_engine_that_hangs_is_a_zero_command_within_a_tenth_of_a_second(rig):
     rig.driving()
     rig.speaks.remove("engine")
     rig.standing()
-    records = rig.chain.remote.cycles.reader().take()
+    records = rig.chain.remote.cycles.reader().read_new()
     last = rig.last["engine"] - rig.begin
     after = [r for r in records if r.stamp_ns > last + 81 * MS]
     assert "command is old" in after[0].reasons

@@ -117,7 +117,7 @@ class Rig:
         raise AssertionError("no answer")
 
     def records(self):
-        return self.chain.chain.cycles.reader().take()
+        return self.chain.chain.cycles.reader().read_new()
 
 
 @pytest.fixture

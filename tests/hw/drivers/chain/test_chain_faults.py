@@ -98,7 +98,7 @@ def test_an_engine_that_hangs_is_a_zero_command_each_time(capsys):
         rig.speaks.remove("engine")
         gate = rig.last["engine"] - rig.begin + 80 * MS
         rig.standing()
-        records = [r for r in rig.chain.remote.cycles.reader().take() if r.stamp_ns > gate]
+        records = [r for r in rig.chain.remote.cycles.reader().read_new() if r.stamp_ns > gate]
         number = next(n for n, r in enumerate(records, 1) if r.admitted == STILL)
         cycles.append(number)
         reactions.append((records[number - 1].stamp_ns - gate) / MS)

@@ -65,7 +65,7 @@ class Rig:
             data = session._socket.recv(1 << 16)
             taken += len(data)
             for found in session._parser.feed(data):
-                self.bridge.take(session, found, self.now)
+                self.bridge.on_frame(session, found, self.now)
         session._socket.setblocking(False)
         session.flush()
 

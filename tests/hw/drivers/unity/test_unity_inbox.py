@@ -42,12 +42,12 @@ class Rig:
         tracking = checks.pop("tracking", Tracking(mounts=MOUNTS))
         self.inbox = Inbox(Checks(tracking, **checks), lambda *told: self.told.append(told))
         self.clock, self.now, self.n = PeerClock(), 5 * 10**9, 0
-        self.clock.trips.take(self.now, self.now + 1, self.now + 1, self.now + 2)
+        self.clock.trips.add(self.now, self.now + 1, self.now + 1, self.now + 2)
 
     def give(self, role: str, pose: Pose3, age_ns: int = 0, frame: str = "map") -> str | None:
         self.n += 1
         message = stamped(shaken(pose, self.n), self.now - age_ns, frame)
-        return self.inbox.take(role, message, self.now, self.clock)
+        return self.inbox.on_message(role, message, self.now, self.clock)
 
     def stand(self) -> None:
         self.now += 11 * MS
@@ -95,7 +95,9 @@ def test_poses_of_the_tracking_frame_are_brought_to_the_map() -> None:
     there = MAP_FROM_VIVE.inverse()
     rig.give("head", there @ HEAD, frame="vive")
     rig.give("tailbone", there @ BODY, frame="/vive")
-    rig.inbox.take("haptic_request", stamped(there @ DEEP, rig.now, "vive"), rig.now, rig.clock)
+    rig.inbox.on_message(
+        "haptic_request", stamped(there @ DEEP, rig.now, "vive"), rig.now, rig.clock
+    )
 
     [person] = rig.values("user.pose")
     assert person.body.x == pytest.approx(2.0)
@@ -127,10 +129,10 @@ def test_a_pose_of_another_frame_is_refused() -> None:
 def test_a_pose_without_a_stamp_is_refused_unless_receipts_are_to_count() -> None:
     message = stamped(BODY, 0)
     rig = Rig()
-    assert "no stamp" in str(rig.inbox.take("tailbone", message, rig.now, rig.clock))
+    assert "no stamp" in str(rig.inbox.on_message("tailbone", message, rig.now, rig.clock))
     rig = Rig(by_receipt=True)
-    rig.inbox.take("head", stamped(HEAD, 0), rig.now, rig.clock)
-    assert rig.inbox.take("tailbone", message, rig.now, rig.clock) is None
+    rig.inbox.on_message("head", stamped(HEAD, 0), rig.now, rig.clock)
+    assert rig.inbox.on_message("tailbone", message, rig.now, rig.clock) is None
     assert rig.told[0][1] == rig.now - gates.ONE_WAY_NS
 
 
@@ -169,7 +171,7 @@ def test_a_pose_that_repeats_bit_by_bit_is_lost_tracking() -> None:
         assert rig.now - begin < 10**9
         rig.give("head", HEAD)
         message = stamped(tailbone, rig.now)
-        frozen = rig.inbox.take("tailbone", message, rig.now, rig.clock)
+        frozen = rig.inbox.on_message("tailbone", message, rig.now, rig.clock)
     assert gates.FROZEN_NS < rig.now - begin - 11 * MS <= gates.FROZEN_NS + 11 * MS
     assert "bit by bit" in frozen
     rig.told.clear()
@@ -183,7 +185,7 @@ def test_a_frozen_or_old_head_is_no_head() -> None:
     head = shaken(HEAD, 999)
     for _ in range(12):
         rig.now += 11 * MS
-        rig.inbox.take("head", stamped(head, rig.now), rig.now, rig.clock)
+        rig.inbox.on_message("head", stamped(head, rig.now), rig.now, rig.clock)
         rig.give("tailbone", BODY)
     person = rig.values("user.pose")[-1]
     assert (person.head, person.head_yaw) == (None, person.body.yaw)
@@ -236,20 +238,20 @@ def test_a_request_is_a_level_until_it_is_let_go() -> None:
     rig.stand()
     assert rig.give("haptic_request", DEEP) is None
     rig.inbox.repeat(rig.now)
-    assert rig.inbox.take("release", SAID, rig.now, rig.clock) is None
+    assert rig.inbox.on_message("release", SAID, rig.now, rig.clock) is None
     rig.inbox.repeat(rig.now)
     asked = rig.values("vr.haptic_request")
     assert [deep is None for deep in asked] == [False, False, True, True]
     assert rig.values("vr.release") == [True]
-    assert rig.inbox.take("restart", SAID, rig.now, rig.clock) is None
+    assert rig.inbox.on_message("restart", SAID, rig.now, rig.clock) is None
     assert rig.values("vr.restart") == [True]
 
 
 def test_an_event_that_says_false_is_none() -> None:
     rig = Rig()
-    rig.inbox.take("release", SimpleNamespace(data=False), rig.now, rig.clock)
+    rig.inbox.on_message("release", SimpleNamespace(data=False), rig.now, rig.clock)
     assert rig.told == []
-    rig.inbox.take("release", SimpleNamespace(), rig.now, rig.clock)  # std_msgs/Empty
+    rig.inbox.on_message("release", SimpleNamespace(), rig.now, rig.clock)  # std_msgs/Empty
     assert rig.values("vr.release") == [True]
 
 

@@ -323,10 +323,10 @@ def test_no_order_that_is_none_ends_the_worker_or_moves_the_arm(name):
     controller, outlet = Still(), Outlet()
     worker = Worker(controller, WorkerSettings("", (), ROBOT.arm, 0.0, (0.0, 0.0, 0.0)), outlet)
     now = time.monotonic_ns()
-    worker.take(Datagram("engine", 1, "here", now, None), now)
+    worker.on_datagram(Datagram("engine", 1, "here", now, None), now)
     for value in ODD:
         for stamp in (now, now - 10**18, now + 10**18):
-            worker.take(Datagram("engine", 1, name, stamp, value), now)
+            worker.on_datagram(Datagram("engine", 1, name, stamp, value), now)
     controller.stamp += CYCLE_S
     worker.look(now)
     assert worker._run is None

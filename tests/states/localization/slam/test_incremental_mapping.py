@@ -21,7 +21,7 @@ def follow(world):
             odom, motion = sample.value.pose, sample.value.twist
         elif isinstance(sample.value, Scan) and odom is not None:
             cloud = cloud_of(sample.value, sample.stamp_ns, world.sensing, 1000, motion)
-            pose = growing.take(odom, sample.value.sensor, cloud.points)
+            pose = growing.add_scan(odom, sample.value.sensor, cloud.points)
             true = world.drive.pose(cloud.stamp_ns * 1e-9)
             start = start or true @ pose.inverse()
             errors.append((start @ pose).distance_to(true))
@@ -42,7 +42,7 @@ def test_scans_hold_what_slipping_wheels_lose(seed):
 def test_without_any_walls_the_wheels_are_believed():
     growing = Growing()
     for n in range(5):
-        pose = growing.take(Pose2(0.5 * n, 0.0), "laser", np.empty((0, 2)))
+        pose = growing.add_scan(Pose2(0.5 * n, 0.0), "laser", np.empty((0, 2)))
 
     assert pose == Pose2(2.0, 0.0)
 

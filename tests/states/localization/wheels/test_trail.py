@@ -76,17 +76,17 @@ def test_the_bias_of_the_gyroscope_is_learnt_while_the_wheels_stand():
     for k in range(500):
         gyro.put(k * S // 100, 0.02 + rng.normal(0.0, 0.003), standing=True)
     assert gyro.bias == pytest.approx(0.02, abs=1e-3)
-    gyro.take(5 * S)
+    gyro.pop_mean_rate(5 * S)
     for k in range(500, 510):
         gyro.put(k * S // 100, 1.02, standing=False)
-    assert gyro.take(510 * S // 100) == pytest.approx(1.0, abs=2e-3)
-    assert gyro.take(511 * S // 100) is None
+    assert gyro.pop_mean_rate(510 * S // 100) == pytest.approx(1.0, abs=2e-3)
+    assert gyro.pop_mean_rate(511 * S // 100) is None
 
 
 def test_a_gyroscope_that_fell_silent_is_not_asked():
     gyro = Gyro()
     gyro.put(0, 0.5, standing=False)
-    assert gyro.take(S) is None
+    assert gyro.pop_mean_rate(S) is None
 
 
 def watched(told, true=(0.05, 0.0, 0.02), steps=60):
