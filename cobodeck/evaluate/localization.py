@@ -56,7 +56,7 @@ class LocalizationWatch:
         known_ns = getattr(self._plant, "truth_ns", None)  # a world in another process lags behind
         true_ns = now_ns if known_ns is None else known_ns
         self._before = self._truths.newest
-        self._truths.put(true_ns, truth.base)
+        self._truths.insert(true_ns, truth.base)
         compute(self._slot)
         sample = self._slot.newest
         self._listen(elapsed)

@@ -227,7 +227,7 @@ class _Builder:
                 value = _WORDS[text]
             elif text[0] in _NUMERIC_START:
                 value = self._number(text, at)
-        self._put(value, at)
+        self._add_value(value, at)
 
     def _number(self, text: str, at: Mark) -> Any:
         if not _NUMBER.match(text):
@@ -261,7 +261,7 @@ class _Builder:
         self.key = key
         into.keys_at[key] = at
 
-    def _put(self, value: Any, at: Mark) -> None:
+    def _add_value(self, value: Any, at: Mark) -> None:
         into = self.into
         if type(into) is Map:
             key = self.key
@@ -293,7 +293,7 @@ class _Builder:
         if len(self.stack) >= MAX_DEPTH:
             self.source.report("Y06", _TOO_DEEP, at)
             raise _GiveUp
-        self._put(made, at)
+        self._add_value(made, at)
         self.stack.append(self.into)
         self.into = made
 
@@ -307,7 +307,7 @@ class _Builder:
         )
         if type(self.into) is Map and self.key is None:
             raise _GiveUp
-        self._put(None, at)
+        self._add_value(None, at)
 
     def _no_anchor(self, event: Any, at: Mark) -> None:
         if event.anchor is not None:

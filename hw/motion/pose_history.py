@@ -41,7 +41,7 @@ class PoseHistory(Generic[P]):
         self._rows: list[tuple[int, P]] = []
         self.clear()
         for stamp_ns, pose in poses:
-            self.put(stamp_ns, pose)
+            self.insert(stamp_ns, pose)
 
     @property
     def oldest_ns(self) -> int:
@@ -54,7 +54,7 @@ class PoseHistory(Generic[P]):
         self._first = 0
         self._rows.clear()
 
-    def put(self, stamp_ns: int, pose: P) -> None:
+    def insert(self, stamp_ns: int, pose: P) -> None:
         """Add a pose, a late one in its place; one of the same stamp is replaced."""
         rows, row = self._rows, (stamp_ns, pose)
         if rows and stamp_ns <= rows[-1][0]:

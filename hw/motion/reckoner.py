@@ -64,7 +64,7 @@ class Reckoner:
             if stamp_ns <= last_ns:
                 return
             way = gone + last.distance_to(odom_from_base)
-        wheels.put(stamp_ns, (odom_from_base, way))
+        wheels.insert(stamp_ns, (odom_from_base, way))
         self._twist = wheels_say.twist
 
     def track(self, stamp_ns: int, seen: TrackerPose) -> None:

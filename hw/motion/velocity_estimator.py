@@ -36,7 +36,7 @@ class Motion:
         self._seen: deque[Seen] = deque()
         self._same_since = 0
 
-    def see(self, stamp_ns: int, x: float, y: float, yaw: float = 0.0) -> None:
+    def add_pose(self, stamp_ns: int, x: float, y: float, yaw: float = 0.0) -> None:
         """Take a pose in the map, m and rad; one not newer than the last is ignored."""
         seen = self._seen
         if seen:

@@ -96,7 +96,7 @@ class SafetyRule:
 
     def track_user(self, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
         """Take a pose of the user (map) that arrived now; False if refused, see `UserTrack`."""
-        return self._user.see(now_ns, stamp_ns, x, y)
+        return self._user.add_position(now_ns, stamp_ns, x, y)
 
     def request(self, level: bool) -> None:
         """Set whether the user requests a touch. The end of a request ends its grant.

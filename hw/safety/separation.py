@@ -105,7 +105,7 @@ class UserTrack:
         """Age of the newest pose, s; infinite before the first, negative if it is ahead of now."""
         return math.inf if self.stamp_ns is None else (now_ns - self.stamp_ns) / 1e9
 
-    def see(self, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
+    def add_position(self, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
         """Take a pose that arrived now; False if out of range, not newer, or from the future."""
         newest = self.stamp_ns
         if not (abs(x) < _FAR and abs(y) < _FAR) or stamp_ns > now_ns + self._ahead_ns:
@@ -114,8 +114,8 @@ class UserTrack:
         if newest is not None and stamp_ns <= newest:
             return False
         self.x, self.y, self.stamp_ns = x, y, stamp_ns
-        self._quick.see(stamp_ns, x, y)
-        self._steady.see(stamp_ns, x, y)
+        self._quick.add_pose(stamp_ns, x, y)
+        self._steady.add_pose(stamp_ns, x, y)
         quick, steady = self._quick.velocity, self._steady.velocity
         self.steady = None if steady is None else steady.speed
         if quick is None or steady is None:

@@ -276,9 +276,9 @@ class World:
         self._vr.step(self.now_ns)
         seen = self._trackers.step()
         if seen is not None:
-            self._see(seen)
+            self._note_view(seen)
 
-    def _see(self, sample: Sample) -> None:
+    def _note_view(self, sample: Sample) -> None:
         """Note a measured pose, unless its head's turn is not finite."""
         pose = sample.value
         turn = pose.head_yaw - pose.body.yaw if isinstance(pose, UserPose) else math.nan

@@ -137,7 +137,7 @@ class _Meeting(NamedTuple):
 
 
 class Governor:
-    """Paces one trajectory; call `see` for each pose of the person and `pace` in each tick."""
+    """Paces one trajectory; `add_user_pose` for each pose of the person, `pace` in each tick."""
 
     def __init__(
         self,
@@ -181,15 +181,17 @@ class Governor:
         self._radii = self._own + slimmed(body.distance_to(self._met))
         self._expected = True
 
-    def see(self, stamp_ns: int, body: Pose2, limbs: tuple[Limb | None, ...] = ()) -> None:
+    def add_user_pose(
+        self, stamp_ns: int, body: Pose2, limbs: tuple[Limb | None, ...] = ()
+    ) -> None:
         """Take a pose of the person and of their limbs, in the map; None: not tracked now."""
         if not self._expected:
             self.expect(body)
         if self._stamp_ns is None or stamp_ns > self._stamp_ns:
             self._stamp_ns, self._at = stamp_ns, body
             self._limbs |= {n: (stamp_ns, limb) for n, limb in enumerate(limbs) if limb is not None}
-            self._quick.see(stamp_ns, body.x, body.y)
-            self._steady.see(stamp_ns, body.x, body.y)
+            self._quick.add_pose(stamp_ns, body.x, body.y)
+            self._steady.add_pose(stamp_ns, body.x, body.y)
 
     def pace(self, now_ns: int, since: float, span: float, base: Pose2) -> ArmPace | None:
         """The pace from now on; None without a person.

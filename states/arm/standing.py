@@ -21,7 +21,7 @@ class Standing:
     def __init__(self) -> None:
         self._seen: deque[tuple[int, Pose2]] = deque()
 
-    def see(self, now_ns: int, pose: Pose2) -> None:
+    def add_base_pose(self, now_ns: int, pose: Pose2) -> None:
         """Take the pose of this tick, map_from_base."""
         self._seen.append((now_ns, pose))
         while now_ns - self._seen[0][0] > WINDOW_NS:

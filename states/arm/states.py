@@ -253,7 +253,7 @@ def _follow(
             state, situation = ctx.value(ARM_JOINTS), _situation(ctx)
             span, before = (ctx.now - before) * 1e-9, ctx.now
             if situation is not None:
-                standing.see(ctx.now, situation.base)
+                standing.add_base_pose(ctx.now, situation.base)
             if is_at(state, points[-1][1], tolerance):
                 return True
             refused = refusal_of(state, number)
@@ -280,7 +280,7 @@ def _pace(
     """Slow the arm down, or let it speed up, by where the person is and how fast they come."""
     seen = ctx.sample(USER_POSE)
     if seen is not None and seen.value is not None:
-        governor.see(seen.stamp, seen.value.body, situation.limbs())
+        governor.add_user_pose(seen.stamp, seen.value.body, situation.limbs())
     pace = governor.pace(ctx.now, since, span, situation.base)
     if pace is not None:
         arm.pace(*pace)

@@ -398,5 +398,5 @@ def _example(workspace: Workspace) -> None:
     governor = workspace.governor_of(answer, situation, deep)
     if governor is not None:
         hand = Limb((1.85, 0.0, 1.4), (1.2, 0.0, 1.2), ARM_RADIUS)
-        governor.see(0, Pose2(1.85, 0.0), (hand,))
+        governor.add_user_pose(0, Pose2(1.85, 0.0), (hand,))
         governor.pace(0, 0.0, 0.0, situation.base)

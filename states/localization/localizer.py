@@ -155,7 +155,7 @@ class Localizer:
         elif isinstance(value, Scan):
             self._take_scan(stamp_ns, value)
         elif isinstance(value, ImuReading):
-            self._wheels.gyro.put(stamp_ns, value.rates[2], self._wheels.standing)
+            self._wheels.gyro.add_reading(stamp_ns, value.rates[2], self._wheels.standing)
         elif isinstance(value, TrackerPose):
             self._take_tracker(stamp_ns, value)
 
@@ -163,7 +163,7 @@ class Localizer:
 
     def _take_odometry(self, stamp_ns: int, odom_from_base: Pose2) -> None:
         wheels, before = self._wheels, self._wheels.trail.stamp_ns
-        if not wheels.put(stamp_ns, odom_from_base):
+        if not wheels.add_odometry(stamp_ns, odom_from_base):
             return
         if self._start is not None:
             self._begin_at_start(stamp_ns, self._start)
@@ -374,7 +374,7 @@ class Localizer:
         self._compare_trackers(stamp_ns, seen)
         values, health = self._values, self._health
         period = values.tracker_period(self._wheels.trail.last_velocity())
-        pose = self._feed.put(stamp_ns, seen, period)
+        pose = self._feed.add_tracker_pose(stamp_ns, seen, period)
         if pose is None or self._resting:
             return
         self.counts["trackers"] += 1

@@ -81,7 +81,7 @@ class ParticleLocalizer:
         if not is_finite(value):
             return
         if isinstance(value, Odometry):
-            if self._trail.put(stamp_ns, value.pose):
+            if self._trail.add_odometry(stamp_ns, value.pose):
                 self._move_on()
         elif isinstance(value, Scan):
             self._take_scan(stamp_ns, value)
@@ -111,7 +111,10 @@ class ParticleLocalizer:
     def _take_tracker(self, stamp_ns: int, seen: TrackerPose) -> None:
         values = self._values
         period = values.tracker_period(self._trail.last_velocity())
-        pose, odom_from_base = self._feed.put(stamp_ns, seen, period), self._trail.at(stamp_ns)
+        pose, odom_from_base = (
+            self._feed.add_tracker_pose(stamp_ns, seen, period),
+            self._trail.at(stamp_ns),
+        )
         if pose is None or odom_from_base is None:
             return
         self._counts["trackers"] += 1

@@ -39,7 +39,7 @@ class VelocityEstimator:
         """Take one `UserPose`."""
         pose = sample.value
         assert isinstance(pose, UserPose)
-        self._motion.see(sample.stamp, pose.body.x, pose.body.y, pose.body.yaw)
+        self._motion.add_pose(sample.stamp, pose.body.x, pose.body.y, pose.body.yaw)
         self._velocity = found = self._motion.velocity
         if found is None:
             return

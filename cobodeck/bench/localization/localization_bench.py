@@ -128,7 +128,7 @@ def clouds(beams: int) -> Iterator[tuple[Cloud, Pose2, Pose2]]:
     sensing, trail, found = load_robot(ROBOT).sensing, Trail(), ride()
     for _, stamp, value in found.samples:
         if isinstance(value, Odometry):
-            trail.put(stamp, value.pose)
+            trail.add_odometry(stamp, value.pose)
         if isinstance(value, Scan):
             cloud = cloud_of(
                 value, stamp, sensing, beams, trail.velocity(stamp, stamp + span_ns(value))
@@ -261,7 +261,7 @@ def _looking(cache_s: float) -> Callable[[], object]:
     for k in range(round(100 * cache_s)):
         moved = Pose3.from_yaw(0.01 * k, 0.0, 0.0, 0.001 * k)
         for parent, child in (("map", "odom"), ("odom", "base"), ("base", "arm")):
-            buffer.put(parent, child, k * 10_000_000, moved)
+            buffer.set_transform(parent, child, k * 10_000_000, moved)
     buffer.fix("arm", "flange", Pose3(0.0, 0.0, 1.0))
     buffer.fix("flange", "tool", Pose3(0.1, 0.0, 0.0))
     at = round(0.5 * cache_s * 1e9) + 5_000_000

@@ -54,9 +54,9 @@ class BagFrames:
         for found in self._messages.imu:
             stamp = self._stamps[found.number]
             if stamp is not None:
-                self._gathered.put(IMU, stamp, self._reading(stamp, found))
+                self._gathered.add_sample(IMU, stamp, self._reading(stamp, found))
         for stamp, odometry in self._odometry():
-            self._gathered.put(ODOMETRY, stamp, odometry)
+            self._gathered.add_sample(ODOMETRY, stamp, odometry)
         self._reference()
 
     def _buffer(self) -> TransformBuffer:
@@ -67,7 +67,7 @@ class BagFrames:
                 if number is None:
                     frames.fix(parent, child, pose)
                 elif stamp is not None:
-                    frames.put(parent, child, stamp, pose)
+                    frames.set_transform(parent, child, stamp, pose)
             except ValueError as error:  # NaN or infinite
                 self._gathered.remark(f"a transform was left out: {error}")
         return frames

@@ -142,7 +142,7 @@ class _Lines:
         else:
             wheels |= others
         for stamp, odometry in odometry_of(wheels.items()):
-            self.gathered.put(ODOMETRY, stamp, odometry)
+            self.gathered.add_sample(ODOMETRY, stamp, odometry)
         for stamp, one in pairs:
             mount = mounts[one.name]
             if one.first is not None and mount is None:

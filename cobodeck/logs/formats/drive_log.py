@@ -148,7 +148,7 @@ class Gathered:
     sensing: Sensing | None = None
     room: Room | None = None
 
-    def put(self, name: str, stamp_ns: int, value: object) -> None:
+    def add_sample(self, name: str, stamp_ns: int, value: object) -> None:
         """Take a sample; one with NaN or infinite numbers is left out, with a remark."""
         if is_finite(value):
             self.samples.append(Sample(name, stamp_ns, value))
@@ -170,7 +170,7 @@ class Gathered:
         side = 1.0 if up > 0.0 else -1.0  # if mounted upside down it scans in the opposite sense
         ranges = in_range(raw.ranges, raw.min_range, raw.max_range)
         name = self._scanner(raw)
-        self.put(
+        self.add_sample(
             SCAN, stamp_ns, Scan(name, side * raw.start, side * raw.step, ranges, raw.beam_time)
         )
 

@@ -83,7 +83,7 @@ class _Taking:
         for told in group.told:
             if told.topic in self._readers:
                 name, stamp, value = self._readers[told.topic].read(told.schema, told.data)
-                self._gathered.put(name, stamp, value)
+                self._gathered.add_sample(name, stamp, value)
         self._refer(group)
 
     def _refer(self, group: Group) -> None:

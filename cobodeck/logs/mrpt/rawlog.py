@@ -124,13 +124,13 @@ class _Row:
             elif isinstance(one, RobotPose):
                 self.gathered.refer(stamp, one.pose.flat())
             elif isinstance(one, Inertial):
-                self.gathered.put(IMU, stamp, _in_base(one))
+                self.gathered.add_sample(IMU, stamp, _in_base(one))
             else:
                 self._seen(stamp, one, poses)
         if self.moves is None and poses and not wheels:
             self.gathered.remark(STOOD_IN)
         for stamp, odometry in odometry_of(wheels or poses.values()):
-            self.gathered.put(ODOMETRY, stamp, odometry)
+            self.gathered.add_sample(ODOMETRY, stamp, odometry)
 
     def _seen(self, stamp: int, one: _Seen, poses: dict[int, tuple[int, Pose2]]) -> None:
         """Put a scan; the pose of its frame goes to `poses`, by the frame's number."""

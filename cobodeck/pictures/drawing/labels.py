@@ -65,7 +65,7 @@ class Labels:
             area = next(filter(self._is_free, areas), best)
             if area is not None:
                 self.taken.append(area)
-                self._put(label, area)
+                self._draw(label, area)
 
     def _areas(self, label: Label) -> Iterator[Area]:
         """Possible areas of a label, the best first."""
@@ -90,7 +90,7 @@ class Labels:
             return False
         return all(right < a or left > c or high < b or low > d for a, b, c, d in self.taken)
 
-    def _put(self, label: Label, area: Area) -> None:
+    def _draw(self, label: Label, area: Area) -> None:
         x, y = (
             0.5 * (low + high) / self.on.scale for low, high in zip(area, area[2:], strict=False)
         )

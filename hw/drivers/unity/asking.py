@@ -48,7 +48,7 @@ class ClockQuestions:
         body = self._messages.write(
             self._topic.type, self._messages.time_reference(wall, wall, token)
         )
-        session.put(self._topic.name, frame(session.subscribed[self._topic.name], body))
+        session.send_latest(self._topic.name, frame(session.subscribed[self._topic.name], body))
 
 
 def clock_state(session: Session) -> ClockState | None:

@@ -169,7 +169,7 @@ class UnityBridge:
             for session in self.sessions:
                 if topic.name in session.subscribed:
                     body = body or self._messages.write(topic.type, message)
-                    session.put(topic.name, frame(session.subscribed[topic.name], body))
+                    session.send_latest(topic.name, frame(session.subscribed[topic.name], body))
 
     # ---- registrations
 

@@ -95,7 +95,7 @@ class Clients:
             return
         self._alive_ns = now_ns
         for session in self.bridge.sessions:
-            session.put("", KEEPALIVE)
+            session.send_latest("", KEEPALIVE)
             if now_ns - session.heard_ns > gates.CLIENT_SILENT_NS:
                 session.broken = "it is silent"
             elif not session.registered and now_ns - session.joined_ns > gates.UNREGISTERED_NS:

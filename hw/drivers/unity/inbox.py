@@ -111,7 +111,7 @@ class Inbox:
             )
         if role == "haptic_request":
             return self._ask(self._in_map(pose, frame), received_ns)
-        return self._see(role, message, pose, frame, received_ns, clock)
+        return self._track(role, message, pose, frame, received_ns, clock)
 
     def repeat(self, now_ns: int) -> None:
         """Repeat the request, as a level."""
@@ -158,7 +158,7 @@ class Inbox:
         self.repeat(received_ns)
         return None
 
-    def _see(
+    def _track(
         self,
         role: str,
         message: Any,

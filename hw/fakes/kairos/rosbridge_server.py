@@ -43,7 +43,7 @@ class _Client:
     news: asyncio.Event = field(default_factory=asyncio.Event)
     level: str = "none"
 
-    def put(self, name: str, text: str) -> None:
+    def queue(self, name: str, text: str) -> None:
         self.waiting[name] = text
         self.news.set()
 
@@ -110,18 +110,18 @@ class RosbridgeServer:
         text = _text(name, message)
         for client in self._clients:
             if name in client.subscribed:
-                self._put(client, name, text)
+                self._queue(client, name, text)
 
     def say(self, text: str) -> None:
         """Send a status to all clients, whatever they asked for."""
         for client in self._clients:
-            client.put("status", json.dumps({"op": "status", "level": "error", "msg": text}))
+            client.queue("status", json.dumps({"op": "status", "level": "error", "msg": text}))
 
-    def _put(self, client: _Client, name: str, text: str) -> None:
+    def _queue(self, client: _Client, name: str, text: str) -> None:
         if self.late:
-            asyncio.get_running_loop().call_later(self.late, client.put, name, text)
+            asyncio.get_running_loop().call_later(self.late, client.queue, name, text)
         else:
-            client.put(name, text)
+            client.queue(name, text)
 
     async def _serve(self, socket: ServerConnection) -> None:
         if self.refusing:
@@ -151,7 +151,7 @@ class RosbridgeServer:
     def _say(self, client: _Client, text: str) -> None:
         if client.level in TALKATIVE:
             status = {"op": "status", "level": "error", "msg": text}
-            client.put(f"status {self.strange}", json.dumps(status))
+            client.queue(f"status {self.strange}", json.dumps(status))
 
     def _op_subscribe(self, client: _Client, message: Mapping[str, Any]) -> None:
         name = message["topic"]
@@ -161,7 +161,7 @@ class RosbridgeServer:
             return
         client.subscribed.add(name)
         if topic.latched and topic.last is not None and name not in self.muted:
-            self._put(client, name, _text(name, topic.last))
+            self._queue(client, name, _text(name, topic.last))
 
     def _op_unsubscribe(self, client: _Client, message: Mapping[str, Any]) -> None:
         client.subscribed.discard(message["topic"])
@@ -185,7 +185,7 @@ class RosbridgeServer:
     def _op_call_service(self, client: _Client, message: Mapping[str, Any]) -> None:
         answer = {"op": "service_response", "id": message.get("id"), "service": message["service"]}
         answer |= {"values": "there is no such service", "result": False}
-        client.put(f"service {message.get('id')}", json.dumps(answer))
+        client.queue(f"service {message.get('id')}", json.dumps(answer))
 
 
 def _text(name: str, message: Mapping[str, Any]) -> str:

@@ -58,7 +58,7 @@ class Interaction:
         sample = self._person.measured
         if sample is not None and isinstance(sample.value, UserPose):
             body = sample.value.body
-            self._see(now_ns, Pose2(body.x, body.y, sample.value.head_yaw))
+            self._perceive(now_ns, Pose2(body.x, body.y, sample.value.head_yaw))
         self._copy()
 
     def _copy(self) -> None:
@@ -67,7 +67,7 @@ class Interaction:
         self.request = person.request or self._own
         self.finished = person.finished or (self._left == 0 and self._own is None)
 
-    def _see(self, now_ns: int, view: Pose2) -> None:
+    def _perceive(self, now_ns: int, view: Pose2) -> None:
         if self._held is not None:
             self._hold(self._held, view)
         else:

@@ -65,7 +65,7 @@ class SimTrackers:
         self._seen = true
         seen: Sample | None = true
         if self._view is not None and isinstance(true.value, UserPose):
-            self._walk.put(true.stamp_ns, true.value)
+            self._walk.insert(true.stamp_ns, true.value)
             stamp = true.stamp_ns - self._behind_ns
             pose = self._walk.at(stamp, UNSEEN_NS)
             seen = None if pose is None else self._view.seen(Sample(true.name, stamp, pose))

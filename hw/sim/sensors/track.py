@@ -35,7 +35,7 @@ class Track(PoseHistory[TrackPose]):
         if place == last and now_ns > last_ns and len(rows) > 1 and place == rows[-2][1]:
             self.newest = rows[-1] = now_ns, place  # still standing
         else:
-            self.put(now_ns, place)
+            self.insert(now_ns, place)
 
     def knots(self, start_ns: int, end_ns: int) -> NDArray[np.float64]:
         """(n, 4): s after start_ns, x, y, yaw, from start to end; linear in between, n >= 2."""

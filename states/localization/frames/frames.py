@@ -40,13 +40,13 @@ class FramesEstimator:
         """Take one pose of the base or of the user."""
         pose, stamp = sample.value, sample.stamp
         if isinstance(pose, Pose2):
-            self._put(BASE, stamp, pose.upright())
+            self._set_pose(BASE, stamp, pose.upright())
         elif isinstance(pose, UserPose):
-            self._put(USER, stamp, pose.body.upright())
+            self._set_pose(USER, stamp, pose.body.upright())
             others = zip((HEAD, *HANDS), (pose.head, pose.left_hand, pose.right_hand), strict=True)
             for name, other in others:
                 if other is not None:
-                    self._put(name, stamp, other)
+                    self._set_pose(name, stamp, other)
 
     def value(self) -> TransformBuffer:
         """The buffer with all frames."""
@@ -56,6 +56,6 @@ class FramesEstimator:
         """Stamp of the newest pose, ns."""
         return self._stamp
 
-    def _put(self, frame: str, stamp: int, map_from_frame: Pose3) -> None:
-        self._frames.put(MAP, frame, stamp, map_from_frame)
+    def _set_pose(self, frame: str, stamp: int, map_from_frame: Pose3) -> None:
+        self._frames.set_transform(MAP, frame, stamp, map_from_frame)
         self._stamp = stamp if self._stamp is None else max(stamp, self._stamp)

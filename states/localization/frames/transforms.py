@@ -53,7 +53,7 @@ class _History:
         self.first = 0
         self.parent: str | None = None
 
-    def put(self, stamp: int, parent: str, edge: RigidMotion, cache_ns: int) -> bool:
+    def insert(self, stamp: int, parent: str, edge: RigidMotion, cache_ns: int) -> bool:
         """Add a value; False if it is older than the history. An equal stamp is overwritten."""
         stamps = self.stamps
         if stamps and stamp < stamps[-1] - cache_ns:
@@ -132,7 +132,9 @@ class TransformBuffer:
         self._static[child] = (parent, edge)
         self._parents.add(parent)
 
-    def put(self, parent: str, child: str, stamp_ns: int, parent_from_child: Pose3) -> bool:
+    def set_transform(
+        self, parent: str, child: str, stamp_ns: int, parent_from_child: Pose3
+    ) -> bool:
         """Add a value of a dynamic edge; False, and ignored, if older than the cache.
 
         Values may come in any order; a second one for a stamp replaces the first. The parent may
@@ -149,7 +151,7 @@ class TransformBuffer:
             self._parents.add(parent)
         elif history.parent != parent:
             self._parents.add(parent)
-        return history.put(stamp_ns, parent, edge, self._cache_ns)
+        return history.insert(stamp_ns, parent, edge, self._cache_ns)
 
     def lookup(self, target: str, source: str, stamp_ns: int | None = None) -> Pose3 | NoTransform:
         """target_from_source at a stamp; None means the newest one at which all edges are known."""

@@ -122,7 +122,7 @@ class Amcl:
         self._draws = self._updates = 0
         self._slow = self._fast = 0.0
         self._odom_from_base: Pose2 | None = None
-        self._put(np.zeros((1, 3)))
+        self._set_particles(np.zeros((1, 3)))
 
     @property
     def particles(self) -> Array:
@@ -149,13 +149,13 @@ class Amcl:
         # eigenvectors instead of a Cholesky factor: the covariance may be singular
         values, vectors = np.linalg.eigh(turn @ covariance @ turn.T)
         spread = vectors * np.sqrt(np.maximum(values, 0.0))
-        self._put(
+        self._set_particles(
             np.array([pose.x, pose.y, pose.yaw]) + rng.standard_normal((number, 3)) @ spread.T
         )
 
     def start_anywhere(self, count: int | None = None) -> None:
         """Spread particles evenly over the floor and over all headings."""
-        self._put(self._anywhere(count or self.values.max_particles, self._rng()))
+        self._set_particles(self._anywhere(count or self.values.max_particles, self._rng()))
 
     def update(self, odom_from_base: Pose2, points: Array, force: bool = False) -> bool:
         """Take a scan, points (n, 2) in the base frame, m, with the odometry at its instant.
@@ -205,7 +205,7 @@ class Amcl:
             covariance = turn @ covariance @ turn.T
         return ParticleEstimate(pose, covariance, float(shares[heaviest]))
 
-    def _put(self, particles: Array) -> None:
+    def _set_particles(self, particles: Array) -> None:
         particles[:, 2] = [wrap(yaw) for yaw in particles[:, 2].tolist()]
         self._particles = np.ascontiguousarray(particles)
         self._logs = np.zeros(len(particles))

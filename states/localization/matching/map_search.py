@@ -79,7 +79,7 @@ class _Hypothesis:
     def log(self) -> float:
         return self.expected + self.fits + sum(self.here.values())
 
-    def see(self, sensor: str, fit: float) -> None:
+    def add_fit(self, sensor: str, fit: float) -> None:
         """Take the fit of a scan; several from one place count as one."""
         before = self.here.get(sensor, fit)
         self.here[sensor] = 0.5 * (before + fit)
@@ -241,7 +241,7 @@ class Search:
             if number and number % REFINED == 0:
                 yield
             one.match = self._refined(one.match.map_from_base, seen.points, about)
-            one.see(seen.sensor, self._fit(seen.points, one.match.map_from_base))
+            one.add_fit(seen.sensor, self._fit(seen.points, one.match.map_from_base))
         kept = _kept(self._hypotheses)
         self._more |= len(kept) == KEPT and kept[-1].log > kept[0].log - SURE - LIKE
         self._hypotheses = kept

@@ -115,7 +115,7 @@ class TrackerComparison:
 
     def is_due(self, stamp_ns: int, seen: TrackerPose) -> bool:
         """Take a tracker pose; True if a comparison is due and two trackers are in view."""
-        pose = self._feed.put(stamp_ns, seen, COMPARED)
+        pose = self._feed.add_tracker_pose(stamp_ns, seen, COMPARED)
         return pose is not None and len(self._feed.each) >= 2
 
     def update(self, stamp_ns: int, known: Pose2) -> None:

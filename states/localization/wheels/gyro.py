@@ -21,7 +21,7 @@ class Gyro:
         self._stamp_ns: int | None = None
         self.bias = 0.0
 
-    def put(self, stamp_ns: int, rate: float, standing: bool) -> None:
+    def add_reading(self, stamp_ns: int, rate: float, standing: bool) -> None:
         """Take a rate of turn about the vertical, rad/s."""
         if self._stamp_ns is not None and stamp_ns <= self._stamp_ns:
             return

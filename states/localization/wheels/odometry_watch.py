@@ -49,7 +49,7 @@ class OdometryWatch:
         self._seen.clear()
         self._contradictions = 0
 
-    def see(self, stamp_ns: int, map_from_base: Pose2, trail: Trail) -> None:
+    def add_match(self, stamp_ns: int, map_from_base: Pose2, trail: Trail) -> None:
         """Take the pose by a scan, and the wheels' poses up to then."""
         seen, odom_from_base = self._seen, trail.at(stamp_ns)
         if odom_from_base is None or (seen and stamp_ns <= seen[-1][0]):

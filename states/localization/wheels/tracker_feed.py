@@ -23,7 +23,7 @@ class TrackerFeed:
         self._given_ns: int | None = None
         self.each: list[Pose2] = []
 
-    def put(self, stamp_ns: int, seen: TrackerPose, period: float) -> Pose2 | None:
+    def add_tracker_pose(self, stamp_ns: int, seen: TrackerPose, period: float) -> Pose2 | None:
         """Take a pose of a tracker; map_from_base at its stamp once per `period`, s, else None.
 
         It is the mean over all trackers with a fresh pose.

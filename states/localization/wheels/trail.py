@@ -43,7 +43,7 @@ class Trail:
         newest = self._past.newest
         return 0.0 if newest is None else (newest[0] - self._stood_ns) * 1e-9
 
-    def put(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
+    def add_odometry(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
         """Add a pose; False if it is not newer than the last. A reset of odometry starts over."""
         past = self._past
         if past.newest is not None and stamp_ns <= past.newest[0]:
@@ -53,7 +53,7 @@ class Trail:
             self._stood_at = None
             self.resets += 1
         self._velocity = self._velocity_to(stamp_ns, odom_from_base)
-        past.put(stamp_ns, odom_from_base)
+        past.insert(stamp_ns, odom_from_base)
         stood = self._stood_at
         if stood is None or not stood.is_near(odom_from_base, STILL_M, STILL_RAD):
             self._stood_at, self._stood_ns = odom_from_base, stamp_ns

@@ -48,7 +48,7 @@ class WheelClock:
         self._vv, self._uv = np.zeros(2 * MOST + 1), np.zeros(2 * MOST + 1)
         self._uu = self._count = 0.0
 
-    def see(self, stamp_ns: int, yaw: float, trail: Trail) -> None:
+    def add_yaw(self, stamp_ns: int, yaw: float, trail: Trail) -> None:
         """Take the yaw of a match in the map, rad, and the trail of the wheels so far."""
         last = self._last
         if last is not None:

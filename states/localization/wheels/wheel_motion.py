@@ -38,13 +38,13 @@ class WheelMotion:
         self.scan_ns = self._unaccompanied = 0
         self.rate: float | None = None
 
-    def put(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
+    def add_odometry(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
         """Take a wheel sample; False if it is not newer than the last.
 
         `rate` is then the mean rate of turn by the gyroscope since the sample before, rad/s.
         """
         before_ns, resets = self.trail.stamp_ns, self.trail.resets
-        if not self.trail.put(stamp_ns, odom_from_base):
+        if not self.trail.add_odometry(stamp_ns, odom_from_base):
             return False
         self._unaccompanied = 0
         self.rate = self.gyro.pop_mean_rate(stamp_ns)
@@ -107,11 +107,11 @@ class WheelMotion:
 
         After a long way on wheels alone the step of a match is no motion.
         """
-        self.clock.see(stamp_ns, map_from_base.yaw, self.trail)
+        self.clock.add_yaw(stamp_ns, map_from_base.yaw, self.trail)
         if np.trace(self.by_scale) > ALONE**2:
             self.watch.restart()
         else:
-            self.watch.see(stamp_ns, map_from_base, self.trail)
+            self.watch.add_match(stamp_ns, map_from_base, self.trail)
 
     def relocated(self) -> None:
         """Note that a search has found the base elsewhere: earlier matches are of no use."""

@@ -94,7 +94,7 @@ class ObstacleLayer:
         )
         self._count = 0
 
-    def see(
+    def add_scan(
         self, scan: Scan, first: Pose2, last: Pose2, stamp_ns: int, known: KnownObstacles
     ) -> bool:
         """Process one scan; False if it hit nothing unknown and no earlier hits are to be updated.
@@ -144,4 +144,4 @@ def _example() -> None:
     layer = ObstacleLayer(Grid(0.1, 10, 10), np.ones((10, 10)))
     here, known = Pose2(0.5, 0.5), KnownObstacles(Pose2(0.0, 0.0))
     for stamp in (0, 10**9):
-        layer.see(Scan("", 0.0, 0.1, (0.3, math.inf)), here, here, stamp, known)
+        layer.add_scan(Scan("", 0.0, 0.1, (0.3, math.inf)), here, here, stamp, known)

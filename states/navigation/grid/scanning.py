@@ -77,9 +77,9 @@ class ObstacleEstimator:
         value, stamp = sample.value, sample.stamp
         if isinstance(value, PoseEstimate):
             self._sigma = value.sigma
-            self._poses.put(stamp, value.pose)
+            self._poses.insert(stamp, value.pose)
         elif isinstance(value, Pose2):
-            self._poses.put(stamp, value)
+            self._poses.insert(stamp, value)
         elif isinstance(value, Scan):
             self._waiting.append((stamp, value))
         elif isinstance(value, UserPose) and (self._user is None or stamp > self._user[0]):
@@ -123,7 +123,7 @@ class ObstacleEstimator:
         mount, outline = self._scanner.mount(scan.sensor), self._scanner.outline
         known = KnownObstacles(mount, outline, self._user_at(stamp), self._sigma)
         first, last = poses.extended(stamp, LEAST_STEP_NS), poses.extended(end, LEAST_STEP_NS)
-        return self._layer.see(scan, first, last, stamp, known)
+        return self._layer.add_scan(scan, first, last, stamp, known)
 
     def _user_at(self, stamp: int) -> Disc:
         if self._user is None or abs(stamp - self._user[0]) > OLD_NS:

@@ -63,8 +63,8 @@ def test_long_histories_take_no_more_room():
 
 def test_one_of_the_same_stamp_is_replaced():
     poses = straight([0, 10, 20])
-    poses.put(20, Pose2(30.0, 0.0))
-    poses.put(10, Pose2(0.0, 0.0))
+    poses.insert(20, Pose2(30.0, 0.0))
+    poses.insert(10, Pose2(0.0, 0.0))
 
     assert poses.newest == (20, Pose2(30.0, 0.0))
     assert [poses.at(n).x for n in (5, 10, 15)] == [0.0, 0.0, 15.0]
@@ -76,7 +76,7 @@ def test_what_it_forgets_by_word_is_gone():
 
     assert poses.newest is None
     assert poses.at(5) is None
-    poses.put(3, Pose2(3.0, 0.0))
+    poses.insert(3, Pose2(3.0, 0.0))
     assert poses.oldest_ns == 3
 
 
@@ -90,7 +90,7 @@ def test_gaps_that_are_too_long_are_unknown_but_for_their_ends():
 
 def test_it_is_extended_along_the_last_poses_but_not_by_the_noise_of_close_ones():
     poses = PoseHistory(wrapped, poses=[(0, Pose2(0.0, 0.0)), (90, Pose2(80.0, 0.0, 3.0))])
-    poses.put(100, Pose2(100.0, 0.0, -3.0))
+    poses.insert(100, Pose2(100.0, 0.0, -3.0))
 
     assert poses.extended(45) == poses.at(45)
     assert poses.extended(-7) == Pose2(0.0, 0.0)

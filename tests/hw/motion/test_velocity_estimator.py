@@ -18,7 +18,7 @@ def ns(seconds: float) -> int:
 
 def feed(motion: Motion, poses: list[tuple[float, float, float, float]]) -> Twist2 | None:
     for t, x, y, yaw in poses:
-        motion.see(ns(t), x, y, wrap(yaw))
+        motion.add_pose(ns(t), x, y, wrap(yaw))
     return motion.velocity
 
 
@@ -160,7 +160,7 @@ def test_when_it_was_seen_changes_no_bit_of_a_velocity(
     """Stamps of a wall clock are 1.7e18 ns: as seconds they have a tenth of a microsecond."""
     now, then = Motion(0.3), Motion(0.3)
     for t, x, y, yaw in walk(60, 0.4, *v):
-        now.see(ns(t), x, y, wrap(yaw))
-        then.see(since + ns(t), x, y, wrap(yaw))
+        now.add_pose(ns(t), x, y, wrap(yaw))
+        then.add_pose(since + ns(t), x, y, wrap(yaw))
 
     assert now.velocity == then.velocity

@@ -183,7 +183,7 @@ def test_brakes_that_cannot_be_are_refused(values):
 def walked(speed, stamps):
     track = UserTrack()
     for stamp in stamps:
-        assert track.see(stamp, stamp, speed * stamp / 1e9, 1.0)
+        assert track.add_position(stamp, stamp, speed * stamp / 1e9, 1.0)
     return track
 
 
@@ -197,9 +197,9 @@ def test_the_speed_of_an_even_walk_is_exact_at_any_rate(speed, period):
 def test_the_speed_is_that_of_the_last_tenth_of_a_second():
     track = UserTrack()
     for n in range(20):
-        track.see(n * 33 * MS, n * 33 * MS, 0.0, 0.0)
+        track.add_position(n * 33 * MS, n * 33 * MS, 0.0, 0.0)
     for n in range(20, 24):
-        track.see(n * 33 * MS, n * 33 * MS, 1.5 * (n - 19) * 0.033, 0.0)
+        track.add_position(n * 33 * MS, n * 33 * MS, 1.5 * (n - 19) * 0.033, 0.0)
     assert track.speed == pytest.approx(1.5, abs=1e-9)
 
 
@@ -209,7 +209,7 @@ def test_nothing_is_known_of_the_speed_at_first_and_after_a_silence():
     track = walked(1.0, range(0, 300 * MS, 33 * MS))
     assert track.speed is not None
     last = track.stamp_ns
-    assert track.see(last + 151 * MS, last + 151 * MS, 0.0, 0.0)
+    assert track.add_position(last + 151 * MS, last + 151 * MS, 0.0, 0.0)
     assert (track.speed, track.steady) == (None, None)
 
 
@@ -226,9 +226,9 @@ def test_poses_from_nowhere_from_the_past_and_from_the_future_are_refused():
         (now, math.inf),
         (now, 1e300),
     ):
-        assert not track.see(now, stamp, px, 0.0)
+        assert not track.add_position(now, stamp, px, 0.0)
     assert (track.stamp_ns, track.x) == (newest, x)
-    assert track.see(now, now + 5 * MS, 3.0, 0.0)
+    assert track.add_position(now, now + 5 * MS, 3.0, 0.0)
     assert track.age_s(now) == 0.0
 
 
@@ -241,7 +241,7 @@ def test_of_a_user_whose_tracking_jumps_nothing_is_known_for_a_moment():
     since = track.stamp_ns
     found = []
     for n in range(1, 6):
-        track.see(since + n * 33 * MS, since + n * 33 * MS, 3.0, 1.0)
+        track.add_position(since + n * 33 * MS, since + n * 33 * MS, 3.0, 1.0)
         found.append((track.speed, track.steady))
     assert found[:2] == [(None, None)] * 2
     assert found[2:] == [(0.0, 0.0)] * 3
@@ -252,7 +252,7 @@ def test_a_leap_that_a_person_could_make_is_a_high_speed_and_not_a_long_one():
     since = track.stamp_ns
     speeds = []
     for n in range(1, 6):
-        track.see(since + n * 33 * MS, since + n * 33 * MS, 0.3, 1.0)
+        track.add_position(since + n * 33 * MS, since + n * 33 * MS, 0.3, 1.0)
         speeds.append(track.speed)
     assert speeds[0] > 2.5
     assert speeds[-1] < 1.5
@@ -263,7 +263,7 @@ def test_a_user_who_stands_seen_with_noise_stands_and_may_be_as_fast_as_the_nois
     steady, speeds = [], []
     for n in range(900):
         stamp = n * 33 * MS
-        track.see(stamp, stamp, chance.gauss(0.0, 0.01), chance.gauss(0.0, 0.01))
+        track.add_position(stamp, stamp, chance.gauss(0.0, 0.01), chance.gauss(0.0, 0.01))
         if n > 10:
             steady.append(track.steady)
             speeds.append(track.speed)
@@ -276,6 +276,6 @@ def test_who_sets_off_is_noticed_within_a_tenth_of_a_second():
     track = walked(0.0, range(0, 600 * MS, 33 * MS))
     since = track.stamp_ns
     for n in range(1, 4):
-        track.see(since + n * 33 * MS, since + n * 33 * MS, 1.2 * n * 0.033, 1.0)
+        track.add_position(since + n * 33 * MS, since + n * 33 * MS, 1.2 * n * 0.033, 1.0)
     assert track.speed > 1.1
     assert track.steady > 0.3

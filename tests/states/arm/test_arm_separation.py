@@ -41,7 +41,7 @@ def seen(found: Governor, x: float, speed: float, until_ns: int = 300_000_000) -
     """A person at (x, 4) at `until_ns`, who has walked there with this speed towards the rover."""
     for k in range(10, -1, -1):
         stamp = until_ns - k * TICK_NS
-        found.see(stamp, Pose2(x - speed * k * TICK_NS * 1e-9, 4.0))
+        found.add_user_pose(stamp, Pose2(x - speed * k * TICK_NS * 1e-9, 4.0))
 
 
 def pace(found: Governor, now_ns: int, since: float = 0.6) -> ArmPace:
@@ -119,7 +119,7 @@ def test_a_late_pose_of_somebody_who_walks_evenly_changes_nothing(
             for k in range(10, -1, -1):
                 ago = (late_ns + k * TICK_NS) * 1e-9
                 body = Pose2(at.x - vx * ago, at.y - vy * ago)
-                found.see(1_000_000_000 - round(ago * 1e9), body)
+                found.add_user_pose(1_000_000_000 - round(ago * 1e9), body)
             given.append(pace(found, 1_000_000_000, since))
         assert given[1] == pytest.approx(given[0], abs=1e-6)
         assert given[2] == pytest.approx(given[0], abs=1e-6)
@@ -131,7 +131,7 @@ def test_the_arm_speeds_up_no_faster_than_its_profile_says(tuned: Environment, r
     seen(found, 5.6, 1.4)
     slow = found.pace(300_000_000, 0.6, 0.033, BASE)
     for k in range(1, 12):
-        found.see(300_000_000 + k * TICK_NS, Pose2(3.0, 4.0))
+        found.add_user_pose(300_000_000 + k * TICK_NS, Pose2(3.0, 4.0))
     after = found.pace(300_000_000 + 11 * TICK_NS, 0.6, 0.033, BASE)
     assert slow is not None
     assert after is not None
@@ -191,7 +191,7 @@ def test_the_pace_does_not_depend_on_the_frame_of_the_map(
             for k in range(11):
                 ago = 0.1 * (10 - k) / 3.0
                 x, y = 5.2 - 1.4 * ago * math.cos(way), 4.1 - 1.4 * ago * math.sin(way)
-                found.see(k * TICK_NS, moved @ Pose2(x, y))
+                found.add_user_pose(k * TICK_NS, moved @ Pose2(x, y))
             given.append(found.pace(11 * TICK_NS, 0.4, 1.0, moved @ BASE))
         assert given[0] is not None
         assert given[1] == pytest.approx(given[0], abs=1e-9)

@@ -124,7 +124,7 @@ def test_somebody_who_is_known_only_after_the_plan_is_kept_from(
     assert known is not None
     for one in (found, known):
         for k in range(4):
-            one.see(k * 33_333_333, Pose2(USER.x + 0.05 * k, USER.y))
+            one.add_user_pose(k * 33_333_333, Pose2(USER.x + 0.05 * k, USER.y))
     first, second = (one.pace(100_000_000, 0.5, 0.033, BASE) for one in (found, known))
     assert first == second
     assert first is not None
@@ -174,8 +174,10 @@ def test_a_hand_that_is_not_tracked_any_more_may_be_anywhere_around_where_it_was
     assert kept is not None
     shares = []
     for k in range(40):
-        lost.see(k * tick, USER, (None, here if k < 8 else None, there if k >= 8 else None))
-        kept.see(k * tick, USER, (None, here, None))
+        lost.add_user_pose(
+            k * tick, USER, (None, here if k < 8 else None, there if k >= 8 else None)
+        )
+        kept.add_user_pose(k * tick, USER, (None, here, None))
         paces = [one.pace(k * tick, 0.3, 0.033, BASE) for one in (lost, kept)]
         shares.append([0.0 if pace is None else pace.share for pace in paces])
     assert 0.0 < shares[-1][1] < 0.9
@@ -194,7 +196,7 @@ def test_the_nearer_and_the_older_a_hand_the_slower_the_arm(
         assert found is not None
         limb = Limb((USER.x, 3.81, 1.4), (hand, 4.0, 1.2), ARM_RADIUS)
         for k in range(4):
-            found.see(k * 33_333_333, USER, (limb,))
+            found.add_user_pose(k * 33_333_333, USER, (limb,))
         given = found.pace(100_000_000 + round(age * 1e9), 0.45, 0.0, BASE)
         assert given is not None
         return given.share
@@ -255,7 +257,7 @@ def test_a_hand_that_has_gone_along_a_link_meets_none_of_its_points_fast(
     found = workspace.governor_of(plan, nobody, deep)
     assert found is not None
     for k in range(16):  # a person who is known to stand
-        found.see(k * 33_333_333, USER, (Limb(shoulder, hand, ARM_RADIUS),))
+        found.add_user_pose(k * 33_333_333, USER, (Limb(shoulder, hand, ARM_RADIUS),))
     given = found.pace(600_000_000, since, 0.0, base)
     assert given is not None
     assert given.share * speeds.max() <= 1.02 * HARMLESS
@@ -274,7 +276,7 @@ def test_the_gap_to_a_hand_counts_where_the_arm_is_before_it_can_slow_down(
     )
     found = tuned.workspace.governor_of(reach, ArmSituation(BASE, USER, (0.0,) * 6), DEEP)
     assert found is not None
-    found.see(0, USER, (Limb(shoulder, hand, ARM_RADIUS),))
+    found.add_user_pose(0, USER, (Limb(shoulder, hand, ARM_RADIUS),))
     given = found.pace(0, 0.4, 0.0, BASE)
     assert given is not None
     assert given.share < 1.0
@@ -300,7 +302,7 @@ def test_a_hand_beside_the_way_of_the_tool_may_come_into_it(
         hand, shoulder = (tool + off * beside for off in (away, away + 0.5))
         ends = [(*BASE.transform(p[0], p[1]), float(p[2])) for p in (shoulder, hand)]
         for k in range(4):
-            found.see(k * 33_333_333, USER, (Limb(*ends, ARM_RADIUS),))
+            found.add_user_pose(k * 33_333_333, USER, (Limb(*ends, ARM_RADIUS),))
         given = found.pace(100_000_000, 0.4, 0.0, BASE)
         assert given is not None
         return given.share

@@ -18,7 +18,7 @@ def stood(pose: Pose2, noise: float, count: int = 15, seed: int = 1) -> Standing
     rng, found = np.random.default_rng(seed), Standing()
     for k in range(count):
         x, y, yaw = rng.normal(0.0, noise, 3) * (1.0, 1.0, 0.5)
-        found.see(k * TICK_NS, Pose2(pose.x + x, pose.y + y, wrap(pose.yaw + yaw)))
+        found.add_base_pose(k * TICK_NS, Pose2(pose.x + x, pose.y + y, wrap(pose.yaw + yaw)))
     return found
 
 
@@ -37,7 +37,7 @@ def test_the_mean_is_less_noisy_than_a_pose_also_at_half_a_turn() -> None:
 def test_old_poses_do_not_count() -> None:
     found = stood(Pose2(1.0, 1.0), 0.0)
     later = 20 * TICK_NS + WINDOW_NS
-    found.see(later, Pose2(2.0, 1.0))
+    found.add_base_pose(later, Pose2(2.0, 1.0))
     assert found.pose(Pose2(0.0, 0.0)) == Pose2(2.0, 1.0)
 
 

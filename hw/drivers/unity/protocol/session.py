@@ -107,7 +107,7 @@ class Session:
         self.heard_ns = now_ns
         return [] if self._dismissed else self._parser.feed(data)
 
-    def put(self, topic: str, data: bytes) -> None:
+    def send_latest(self, topic: str, data: bytes) -> None:
         """Queue a frame of a topic; it replaces one of the same topic."""
         self._newest[topic] = data
 

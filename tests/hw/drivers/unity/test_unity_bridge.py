@@ -72,7 +72,7 @@ class Rig:
     def heard(self, client: socket.socket) -> list[tuple[str, bytes]]:
         """All that a client has been sent until now."""
         session = self.clients[client]
-        session.put("end", pack("end", b""))
+        session.send_latest("end", pack("end", b""))
         data, found = b"", []
         while not found or found[-1][0] != "end":
             session.flush()

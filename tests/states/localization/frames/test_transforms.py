@@ -61,8 +61,8 @@ def test_a_tree_is_what_scipy_makes_of_it(seed: int, share: float) -> None:
     ):
         a, b = random_pose(chance), random_pose(chance)
         if moving:
-            buffer.put(parent, child, 0, a)
-            buffer.put(parent, child, 10 * MS, b)
+            buffer.set_transform(parent, child, 0, a)
+            buffer.set_transform(parent, child, 10 * MS, b)
             truth[child] = truth[parent] @ interpolated(0, a, 10 * MS, b, at)
         else:
             buffer.fix(parent, child, a)
@@ -82,8 +82,8 @@ def test_orientations_go_the_short_way_at_a_steady_rate(angle: float, sign: floa
     half = 0.5 * angle
     q = (0.0, sign * math.sin(half), 0.0, sign * math.cos(half))
     buffer = TransformBuffer()
-    buffer.put("a", "b", 0, Pose3(0, 0, 0))
-    buffer.put("a", "b", 1000, Pose3(0, 0, 0, *q))
+    buffer.set_transform("a", "b", 0, Pose3(0, 0, 0))
+    buffer.set_transform("a", "b", 1000, Pose3(0, 0, 0, *q))
     for t in (0, 1, 250, 500, 999, 1000):
         found = buffer.lookup("a", "b", t)
         assert isinstance(found, Pose3)
@@ -96,7 +96,7 @@ def test_a_stamp_that_was_told_gives_the_told_value_bit_for_bit() -> None:
     told = [random_pose(chance) for _ in range(50)]
     buffer = TransformBuffer()
     for n, pose in enumerate(told):
-        buffer.put("a", "b", n, pose)
+        buffer.set_transform("a", "b", n, pose)
     assert [buffer.lookup("a", "b", n) for n in range(50)] == told
 
 
@@ -105,19 +105,19 @@ def test_the_order_of_arrival_does_not_count() -> None:
     told = [(n * MS, random_pose(chance)) for n in range(40)]
     one, other = TransformBuffer(), TransformBuffer()
     for stamp, pose in told:
-        one.put("a", "b", stamp, pose)
+        one.set_transform("a", "b", stamp, pose)
     for stamp, pose in chance.sample(told, len(told)):
-        assert other.put("a", "b", stamp, pose)
+        assert other.set_transform("a", "b", stamp, pose)
     for t in range(0, 39 * MS, 333_333):
         assert one.lookup("a", "b", t) == other.lookup("a", "b", t)
 
 
 def test_nothing_is_extrapolated_and_each_case_has_its_name() -> None:
     buffer = TransformBuffer()
-    buffer.put("a", "b", 100, Pose3(0, 0, 0))
+    buffer.set_transform("a", "b", 100, Pose3(0, 0, 0))
     assert reason(buffer.lookup("a", "b", 99)) == "one_value"
     assert reason(buffer.lookup("a", "b", 101)) == "one_value"
-    buffer.put("a", "b", 200, Pose3(1, 0, 0))
+    buffer.set_transform("a", "b", 200, Pose3(1, 0, 0))
     assert reason(buffer.lookup("a", "b", 99)) == "past"
     assert reason(buffer.lookup("b", "a", 201)) == "future"
     assert "b is known from 100 to 200 ns" in str(buffer.lookup("b", "a", 201))
@@ -127,7 +127,7 @@ def test_nothing_is_extrapolated_and_each_case_has_its_name() -> None:
 
 def test_edges_above_the_common_frame_need_not_be_known() -> None:
     buffer = TransformBuffer()
-    buffer.put("map", "base", 0, Pose3(9, 9, 9))
+    buffer.set_transform("map", "base", 0, Pose3(9, 9, 9))
     buffer.fix("base", "left", Pose3(0, 1, 0))
     buffer.fix("base", "right", Pose3(0, -1, 0))
     assert buffer.lookup("left", "right", 5) == Pose3(0, -2, 0)
@@ -136,9 +136,9 @@ def test_edges_above_the_common_frame_need_not_be_known() -> None:
 def test_without_a_time_the_newest_common_one_is_taken() -> None:
     buffer = TransformBuffer()
     for stamp in range(0, 1000, 10):
-        buffer.put("map", "odom", stamp, Pose3(float(stamp), 0, 0))
+        buffer.set_transform("map", "odom", stamp, Pose3(float(stamp), 0, 0))
     for stamp in range(0, 951, 50):
-        buffer.put("odom", "base", stamp, Pose3(0, float(stamp), 0))
+        buffer.set_transform("odom", "base", stamp, Pose3(0, float(stamp), 0))
     buffer.fix("base", "tool", Pose3(0, 0, 1))
     assert buffer.newest_common("map", "tool") == 950
     assert buffer.lookup("map", "tool") == Pose3(950, 950, 1)
@@ -149,13 +149,13 @@ def test_without_a_time_the_newest_common_one_is_taken() -> None:
 def test_an_edge_forgets_what_is_older_than_its_cache() -> None:
     buffer = TransformBuffer(cache=1e-6)
     for stamp in range(0, 5000, 10):
-        assert buffer.put("a", "b", stamp, Pose3(float(stamp), 0, 0))
+        assert buffer.set_transform("a", "b", stamp, Pose3(float(stamp), 0, 0))
         oldest = max(stamp - 1000, 0)
         assert isinstance(buffer.lookup("a", "b", oldest), Pose3)
         if oldest:
             assert reason(buffer.lookup("a", "b", oldest - 1)) == "past"
-    assert not buffer.put("a", "b", 3989, Pose3(0, 0, 0))
-    assert buffer.put("a", "b", 3995, Pose3(7, 0, 0))
+    assert not buffer.set_transform("a", "b", 3989, Pose3(0, 0, 0))
+    assert buffer.set_transform("a", "b", 3995, Pose3(7, 0, 0))
     assert buffer.lookup("a", "b", 3995) == Pose3(7, 0, 0)
 
 
@@ -165,7 +165,7 @@ def test_a_static_edge_holds_at_all_times_and_the_last_word_counts() -> None:
     assert buffer.lookup("a", "b", -(10**18)) == buffer.lookup("a", "b", 10**18) == Pose3(1, 0, 0)
     buffer.fix("a", "b", Pose3(2, 0, 0))
     assert buffer.lookup("a", "b", 5) == Pose3(2, 0, 0)
-    buffer.put("a", "b", 5, Pose3(3, 0, 0))
+    buffer.set_transform("a", "b", 5, Pose3(3, 0, 0))
     assert buffer.lookup("a", "b", 5) == Pose3(3, 0, 0)
     assert reason(buffer.lookup("a", "b", 6)) == "one_value"
     buffer.fix("a", "b", Pose3(4, 0, 0))
@@ -176,7 +176,7 @@ def test_a_second_value_for_a_stamp_takes_the_place_of_the_first() -> None:
     buffer = TransformBuffer()
     for x in (1.0, 2.0):
         for stamp in (-7, 3):
-            assert buffer.put("a", "b", stamp, Pose3(x, 0, 0))
+            assert buffer.set_transform("a", "b", stamp, Pose3(x, 0, 0))
     assert buffer.lookup("a", "b", -2) == Pose3(2, 0, 0)
 
 
@@ -185,10 +185,10 @@ def test_a_frame_may_change_its_parent() -> None:
     buffer = TransformBuffer()
     buffer.fix("map", "table", Pose3(10, 0, 0))
     buffer.fix("map", "hand", Pose3(20, 0, 0))
-    buffer.put("table", "prop", 0, Pose3(0, 1, 0))
-    buffer.put("table", "prop", 100, Pose3(0, 2, 0))
-    buffer.put("hand", "prop", 200, Pose3(0, 3, 0))
-    buffer.put("hand", "prop", 300, Pose3(0, 4, 0))
+    buffer.set_transform("table", "prop", 0, Pose3(0, 1, 0))
+    buffer.set_transform("table", "prop", 100, Pose3(0, 2, 0))
+    buffer.set_transform("hand", "prop", 200, Pose3(0, 3, 0))
+    buffer.set_transform("hand", "prop", 300, Pose3(0, 4, 0))
     assert buffer.lookup("map", "prop", 50) == Pose3(10, 1.5, 0)
     assert buffer.lookup("map", "prop", 150) == Pose3(10, 2, 0)
     assert buffer.lookup("map", "prop", 200) == Pose3(20, 3, 0)
@@ -198,9 +198,9 @@ def test_a_frame_may_change_its_parent() -> None:
 
 def test_a_parent_change_is_forgotten_with_the_values() -> None:
     buffer = TransformBuffer(cache=1e-6)
-    buffer.put("left", "b", 0, Pose3(1, 0, 0))
+    buffer.set_transform("left", "b", 0, Pose3(1, 0, 0))
     for stamp in range(10, 20000, 10):
-        buffer.put("right", "b", stamp, Pose3(2, 0, 0))
+        buffer.set_transform("right", "b", stamp, Pose3(2, 0, 0))
     assert buffer.lookup("right", "b", 19_995 - 10) == Pose3(2, 0, 0)
     assert reason(buffer.lookup("left", "b", 19_985)) == "unconnected"
 
@@ -224,7 +224,7 @@ def test_a_loop_ends_the_search() -> None:
     buffer = TransformBuffer()
     buffer.fix("map", "base", Pose3(0, 0, 0))
     for parent, child in (("a", "b"), ("b", "c"), ("c", "a")):
-        buffer.put(parent, child, 0, Pose3(0, 0, 0))
+        buffer.set_transform(parent, child, 0, Pose3(0, 0, 0))
     assert reason(buffer.lookup("map", "a", 0)) == "loop"
     assert reason(buffer.lookup("a", "base")) == "loop"
 
@@ -242,7 +242,7 @@ def test_a_loop_ends_the_search() -> None:
 def test_what_is_no_pose_is_refused(pose: Pose3, what: str) -> None:
     buffer = TransformBuffer()
     with pytest.raises(ValueError, match=what):
-        buffer.put("a", "b", 0, pose)
+        buffer.set_transform("a", "b", 0, pose)
     with pytest.raises(ValueError, match=what):
         buffer.fix("a", "b", pose)
     assert reason(buffer.lookup("a", "b")) == "unknown"
@@ -250,12 +250,12 @@ def test_what_is_no_pose_is_refused(pose: Pose3, what: str) -> None:
 
 def test_a_frame_is_not_its_own_parent() -> None:
     with pytest.raises(ValueError, match="its own parent"):
-        TransformBuffer().put("a", "a", 0, Pose3(0, 0, 0))
+        TransformBuffer().set_transform("a", "a", 0, Pose3(0, 0, 0))
 
 
 def test_quaternions_that_are_nearly_units_are_made_units() -> None:
     buffer = TransformBuffer()
-    buffer.put("a", "b", 0, Pose3(0, 0, 0, 0, 0, 0, 1.009))
+    buffer.set_transform("a", "b", 0, Pose3(0, 0, 0, 0, 0, 0, 1.009))
     assert buffer.lookup("a", "b", 0) == Pose3(0, 0, 0)
 
 
@@ -264,8 +264,8 @@ def test_a_million_metres_away_nothing_changes_but_the_place() -> None:
     near, far = TransformBuffer(), TransformBuffer()
     for stamp in (0, 1000):
         pose = random_pose(chance)
-        near.put("map", "base", stamp, pose)
-        far.put("map", "base", stamp, Pose3(1e6, -1e6, 0) @ pose)
+        near.set_transform("map", "base", stamp, pose)
+        far.set_transform("map", "base", stamp, Pose3(1e6, -1e6, 0) @ pose)
     here, there = near.lookup("map", "base", 321), far.lookup("map", "base", 321)
     assert isinstance(here, Pose3)
     assert isinstance(there, Pose3)
@@ -290,7 +290,7 @@ def test_a_long_cache_does_not_slow_a_lookup() -> None:
     def comparisons(length: int) -> int:
         buffer = TransformBuffer(cache=1e9)
         for n in range(length):
-            buffer.put("a", "b", Counted(10 * n), Pose3(0, 0, 0))
+            buffer.set_transform("a", "b", Counted(10 * n), Pose3(0, 0, 0))
         Counted.asked = 0
         assert isinstance(buffer.lookup("a", "b", 5 * length + 5), Pose3)
         return Counted.asked

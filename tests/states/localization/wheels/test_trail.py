@@ -28,8 +28,8 @@ def test_a_steady_velocity_leads_along_an_arc_and_back_to_itself(vx, vy, wz, tim
 def test_between_two_poses_behind_the_newest_and_before_all():
     trail = Trail()
     assert trail.at(0) is None
-    trail.put(0, Pose2(0.0, 0.0))
-    trail.put(S, Pose2(1.0, 0.0, 0.0))
+    trail.add_odometry(0, Pose2(0.0, 0.0))
+    trail.add_odometry(S, Pose2(1.0, 0.0, 0.0))
     assert trail.at(S // 4) == Pose2(0.25, 0.0)
     assert trail.at(S) == Pose2(1.0, 0.0)
     assert trail.at(2 * S) == Pose2(2.0, 0.0)
@@ -41,9 +41,9 @@ def test_between_two_poses_behind_the_newest_and_before_all():
 def test_what_is_not_newer_is_left_out_and_the_old_is_forgotten():
     trail = Trail()
     for k in range(100):
-        assert trail.put(k * S // 10, Pose2(0.1 * k, 0.0))
-    assert not trail.put(99 * S // 10, Pose2(50.0, 0.0))
-    assert not trail.put(S, Pose2(50.0, 0.0))
+        assert trail.add_odometry(k * S // 10, Pose2(0.1 * k, 0.0))
+    assert not trail.add_odometry(99 * S // 10, Pose2(50.0, 0.0))
+    assert not trail.add_odometry(S, Pose2(50.0, 0.0))
     assert trail.pose == Pose2(0.1 * 99, 0.0)
     assert trail.at(5 * S) is None
     assert trail.at(6 * S) is not None
@@ -51,9 +51,9 @@ def test_what_is_not_newer_is_left_out_and_the_old_is_forgotten():
 
 def test_a_driver_that_begins_to_count_anew_moves_nobody():
     trail = Trail()
-    trail.put(0, Pose2(50.0, 0.0))
-    trail.put(S // 50, Pose2(50.01, 0.0))
-    trail.put(2 * S // 50, Pose2(0.0, 0.0))
+    trail.add_odometry(0, Pose2(50.0, 0.0))
+    trail.add_odometry(S // 50, Pose2(50.01, 0.0))
+    trail.add_odometry(2 * S // 50, Pose2(0.0, 0.0))
     assert trail.last_velocity() == STILL
     assert trail.at(0) is None
 
@@ -61,12 +61,12 @@ def test_a_driver_that_begins_to_count_anew_moves_nobody():
 def test_it_knows_for_how_long_the_wheels_have_stood():
     trail = Trail()
     assert trail.standing == 0.0
-    trail.put(0, Pose2(0.0, 0.0))
-    trail.put(S, Pose2(0.5, 0.0))
+    trail.add_odometry(0, Pose2(0.0, 0.0))
+    trail.add_odometry(S, Pose2(0.5, 0.0))
     assert trail.standing == 0.0
-    trail.put(2 * S, Pose2(0.5, 0.0))
+    trail.add_odometry(2 * S, Pose2(0.5, 0.0))
     assert trail.standing == 1.0
-    trail.put(3 * S, Pose2(0.5, 0.0, 0.02))
+    trail.add_odometry(3 * S, Pose2(0.5, 0.0, 0.02))
     assert trail.standing == 0.0
 
 
@@ -74,18 +74,18 @@ def test_the_bias_of_the_gyroscope_is_learnt_while_the_wheels_stand():
     gyro = Gyro()
     rng = np.random.default_rng(0)
     for k in range(500):
-        gyro.put(k * S // 100, 0.02 + rng.normal(0.0, 0.003), standing=True)
+        gyro.add_reading(k * S // 100, 0.02 + rng.normal(0.0, 0.003), standing=True)
     assert gyro.bias == pytest.approx(0.02, abs=1e-3)
     gyro.pop_mean_rate(5 * S)
     for k in range(500, 510):
-        gyro.put(k * S // 100, 1.02, standing=False)
+        gyro.add_reading(k * S // 100, 1.02, standing=False)
     assert gyro.pop_mean_rate(510 * S // 100) == pytest.approx(1.0, abs=2e-3)
     assert gyro.pop_mean_rate(511 * S // 100) is None
 
 
 def test_a_gyroscope_that_fell_silent_is_not_asked():
     gyro = Gyro()
-    gyro.put(0, 0.5, standing=False)
+    gyro.add_reading(0, 0.5, standing=False)
     assert gyro.pop_mean_rate(S) is None
 
 
@@ -94,8 +94,8 @@ def watched(told, true=(0.05, 0.0, 0.02), steps=60):
     watch, trail = OdometryWatch(), Trail()
     here, wheels = Pose2(3.0, 2.0, 1.0), Pose2(0.0, 0.0)
     for k in range(steps):
-        trail.put(k * S // 25, wheels)
-        watch.see(k * S // 25, here, trail)
+        trail.add_odometry(k * S // 25, wheels)
+        watch.add_match(k * S // 25, here, trail)
         if watch.wrong:
             return k
         here, wheels = here @ Pose2(*true), wheels @ Pose2(*told)
@@ -122,8 +122,8 @@ def test_wheels_are_right_again_after_ten_seconds_without_a_difference():
     watch, trail = OdometryWatch(), Trail()
     watch.moved_at_rest(0)
     for k in range(1, 300):
-        trail.put(k * S // 25, Pose2(0.04 * k, 0.0))
-        watch.see(k * S // 25, Pose2(0.04 * k, 0.0), trail)
+        trail.add_odometry(k * S // 25, Pose2(0.04 * k, 0.0))
+        watch.add_match(k * S // 25, Pose2(0.04 * k, 0.0), trail)
         assert watch.wrong == (k <= 250)
 
 
@@ -131,17 +131,17 @@ def test_angles_over_the_turn_are_no_difference():
     watch, trail = OdometryWatch(), Trail()
     for k in range(400):
         yaw = 0.04 * k
-        trail.put(k * S // 25, Pose2(1.0, 0.0, math.remainder(yaw, 2.0 * math.pi)))
+        trail.add_odometry(k * S // 25, Pose2(1.0, 0.0, math.remainder(yaw, 2.0 * math.pi)))
         turned = math.remainder(yaw + 3.0, 2.0 * math.pi)
-        watch.see(k * S // 25, Pose2(0.0, 0.0, turned), trail)
+        watch.add_match(k * S // 25, Pose2(0.0, 0.0, turned), trail)
         assert not watch.wrong
 
 
 def test_a_single_wrong_match_is_no_fault_of_the_wheels():
     watch, trail = OdometryWatch(), Trail()
     for k in range(100):
-        trail.put(k * S // 2, Pose2(0.5 * k, 0.0))
-        watch.see(k * S // 2, Pose2(0.5 * k, 1.0 if k % 7 == 3 else 0.0), trail)
+        trail.add_odometry(k * S // 2, Pose2(0.5 * k, 0.0))
+        watch.add_match(k * S // 2, Pose2(0.5 * k, 1.0 if k % 7 == 3 else 0.0), trail)
         assert not watch.wrong
 
 
@@ -154,8 +154,8 @@ def test_wheels_whose_clock_is_off_are_not_wrong(late):
 
     for k in range(400):
         time = k / 25.0
-        trail.put(k * S // 25, turning(time - late))
-        watch.see(k * S // 25, turning(time), trail)
+        trail.add_odometry(k * S // 25, turning(time - late))
+        watch.add_match(k * S // 25, turning(time), trail)
         assert not watch.wrong
 
 
@@ -163,13 +163,13 @@ def test_stamps_in_bunches_are_no_reset():
     trail = Trail()
     for k in range(100):
         stamp = (k // 5) * S // 2 + k % 5 * 1_000_000
-        assert trail.put(stamp, Pose2(0.1 * k, 0.0))
+        assert trail.add_odometry(stamp, Pose2(0.1 * k, 0.0))
     assert trail.resets == 0
     assert abs(trail.last_velocity().vx) < 20.0
 
 
 def test_the_newest_two_poses_are_kept_however_old():
     trail = Trail()
-    trail.put(0, Pose2(0.0, 0.0))
-    trail.put(30 * S, Pose2(6.0, 0.0))
+    trail.add_odometry(0, Pose2(0.0, 0.0))
+    trail.add_odometry(30 * S, Pose2(6.0, 0.0))
     assert trail.at(15 * S) == Pose2(3.0, 0.0)

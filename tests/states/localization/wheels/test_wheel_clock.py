@@ -32,10 +32,10 @@ def watched(yaw, late, rng, seconds=60.0, noise=0.004, factor=1.0):
         turn = yaw(time - late) - last
         last += turn
         slipped += floor * turn + abs(turn) ** 0.5 * rng.normal(0.0, 0.01)
-        trail.put(k * S // 20, Pose2(0.0, 0.0, math.remainder(slipped, 2.0 * math.pi)))
+        trail.add_odometry(k * S // 20, Pose2(0.0, 0.0, math.remainder(slipped, 2.0 * math.pi)))
         if k % 2 == 0:
             seen = yaw(time) + 1.0 + rng.normal(0.0, noise)
-            clock.see(k * S // 20, math.remainder(seen, 2.0 * math.pi), trail)
+            clock.add_yaw(k * S // 20, math.remainder(seen, 2.0 * math.pi), trail)
     return clock
 
 
@@ -71,11 +71,11 @@ def test_a_turn_of_a_wrong_match_counts_for_nothing():
     clock = watched(yaw, 0.2, rng)
     before, trail = clock.estimate, Trail()
     for k in range(100):
-        trail.put(70 * S + k * S // 20, Pose2(0.0, 0.0, yaw(k / 20.0)))
+        trail.add_odometry(70 * S + k * S // 20, Pose2(0.0, 0.0, yaw(k / 20.0)))
     clock.forget()
     clock._waiting.clear()
-    clock.see(72 * S, 0.0, trail)
-    clock.see(72 * S + S // 5, 2.5, trail)
+    clock.add_yaw(72 * S, 0.0, trail)
+    clock.add_yaw(72 * S + S // 5, 2.5, trail)
     assert not clock._waiting
     assert clock.estimate == before
 

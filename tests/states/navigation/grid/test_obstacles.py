@@ -38,7 +38,7 @@ class Seeing:
     def see(
         self, *ranges: float, at: float = 0.0, known: KnownObstacles = SENSOR, last=HERE
     ) -> list[Point]:
-        self.layer.see(beams(*ranges), HERE, last, round(at * SECOND), known)
+        self.layer.add_scan(beams(*ranges), HERE, last, round(at * SECOND), known)
         return places(self.layer)
 
 
@@ -70,7 +70,7 @@ def test_beams_that_end_at_random_mark_next_to_nothing():
     for n in range(750):
         ranges = [chance.uniform(0.5, 30.0) if chance.random() < 0.03 else 30.0 for _ in range(541)]
         scan = Scan("front", -2.356, math.radians(0.5), tuple(ranges))
-        seeing.layer.see(scan, HERE, HERE, round(0.08 * n * SECOND), SENSOR)
+        seeing.layer.add_scan(scan, HERE, HERE, round(0.08 * n * SECOND), SENSOR)
         marked += len(seeing.layer.marked) > 0
     assert marked < 15
 
@@ -148,7 +148,7 @@ def test_beams_of_a_moving_robot_are_put_where_each_was_taken():
     """A post straight ahead at (3, 0) is met by the last beams, the robot having come nearer."""
     scan = Scan("front", -1.0, 0.01, (*[math.nan] * 98, 2.8, 2.8, 2.8))
     layer = ObstacleLayer(GRID, OPEN, ObstacleValues(10.0, 10.0))
-    assert layer.see(scan, Pose2(0.0, 0.0, 0.4), Pose2(0.2, 0.0, 0.0), 0, SENSOR)
+    assert layer.add_scan(scan, Pose2(0.0, 0.0, 0.4), Pose2(0.2, 0.0, 0.0), 0, SENSOR)
     for x, y in places(layer):
         assert (x, y) == pytest.approx((3.0, 0.0), abs=0.06)
 
@@ -156,17 +156,17 @@ def test_beams_of_a_moving_robot_are_put_where_each_was_taken():
 @pytest.mark.requirement(37)
 def test_what_the_window_has_left_behind_is_forgotten():
     layer = ObstacleLayer(GRID, OPEN, ObstacleValues(5.0, 5.0))
-    layer.see(beams(2.0, 2.0, 2.0), HERE, HERE, 0, SENSOR)
+    layer.add_scan(beams(2.0, 2.0, 2.0), HERE, HERE, 0, SENSOR)
     assert places(layer)
     for x, kept in ((-0.4, True), (-0.6, False), (0.0, False)):
         there = Pose2(x, 0.0)
-        layer.see(beams(math.nan), there, there, 0, SENSOR)
+        layer.add_scan(beams(math.nan), there, there, 0, SENSOR)
         assert bool(places(layer)) == kept
 
 
 def test_what_is_beyond_the_window_is_not_marked():
     layer = ObstacleLayer(GRID, OPEN, ObstacleValues(5.0, 5.0))
-    layer.see(beams(2.6, 2.6, 2.6), HERE, HERE, 0, SENSOR)
+    layer.add_scan(beams(2.6, 2.6, 2.6), HERE, HERE, 0, SENSOR)
     assert places(layer) == []
 
 
@@ -179,7 +179,7 @@ def test_marks_are_where_beams_end_wherever_the_robot_is(x, y, yaw, far, turn, f
     layer = ObstacleLayer(GRID, OPEN, ObstacleValues(30.0, 30.0))
     scan = Scan("front", first, 0.004, (far,) * 5)
     here, there = Pose2(x, y, yaw), Pose2(x + 0.1, y, yaw + turn)
-    layer.see(scan, here, there, 0, SENSOR)
+    layer.add_scan(scan, here, there, 0, SENSOR)
     for place in places(layer):
         away = [
             math.dist(place, (
@@ -189,10 +189,10 @@ def test_marks_are_where_beams_end_wherever_the_robot_is(x, y, yaw, far, turn, f
             for i in range(5)
         ]  # fmt: skip
         assert min(away) < 0.036
-    layer.see(Scan("front", first, 0.004, (math.inf,) * 5), here, there, SECOND, SENSOR)
+    layer.add_scan(Scan("front", first, 0.004, (math.inf,) * 5), here, there, SECOND, SENSOR)
 
 
 def test_a_scan_without_news_leaves_a_layer_without_marks_untouched():
     layer = ObstacleLayer(GRID, np.full((200, 200), 0.05))
-    assert not layer.see(beams(2.0, 2.0, 2.0), HERE, HERE, 0, SENSOR)
+    assert not layer.add_scan(beams(2.0, 2.0, 2.0), HERE, HERE, 0, SENSOR)
     assert len(layer.marked) == 0
