@@ -102,11 +102,11 @@ class _Reading:
 
     def add_tick(self, group: Group) -> None:
         """Take one tick."""
-        for found in group.of("scene"):
+        for found in group.messages("scene"):
             self.scene = found
-        for found in group.of("truth"):
+        for found in group.messages("truth"):
             self.truth = found
-        for found in group.of("trace"):
+        for found in group.messages("trace"):
             self._traced(*found["line"])
         if self.truth is None or group.ticked.kind not in ("grid", "left_out"):
             return

@@ -133,8 +133,8 @@ def summary(log: Path, found: Calibration | NoCalibration) -> str:
     if held is None:
         return f"{log}: no calibration: {refused}"
     rows = [
-        ("map from vive", _told(held.map_from_vive)),
-        *((name, _told(pose)) for name, pose in held.mounts.items()),
+        ("map from vive", _pose_text(held.map_from_vive)),
+        *((name, _pose_text(pose)) for name, pose in held.mounts.items()),
         *((name, f"turned by {math.degrees(y):.3f} deg") for name, y in held.scanner_yaws.items()),
         ("clocks", f"{1e3 * held.clock_offset:.1f} ms apart"),
         ("fits to", f"{1e3 * held.position_rms:.1f} mm, {math.degrees(held.yaw_rms):.3f} deg"),
@@ -144,7 +144,7 @@ def summary(log: Path, found: Calibration | NoCalibration) -> str:
     return f"{log}\n\n{table(rows)}"
 
 
-def _told(pose: Pose3) -> str:
+def _pose_text(pose: Pose3) -> str:
     at = _numbers(pose)
     place = f"{at['x']:.4f}, {at['y']:.4f}, {at['z']:.4f} m"
     turn = ", ".join(f"{math.degrees(at[axis]):.2f}" for axis in ("roll", "pitch", "yaw"))

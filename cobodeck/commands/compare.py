@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _sections(records: Iterable[Record], found: Comparison, equal_too: bool) -> Iterable[str]:
-    told = map(_told, records, found.ends_ns, found.altered_ns)
+    told = map(_record_text, records, found.ends_ns, found.altered_ns)
     yield table(zip("AB", told, strict=True))
     if found.headers:
         yield "what was run\n" + "\n".join(_header_lines(found.headers))
@@ -61,7 +61,7 @@ def _sections(records: Iterable[Record], found: Comparison, equal_too: bool) -> 
     yield _motion_section(found)
 
 
-def _told(record: Record, end_ns: int, altered_ns: int | None) -> str:
+def _record_text(record: Record, end_ns: int, altered_ns: int | None) -> str:
     told = f"{record.path}, {end_ns / 1e9:.1f} s"
     if record.broken is not None:
         told += f"; {record.broken}"

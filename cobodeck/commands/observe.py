@@ -119,11 +119,11 @@ def _watch(observer: ObserverLink, terminal: int) -> None:
         if time.monotonic() >= due:
             due = time.monotonic() + PERIOD_S
             observer.here()
-            news.tell()
+            news.report()
         left = max(0.0, due - time.monotonic())
         readable, _, _ = select.select([terminal, observer.fileno()], [], [], left)
         if observer.fileno() in readable:
-            observer.hear()
+            observer.receive()
         if terminal not in readable:
             continue
         if not os.read(terminal, 4096):
@@ -144,7 +144,7 @@ class _News:
         self._observer, self._heard = observer, False
         self._until: float | None = time.monotonic() + 1.0
 
-    def tell(self) -> None:
+    def report(self) -> None:
         heard = self._observer.heard
         if heard != self._heard:
             self._heard, self._until = heard, None

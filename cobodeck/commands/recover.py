@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
         raise Problem(f"{record.path}: no complete tick: {told}", FAILED)
     path = None if found.broken is None else _written(record, found, args.out)
     if args.json:
-        show_json(_told(record, found, path))
+        show_json(_extent_values(record, found, path))
     else:
         show(_summary(record, found, path))
     return OK
@@ -82,7 +82,7 @@ def _beside(path: Path) -> Path:
     return path.with_name(f"{name}.recovered{ENDING}")
 
 
-def _told(record: Record, found: Extent, path: Path | None) -> dict[str, Any]:
+def _extent_values(record: Record, found: Extent, path: Path | None) -> dict[str, Any]:
     return {
         "file": str(record.path),
         "whole": found.broken is None,

@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
     if args.record is not None:
         recorder = replay_recorder(record, setup, args.record, datetime.now(), complain)
     replay = stage_replay(record, setup, None if recorder is None else recorder.tap)
-    figures, file = _go(replay, record, recorder)
+    figures, file = _run_to_end(replay, record, recorder)
     found = _found(replay, record, figures, file)
     if args.json:
         show_json(found)
@@ -62,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
     return FAILED if failed else OK
 
 
-def _go(
+def _run_to_end(
     replay: Replay, record: Record, recorder: Recorder | None
 ) -> tuple[Mapping[str, Any], Path | None]:
     """Run to the end; returns the figures and the file in which the replay was kept."""
@@ -91,10 +91,10 @@ def _with_share(loop: Loop, record: Record, progress: ProgressLine) -> Callable[
     """A progress callback that adds the share done, if the record holds the run's length."""
     length_s = (record.figures() or {}).get("sim_s")
 
-    def tell(text: str) -> None:
+    def report(text: str) -> None:
         progress.at(text, loop.now_ns / 1e9 / length_s if length_s else None)
 
-    return tell
+    return report
 
 
 def _options(record: Record) -> Any:

@@ -160,7 +160,7 @@ def _require_ready(connection: Connection, packages: Container[str]) -> None:
         Problem: it names all that is not.
     """
     found = ask("doctor", connection=connection, packages=packages)
-    bad = [f"  {answer.what}: {answer.told}" for answer in found if answer.state == BAD]
+    bad = [f"  {answer.what}: {answer.explanation}" for answer in found if answer.state == BAD]
     if bad:
         listed = "\n".join(bad)
         raise Problem(f"{connection.name} is not ready (`cobodeck doctor`):\n{listed}", REFUSED)

@@ -58,19 +58,19 @@ class CheckResult:
     findings: tuple[Finding, ...] = ()
 
     @property
-    def told(self) -> str:
+    def explanation(self) -> str:
         """How it is, and what would make it right."""
         return f"{self.about}; {self.remedy}" if self.remedy else self.about
 
     @property
     def line(self) -> tuple[str, str, str]:
         """What was looked at, the state, an explanation."""
-        return self.what, self.state, self.told
+        return self.what, self.state, self.explanation
 
     @property
     def message(self) -> str:
         """What is said of it in a run."""
-        return self.said or self.told
+        return self.said or self.explanation
 
     def require(self) -> None:
         """Raise if it is bad.

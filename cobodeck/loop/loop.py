@@ -146,7 +146,7 @@ class Loop:
                 self.wired.run.close()
             self.busy_since = None  # switching devices off takes a while
             self.plant.close()
-            self._tell()
+            self._report_errors()
             self._end(Ticked(self.now_ns, self.ticks, "end"))
         return self.now_ns
 
@@ -246,7 +246,7 @@ class Loop:
             self.wired.pass_on(self._stamp(now))
         else:
             self.wired.tick(now, self._stamp(now))
-        self._tell()
+        self._report_errors()
         return not nothing
 
     def _add(self, now: int) -> None:
@@ -260,11 +260,11 @@ class Loop:
         self.now_ns = now
         self.added += 1
         self.wired.tick(now, self._stamp(now), between=True)
-        self._tell()
+        self._report_errors()
         self._end(Ticked(now, self.ticks, "added"))
         self._spend(begin, begin)
 
-    def _tell(self) -> None:
+    def _report_errors(self) -> None:
         """Report new errors; a part that has raised stops the robot."""
         errors = self.wired.run.errors
         failures, self.wired.inlet.failures = self.wired.inlet.failures, []

@@ -33,7 +33,7 @@ class Inlet:
     sample of each signal and wherever numbers cannot be compared. None always stands for "nothing".
 
     A part that raises or gives such a sample is not polled again; `failures` has the exception.
-    `taps` receive every sample, and every estimate that is passed to listeners (`tell`).
+    `taps` receive every sample, and every estimate that is passed to listeners (`notify`).
 
     Set `begins` if parts measured before the run began: of those samples only the newest count.
     """
@@ -79,7 +79,7 @@ class Inlet:
             try:
                 found = part.samples(now_ns)
                 for sample in _newest(found) if begins else found:
-                    self.give(sample, now_ns)
+                    self.deliver(sample, now_ns)
             except Exception as error:  # noqa: BLE001  a driver may raise anything
                 error = _malformed(found, sample) or error
                 if isinstance(error, WrongSample):
@@ -87,7 +87,7 @@ class Inlet:
                 self.failures.append((name, error))
                 del self.sources[name]
 
-    def give(self, sample: Sample, now_ns: int) -> None:
+    def deliver(self, sample: Sample, now_ns: int) -> None:
         """Check one sample that has arrived now, and pass it on.
 
         Raises:
@@ -114,7 +114,7 @@ class Inlet:
         for listener in self._hears.get(name, ()):
             listener(sample, now_ns)
 
-    def tell(self, sample: Sample, now_ns: int) -> None:
+    def notify(self, sample: Sample, now_ns: int) -> None:
         """Pass an estimate from the board to listeners; it is not put back on the board.
 
         The same object is passed on once.

@@ -26,13 +26,13 @@ def misfit(value: object, kind: Any, place: str = "its value") -> str | None:
         return misfit(value, get_args(kind)[0], place)
     if origin in (Union, types.UnionType):
         found = [misfit(value, one, place) for one in get_args(kind)]
-        return None if None in found else _told(value, kind, place)
+        return None if None in found else _misfit_text(value, kind, place)
     if origin is Literal:
-        return None if value in get_args(kind) else _told(value, kind, place)
+        return None if value in get_args(kind) else _misfit_text(value, kind, place)
     if origin is tuple and isinstance(value, tuple):
         return _misfit_item(value, get_args(kind), place)
     if not _is_instance(value, kind if origin is None else origin):
-        return _told(value, kind, place)
+        return _misfit_text(value, kind, place)
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         for name, hint in _fields(type(value)).items():
             wrong = misfit(getattr(value, name, None), hint, f"{place}'s {name}")
@@ -71,7 +71,7 @@ def _fields(kind: type) -> Mapping[str, Any]:
     return {field.name: hints[field.name] for field in dataclasses.fields(kind)}
 
 
-def _told(value: object, kind: Any, place: str) -> str:
+def _misfit_text(value: object, kind: Any, place: str) -> str:
     wanted = getattr(kind, "__name__", None) if get_origin(kind) is None else None
     text, of = shown(value), type(value).__name__
     given = text if text.endswith(f" {of}") or value is None else f"{text} ({of})"

@@ -73,8 +73,8 @@ class Wired:
             return
         pose, sigma = found.value
         base.chain.locate(found.stamp, pose, sigma)
-        self.inlet.tell(Sample("base.pose", found.stamp, pose), now_ns)
-        self.inlet.tell(Sample("base.pose_sigma", found.stamp, sigma), now_ns)
+        self.inlet.notify(Sample("base.pose", found.stamp, pose), now_ns)
+        self.inlet.notify(Sample("base.pose_sigma", found.stamp, sigma), now_ns)
 
     def tick(self, now_ns: int, stamp_ns: int, between: bool = False) -> str | None:
         """Tick the run, then the base; returns the chart's outcome, None while it runs.

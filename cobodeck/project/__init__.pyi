@@ -16,8 +16,8 @@ from cobodeck.project.named_files import (
     own_files_around as own_files_around,
 )
 from cobodeck.project.part_check import (
+    error_text as error_text,
     made as made,
-    told as told,
     why_no_part as why_no_part,
     wrong_parts as wrong_parts,
 )

@@ -37,7 +37,7 @@ def made(name: str, make: Callable[[], Any], declared: Collection[str]) -> Any:
     try:
         part = make()
     except Exception as error:  # noqa: BLE001  a part may raise anything
-        why = told(error, make)
+        why = error_text(error, make)
         raise Problem(f"{why} (while making part {name!r}, a simulated one)", FAILED) from None
     wrong = next(_wrong(name, part), None) or _undeclared(part, declared)
     if wrong is None and name == "base" and not hasattr(part, "advance"):
@@ -69,7 +69,7 @@ def place_of(thing: Any) -> str:
         return ""
 
 
-def told(error: BaseException, cls: Any = None) -> str:
+def error_text(error: BaseException, cls: Any = None) -> str:
     """An exception of somebody's code, with its place there; without one if it is in our own."""
     if (needed := missing(error)) is not None:
         return needed
@@ -108,7 +108,7 @@ def _wrong(name: str, part: Any) -> Iterator[str]:
             yield from _wrong_names(kind, "hears", part)
         yield from _wrong_methods(name, kind, part)
     except Exception as error:  # noqa: BLE001  a property may raise anything
-        yield f"asked what it gives, {kind} raised {told(error, type(part))}"
+        yield f"asked what it gives, {kind} raised {error_text(error, type(part))}"
 
 
 def _wrong_names(kind: str, attribute: str, part: Any) -> Iterator[str]:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from inspect import signature
 from typing import Any, Literal
 
-from cobodeck.project import is_there, told, why_no_part
+from cobodeck.project import error_text, is_there, why_no_part
 from cobodeck.setup import Uses
 from cobodeck.terminal import FAILED, Problem
 from hw import needs
@@ -176,7 +176,7 @@ def own_host() -> str:
 def _problem(
     kind: Kind, name: str, served: ServedPart, error: Exception, driver: Any = None
 ) -> Problem:
-    return Problem(f"{_entry(kind, name, served)}: {told(error, driver)}", FAILED)
+    return Problem(f"{_entry(kind, name, served)}: {error_text(error, driver)}", FAILED)
 
 
 def _entry(kind: Kind, name: str, served: ServedPart) -> str:

@@ -98,13 +98,13 @@ def _with_share(
         return None
     evaluators = [watch for watch in loop.observers if isinstance(watch, Evaluator)]
 
-    def tell(text: str) -> None:
+    def report(text: str) -> None:
         shares = [loop.now_ns / (options.duration_s * 1e9)]
         if options.requests:
             shares += [watch.requests.requests / options.requests for watch in evaluators]
         progress(text, max(shares))
 
-    return tell
+    return report
 
 
 def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recorder | None) -> Loop:

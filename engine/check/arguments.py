@@ -175,10 +175,10 @@ def _check_outputs(checked: CheckedChart, placed: PlacedNode, callee: Callee) ->
         real = placed.names.get(key)
         if real is not None:
             for outcome, kind in kinds.items():
-                _give(checked, placed, outcome, kind, (name, real))
+                _note_output(checked, placed, outcome, kind, (name, real))
 
 
-def _give(
+def _note_output(
     checked: CheckedChart, placed: PlacedNode, outcome: str, kind: Type, binding: tuple[str, str]
 ) -> None:
     """Note that an output of type `kind` is written to a key; `binding`: output name, key name."""

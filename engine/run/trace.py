@@ -193,7 +193,7 @@ def _writer(kind: type) -> Write:
         return _array
     if issubclass(kind, Enum):
         return lambda member: _WRITE.text({name: member.name})
-    return lambda other: _WRITE.text({name: _told(other)})
+    return lambda other: _WRITE.text({name: _representation(other)})
 
 
 def _integer(held: int) -> str:
@@ -212,7 +212,7 @@ def _array(array: Any) -> str:
     return _WRITE.text({"array": hashlib.sha256(content).hexdigest()})
 
 
-def _told(value: Any) -> Any:
+def _representation(value: Any) -> Any:
     kind: Any = type(value)
     if kind.__repr__ is object.__repr__:  # that one has an address, which differs per process
         return getattr(value, "__dict__", {})

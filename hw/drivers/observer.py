@@ -83,28 +83,28 @@ class ObserverLink:
         return self._socket.fileno()
 
     def here(self) -> None:
-        """Begin a heartbeat; `hear` ends it."""
-        self.hear()
+        """Begin a heartbeat; `receive` ends it."""
+        self.receive()
         asked = secrets.token_bytes(SHARED)
         self._asked.append(asked)
         self._send(coded(asked, key_of(self._key, "ask")))
 
-    def hear(self) -> None:
+    def receive(self) -> None:
         """Take the chain's answers, and tell it that the observer is here, or has stopped it."""
         for data, _ in received(self._socket, LONGEST):
             if not self._is_answer(data):
                 continue
             self._heard_ns = time.monotonic_ns()
             if self.stopping:
-                self._tell("pull", self._stop)
+                self._send_sealed("pull", self._stop)
             else:
-                self._tell("observer.here", True)
+                self._send_sealed("observer.here", True)
 
     def pull(self, reason: str = "observer") -> None:
         """Stop the robot until the operator's reset; in vain while the chain is not `heard`."""
         self._stop, self._stop_ns = reason, time.monotonic_ns()
         for _ in range(TIMES):
-            self._tell("pull", reason)
+            self._send_sealed("pull", reason)
 
     def close(self) -> None:
         """Close the socket; the chain treats the silence as a stop, too."""
@@ -130,7 +130,7 @@ class ObserverLink:
         key = key_of(self._key, f"answer {asked.hex()}")
         return hmac.compare_digest(data, coded(data[SHARED:], key))
 
-    def _tell(self, name: str, value: bool | str) -> None:
+    def _send_sealed(self, name: str, value: bool | str) -> None:
         if self._session is not None:
             seal, key = self._session
             self._send(coded(seal.body(name, self._stamp_ns, value), key))

@@ -22,7 +22,7 @@ class Subscription:
         self._outlet, self._own = outlet, own
         self._told_ns = 0
 
-    def tell(self, now_ns: int) -> None:
+    def subscribe(self, now_ns: int) -> None:
         """Subscribe now."""
         self._told_ns = now_ns
         self._outlet.send("subscribe", now_ns, tuple(self._own))
@@ -30,4 +30,4 @@ class Subscription:
     def renew(self, now_ns: int) -> None:
         """Renew the subscription, if due."""
         if now_ns - self._told_ns >= EVERY_NS:
-            self.tell(now_ns)
+            self.subscribe(now_ns)

@@ -86,7 +86,7 @@ class WorldPeer:
             OSError: it cannot start, with the cause.
         """
         self.child.wait()
-        self._subscription.tell(time.monotonic_ns())
+        self._subscription.subscribe(time.monotonic_ns())
         until = time.monotonic() + FIRST_S
         while self.truth is None:
             left = until - time.monotonic()
@@ -111,7 +111,7 @@ class WorldPeer:
     def _catch_up(self, real_ns: int) -> None:
         """Skip what was sent since the start: a truth of that time does not count."""
         self._poll()
-        self._subscription.tell(real_ns)
+        self._subscription.subscribe(real_ns)
         until, old = real_ns + CATCH_UP_NS, self.truth
         while self.truth is old and (left := until - time.monotonic_ns()) > 0:
             select.select([self._intake], [], [], left * 1e-9)

@@ -77,7 +77,7 @@ class Audience:
         if door not in self._outlets[kind].doors:
             self._outlets[kind].doors.append(door)
 
-    def tell(self, told: Iterable[PeerMessage], began_ns: int, now_s: float) -> None:
+    def send(self, told: Iterable[PeerMessage], began_ns: int, now_s: float) -> None:
         """Deliver messages, and drop expired subscribers."""
         for (kind, door), until in list(self._until.items()):
             if until < now_s:
@@ -138,7 +138,7 @@ class Host:
         if heard.name == "subscribe":
             self._audience.welcome(heard.source, heard.value, time.monotonic())
             return
-        self._world.hear(heard.source, heard.name, heard.stamp_ns - self._began, heard.value)
+        self._world.on_message(heard.source, heard.name, heard.stamp_ns - self._began, heard.value)
 
     def _step(self, behind_ns: int) -> None:
         told = self._world.step()
@@ -147,7 +147,7 @@ class Host:
         if behind_ns > LATE_NS:
             self.late += 1
             told.append(PeerMessage(EVALUATOR, "world.late", self._world.now_ns, self.late))
-        self._audience.tell(told, self._began, time.monotonic())
+        self._audience.send(told, self._began, time.monotonic())
 
 
 def main(settings: WorldSettings, ready: Ready, parent: Parent) -> None:

@@ -7,7 +7,7 @@ open as long as the parent lives, and reports once that it is ready:
         device = open_it(settings)         # an OSError or ValueError here refuses the start
         ready({"port": device.port})
         while parent.lives():              # or wait with select on [parent, …]
-            …                          # parent.told(): what `Child.tell` has said
+            …                          # parent.receive(): what `Child.send` has sent
         device.stand_still()
 
     if __name__ == "__main__":
@@ -92,8 +92,8 @@ class Child:
             raise OSError(found["error"])
         return found
 
-    def tell(self, *words: str | int) -> None:
-        """Tell it something that only its parent may, without waiting; from any thread.
+    def send(self, *words: str | int) -> None:
+        """Send it something that only its parent may, without waiting; from any thread.
 
         What a child does not read is lost, once its pipe is full.
         """
@@ -167,8 +167,8 @@ class Parent:
         """True if the parent is still there after wait_s; of children that are told nothing."""
         return not select.select([self._pipe], [], [], wait_s)[0]
 
-    def told(self) -> list[Any] | None:
-        """The words that it has told since the last call, once readable; None if it is gone."""
+    def receive(self) -> list[Any] | None:
+        """The words that it has sent since the last call, once readable; None if it is gone."""
         data = os.read(self._pipe.fileno(), TOLD)
         *lines, self._begun = (self._begun + data).split(b"\n")
         return [json.loads(line) for line in lines] if data else None

@@ -82,11 +82,11 @@ class HostedBase(SimBase):
                 self._against = None
         instants = [*range(self._now, until_ns, CYCLE_NS), until_ns]
         for since, until in pairwise(instants):
-            self._go(twist, (until - since) * 1e-9)
+            self._accelerate(twist, (until - since) * 1e-9)
             self._note(until)
         self._now = until_ns
 
-    def _go(self, twist: Twist2, h: float) -> None:
+    def _accelerate(self, twist: Twist2, h: float) -> None:
         """Change to this velocity (base frame) evenly within h s."""
         if twist == STILL == self.twist:
             return

@@ -140,7 +140,7 @@ class HostedWorld:
             return False
         return self.person.finished if self.person.begun else None
 
-    def hear(self, source: str, name: str, stamp_ns: int, value: Any) -> None:
+    def on_message(self, source: str, name: str, stamp_ns: int, value: Any) -> None:
         """Take a message of a peer.
 
         Raises:

@@ -114,13 +114,13 @@ class _Meeting(NamedTuple):
         at = n, k = np.unravel_index(deciding.argmin(), share.shape)
         v, v_h, late = float(self.closing[at]), float(self.coming[at]), float(self.reaction[k])
 
-        def told(pace: float) -> ArmPace:
+        def at_pace(pace: float) -> ArmPace:
             stop = max(0.0, pace - float(least[at])) * float(self.stopping[n])
             needed = v_h * (late + stop) + pace * v * (float(self.lag[k]) + 0.5 * stop)
             needed += 0.5 * float(least[at]) * v * stop
             return ArmPace(pace, float(self.gap[at]), needed + float(self.clearance[k]))
 
-        return min(1.0, float(share[at])), float(room[at]), told
+        return min(1.0, float(share[at])), float(room[at]), at_pace
 
     def _largest(self, room: Array, least: Array) -> Array:
         """The largest pace, `least` to 1, for S_p <= S, with `room` = S - C; see the module.

@@ -92,7 +92,7 @@ def _speck_remarks(map_: OccupancyMap, dropped: Mask) -> Iterator[str]:
     if count:
         boxes = ndimage.find_objects(things)
         side = map_.resolution * max(p.stop - p.start for box in boxes for p in box)
-        places = ", ".join(_place(map_, *np.argwhere(things == n)[0]) for n in _told(count))
+        places = ", ".join(_place(map_, *np.argwhere(things == n)[0]) for n in _shown_labels(count))
         more = f" and {count - _SHOWN} more" if count > _SHOWN else ""
         specks = "1 speck" if count == 1 else f"{count} specks"
         yield f"{specks} of at most {side:.2g} m left out, at {places}{more}"
@@ -104,7 +104,7 @@ def _piece_remarks(map_: OccupancyMap, others: Mask) -> Iterator[str]:
         yield f"{area:.2f} m2 of free floor left out: it is not connected to the largest piece"
 
 
-def _told(count: int) -> range:
+def _shown_labels(count: int) -> range:
     return range(1, 1 + min(count, _SHOWN))
 
 

@@ -108,7 +108,7 @@ class Judge:
 
     def _reaches(self, pose: Pose2, user: Pose2, deep: Pose3) -> bool:
         checker = self.arm.checker(ArmSituation(pose, user, self.arm.parked), deep)
-        joints = inverse(self.arm.arm, rover_from_deep(pose, deep)).of()
+        joints = inverse(self.arm.arm, rover_from_deep(pose, deep)).branches()
         return bool(len(joints) and checker.free(joints).any())
 
 

@@ -257,7 +257,7 @@ def drive_disturbed(
             break
         sent = command.rotated(true.yaw + 0.25 * (before.wz + command.wz) * dt)
         change = math.dist((before.vx, before.vy), (sent.vx, sent.vy)) / dt
-        inside = _go(body, command, time, dt, lambda at: user and _disc_at(user, walking, at))
+        inside = _advance(body, command, time, dt, lambda at: user and _disc_at(user, walking, at))
         result.note(change, inside, math.hypot(error.x, error.y) + math.hypot(*user_error))
         result.time, before = time + dt, sent
     return result
@@ -270,7 +270,7 @@ def _velocity(estimator: VelocityEstimator, time: float, seen: Disc) -> Point:
     return found.vx, found.vy
 
 
-def _go(
+def _advance(
     body: _Body, command: Twist2, time: float, dt: float, disc: Callable[[float], Disc | None]
 ) -> float:
     """One cycle of the body; returns its largest intrusion into the user's disc, m."""

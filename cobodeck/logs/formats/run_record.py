@@ -88,7 +88,7 @@ class _Taking:
 
     def _refer(self, group: Group) -> None:
         found: Any = None
-        for found in group.of("truth"):
+        for found in group.messages("truth"):
             self._truth = truth_again(found, self._truth)
         if found is None or group.ticked.kind not in ("grid", "left_out"):
             return

@@ -68,7 +68,7 @@ def draw_lanes(on: Sheet, course: Course) -> None:
 
 
 def _explain(on: Sheet, course: Course) -> None:
-    if any(span.ended in _UNHAPPY for lane in course.lanes for span in course.of(lane)):
+    if any(span.ended in _UNHAPPY for lane in course.lanes for span in course.spans_of(lane)):
         on.explain(f"ended with {', '.join(_UNHAPPY)}", Line2D([], [], **_FAILED))
     if course.requests:
         on.explain("touch requested …", Patch(fc=WAITED))
@@ -169,7 +169,7 @@ def _draw_rows(axes: Axes, course: Course, names: Sequence[str]) -> None:
 
 
 def _draw_lane(axes: Axes, course: Course, row: int, lane: str, colour: str) -> None:
-    spans = course.of(lane)
+    spans = course.spans_of(lane)
     bars = [(max(s.start_s, course.start_s), min(s.end_s, course.end_s)) for s in spans]
     _bars(axes, course, bars, row, facecolor=colour, edgecolor=colour)
     _draw_steps(axes, course, row, lane)

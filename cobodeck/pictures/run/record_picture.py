@@ -84,7 +84,7 @@ def course_of(
 
 
 def _traced(group: Group) -> Iterator[Traced]:
-    for told in group.of("trace"):
+    for told in group.messages("trace"):
         time_ns, kind, subject, *detail = trace_line(told)
         yield Traced(time_ns, kind, subject, tuple(detail))
 
@@ -125,14 +125,14 @@ class _Known:
 
     def add_tick(self, group: Group) -> None:
         """Take the data of one tick."""
-        for found in group.of("truth"):
+        for found in group.messages("truth"):
             self._truth = truth_again(found, self._truth)
         if self._truth is not None:
             return
         for told in group.told:
             if told.topic in self._readers:
                 sample = self._readers[told.topic].read(told.schema, told.data)
-                self._inlet.give(sample, group.ticked.at_ns)
+                self._inlet.deliver(sample, group.ticked.at_ns)
 
     @property
     def measured(self) -> bool:

@@ -128,7 +128,7 @@ class Course:
             path for path in paths if path not in holders and path.rpartition("/")[0] in holders
         )
 
-    def of(self, lane: str) -> tuple[NodeSpan, ...]:
+    def spans_of(self, lane: str) -> tuple[NodeSpan, ...]:
         """The spans of a lane."""
         return tuple(span for span in self.spans if span.path == lane)
 

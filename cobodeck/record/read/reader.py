@@ -58,7 +58,7 @@ class Group:
     closing: RecordedMessage
     altered: bool = False
 
-    def of(self, topic: str) -> list[Any]:
+    def messages(self, topic: str) -> list[Any]:
         """The messages of one topic, parsed."""
         return [json.loads(told.data) for told in self.told if told.topic == topic]
 

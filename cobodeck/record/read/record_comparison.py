@@ -99,7 +99,7 @@ class Motions:
 
     def know(self, n: int, group: Group) -> None:
         """Take the truth of A (0) or B (1) at this tick."""
-        for found in group.of("truth"):
+        for found in group.messages("truth"):
             truth = truth_again(found, None)
             self._poses[n] = truth.base, truth.body
 
@@ -178,7 +178,7 @@ def _together(
 
 
 def _trace(group: Group) -> list[TraceLine]:
-    found = [trace_line(told) for told in group.of("trace")]
+    found = [trace_line(told) for told in group.messages("trace")]
     return [line for line in found if line[1] not in ("note", "tick")]
 
 

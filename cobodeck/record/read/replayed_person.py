@@ -91,7 +91,7 @@ class _Reading:
                 self._sample(stamp, value)
         if group.ticked.kind not in ("grid", "left_out"):
             return
-        for found in group.of("truth"):
+        for found in group.messages("truth"):
             self._truth = truth_again(found, self._truth)
         if self._truth is not None and self._truth.body is not None:
             self._true(self._grid.instant(group.ticked.number), self._truth)

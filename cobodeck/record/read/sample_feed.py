@@ -112,7 +112,7 @@ class RecordFeed:
 
     def _truth(self, group: Group) -> Truth | None:
         try:
-            return next((truth_again(found, None) for found in group.of("truth")), None)
+            return next((truth_again(found, None) for found in group.messages("truth")), None)
         except Exception:  # noqa: BLE001  reported when this tick is reached
             return None
 

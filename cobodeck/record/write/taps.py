@@ -28,14 +28,14 @@ class Tapped:
         if not callable(found) or isinstance(found, type):
             self._tell(self._name, f".{what}", "[]", found, None)
             return found
-        return _told(self._name, what, found, self._tell)
+        return _tapped(self._name, what, found, self._tell)
 
     def __setattr__(self, what: str, value: object) -> None:
         self._tell(self._name, f".{what} =", arguments_text((value,), {}), None, None)
         setattr(self._part, what, value)
 
 
-def _told(part: str, what: str, act: Callable[..., Any], tell: Told) -> Callable[..., Any]:
+def _tapped(part: str, what: str, act: Callable[..., Any], tell: Told) -> Callable[..., Any]:
     def call(*args: Any, **named: Any) -> Any:
         given = arguments_text(args, named)  # before the call, which may change them
         try:

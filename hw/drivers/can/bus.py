@@ -94,7 +94,7 @@ class CanBus:
         try:
             self._bus.send(message, timeout=0)
         except (can.CanError, OSError, ValueError) as error:
-            self._trouble = self._told(error)
+            self._trouble = self._error_text(error)
 
     def poll(self, now_ns: int, most: int = 1000) -> list[CanFrame]:
         """The data frames received, oldest first; other kinds are dropped."""
@@ -110,7 +110,7 @@ class CanBus:
                 elif not self._waitable:
                     break
         except (can.CanError, OSError, ValueError) as error:
-            self._trouble = self._told(error)
+            self._trouble = self._error_text(error)
         if len(self._errors) > CAN_ERRORS and now_ns - self._errors[0] <= CAN_ERRORS_NS:
             span = 1e-9 * CAN_ERRORS_NS
             self._trouble = (
@@ -159,7 +159,7 @@ class CanBus:
             self.warning = f"{self.name}: error frame ({told or hex(kind)}); {WIRING}"
         self._errors.append(now_ns)
 
-    def _told(self, error: Exception) -> str:
+    def _error_text(self, error: Exception) -> str:
         """What went wrong, and what would be right."""
         advice = _advice(error, self._settings)
         return f"{self.name}: {error}" + (f"; {advice}" if advice else "")

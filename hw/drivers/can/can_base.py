@@ -128,7 +128,7 @@ class CanBase:
         """Send targets, SYNC and heartbeat; the targets are 0 during a fault."""
         rates = self._mecanum.rates(velocity if self.ready else STILL)
         for drive, target in zip(self._drives, self._wheels.counts(rates), strict=True):
-            drive.tell(drive.control(), target)
+            drive.send_command(drive.control(), target)
         self._bus.send(SYNC, b"")
         self._sync_ns = now_ns
         if now_ns - self._beat_ns >= BEAT_NS:

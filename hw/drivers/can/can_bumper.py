@@ -113,9 +113,9 @@ class CanBumper:
             return "the self-test has failed"
         if self._differ >= DISAGREEING:
             line = "open" if opened else "closed"
-            return f"line and message disagree: {told(zones)}, and the line is {line}"
+            return f"line and message disagree: {zones_text(zones)}, and the line is {line}"
         if zones:
-            return told(zones)
+            return zones_text(zones)
         return "its line is open; close it by hand at the relay" if opened else None
 
     def _touch(self, zones: int) -> None:
@@ -141,7 +141,7 @@ def _disagree(zones: int, opened: bool, latched: bool) -> bool:
     return (zones != 0 and not opened) or (opened and not latched)
 
 
-def told(zones: int) -> str:
+def zones_text(zones: int) -> str:
     """The pressed zones as text."""
     names = [name for number, name in enumerate(ZONES) if zones >> number & 1]
     return f"touched at {', '.join(names)}" if names else "not touched"

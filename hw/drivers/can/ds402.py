@@ -196,7 +196,7 @@ class Ds402Drive:
             return RESET if self._edge else OFF
         return TOWARDS_ENABLED.get(self.state, OFF)
 
-    def tell(self, control: int, velocity: int) -> None:
+    def send_command(self, control: int, velocity: int) -> None:
         """Send control word and target velocity; they take effect with the next SYNC."""
         self._send(0x200 + self.node, _PROCESS.pack(control, velocity))
 
@@ -207,7 +207,7 @@ class Ds402Drive:
     def switch_off(self) -> None:
         """Switch the power off with the next SYNC."""
         self.hold()
-        self.tell(OFF, 0)
+        self.send_command(OFF, 0)
 
     def on_heartbeat(self, data: bytes, now_ns: int) -> None:
         """Take a heartbeat: its network state, or a boot-up."""

@@ -190,7 +190,7 @@ class ChainLink:
         """Stop the wheels until a reset; may be called from any thread."""
         if self.stopped is None:
             self.stopped = reason
-        self._child.tell("pull", reason[:LONGEST_TEXT])
+        self._child.send("pull", reason[:LONGEST_TEXT])
 
     def reset(self) -> bool:
         """Ask to release the stop; waits RESET_S at most. `why` says why it stays."""
@@ -204,7 +204,7 @@ class ChainLink:
                 return True
             token = next(self._tokens)
             self._asked = token
-            self._child.tell("reset", token)
+            self._child.send("reset", token)
             heard = self._answer.wait_for(lambda: self._answered[0] == token, RESET_S)
             self._asked = None
             self.why = self._answered[1] if heard else "no answer"

@@ -96,7 +96,7 @@ class ChainProcess:
                     for datagram in arrived:
                         self._cycle.receive(datagram, now)
             if parent is not None and parent in readable:
-                orders = parent.told()
+                orders = parent.receive()
                 if orders is None:
                     return True
                 for name, value in orders:

@@ -46,7 +46,7 @@ class Scanners:
         """
         settings = self._settings
         reachable(settings["host"], settings["port"])
-        self.bridge = RosbridgeClient(settings["host"], settings["port"], self._tell)
+        self.bridge = RosbridgeClient(settings["host"], settings["port"], self._send_remark)
         kind = kind_of(KIND, settings["ros"])
         for name, entry in settings["scanners"].items():
             side = -1.0 if entry.get("upside_down", False) else 1.0
@@ -95,7 +95,7 @@ class Scanners:
             sweep_ns = round((len(scan.ranges) - 1) * scan.beam_time * 1e9)
             self._outlet.send("base.scan", at_ns - sweep_ns - self._delay_ns, scan)
 
-    def _tell(self, remark: str) -> None:
+    def _send_remark(self, remark: str) -> None:
         self._outlet.send("remark", time.monotonic_ns(), f"scanners: {remark}")
 
 

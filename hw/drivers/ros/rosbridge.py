@@ -118,12 +118,12 @@ class RosbridgeClient:
     def _opened(self, protocol: Any) -> None:
         protocol.transport.setTcpNoDelay(True)
         handlers = getattr(protocol, "_message_handlers", {})
-        handlers["status"] = self._hear  # it has none of its own, and lets none be registered
+        handlers["status"] = self._on_message  # it has none of its own, and lets none be registered
         protocol.send_ros_message({"op": "set_level", "level": "warning"})
         self._protocol, self.opened_ns = protocol, time.monotonic_ns()
         self._open.set()
 
-    def _hear(self, message: Mapping[str, Any]) -> None:
+    def _on_message(self, message: Mapping[str, Any]) -> None:
         self.said = " ".join(str(message.get("msg", "")).split())[:200]
 
     def _closed(self, _: Any) -> None:

@@ -203,7 +203,7 @@ class UnityBridge:
             session.warn("error", f"{name} is a {topic.type} here, no {kind}; it is refused")
             return
         self._sources.add(topic.name, session)
-        source = self._sources.of(topic.name)
+        source = self._sources.source(topic.name)
         if source is not session and source is not None and topic.role != CLOCK:
             told = f"{name} comes from {source.name} already; it waits until that one leaves"
             self.blame(f"{session.name} wants to be a second source: {told}", self._now_ns)
@@ -219,7 +219,7 @@ class UnityBridge:
 
     def _hand_over(self, name: str) -> None:
         """The source of a topic has changed: nothing of the one before counts any more."""
-        topic, source = self._settings.topics.inputs[name], self._sources.of(name)
+        topic, source = self._settings.topics.inputs[name], self._sources.source(name)
         if topic.role == CLOCK:
             return
         self._inbox.drop(topic.role, self._now_ns)
@@ -257,7 +257,7 @@ class UnityBridge:
         self, session: Session, topic: UnityTopic, found: UnityFrame, now_ns: int
     ) -> str | None:
         """Take a message of a publisher of its topic; why it is refused, or None."""
-        source = self._sources.of(topic.name)
+        source = self._sources.source(topic.name)
         try:
             if found.skipped:
                 raise ValueError(f"{too_long(found.skipped)}; it is left out")

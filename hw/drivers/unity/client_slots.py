@@ -41,18 +41,18 @@ def is_peer(host: str, peers: Sequence[str]) -> bool:
 
 def is_crowded(host: str, sessions: Sequence[Session]) -> bool:
     """True if somebody has to go before another client of this address can come."""
-    return len(sessions) >= MOST_CLIENTS or len(_of(host, sessions)) >= MOST_OF_ONE
+    return len(sessions) >= MOST_CLIENTS or len(_sessions_of(host, sessions)) >= MOST_OF_ONE
 
 
 def first_to_go(host: str, sessions: Sequence[Session], now_ns: int) -> Session | None:
     """Whose place another client of this address may have; None: all are needed."""
-    own = _of(host, sessions)
+    own = _sessions_of(host, sessions)
     among = own if len(own) >= MOST_OF_ONE else sessions
     loose = [one for one in among if not one.published or one.is_quiet(now_ns)]
     return min(loose, key=lambda one: (one.registered, one.joined_ns), default=None)
 
 
-def _of(host: str, sessions: Sequence[Session]) -> list[Session]:
+def _sessions_of(host: str, sessions: Sequence[Session]) -> list[Session]:
     return [one for one in sessions if one.host == host]
 
 

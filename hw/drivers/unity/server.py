@@ -49,7 +49,7 @@ class UnityServer:
         self._selector.register(self._intake, selectors.EVENT_READ)
 
     @property
-    def told(self) -> dict[str, Any]:
+    def addresses(self) -> dict[str, Any]:
         """`port` for clients, and `intake`, the engine's door."""
         return {"port": self._listener.getsockname()[1], "intake": self._intake.door("engine")}
 
@@ -110,7 +110,7 @@ def main(settings: ServerSetup, ready: Ready, parent: Parent) -> None:
     try:
         gc.collect()
         gc.freeze()
-        ready(server.told)
+        ready(server.addresses)
         server.run(parent)
     finally:
         server.close()

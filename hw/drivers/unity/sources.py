@@ -18,7 +18,7 @@ class TopicSources:
     def __init__(self) -> None:
         self._lines: dict[str, list[Session]] = {}
 
-    def of(self, name: str) -> Session | None:
+    def source(self, name: str) -> Session | None:
         """The source of a topic; None: it has none."""
         line = self._lines.get(name)
         return line[0] if line else None
@@ -48,11 +48,11 @@ class TopicSources:
         """Let those who have come back take over their former places; topics with a new source."""
         changed = []
         for name, line in self._lines.items():
-            source = self.of(name)
+            source = self.source(name)
             for place, back in enumerate(line[1:], 1):
                 before = [n for n in range(place) if back.succeeds(line[n], now_ns)]
                 if before:
                     line[before[0]], line[place] = back, line[before[0]]
-            if self.of(name) is not source:
+            if self.source(name) is not source:
                 changed.append(name)
         return changed

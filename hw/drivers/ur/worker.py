@@ -67,7 +67,7 @@ class UrController:
             if not self._control.setPayload(settings.mass, list(settings.center)):
                 raise OSError("the controller does not take the payload")
         except RuntimeError as error:
-            raise OSError(f"{settings.host}: {_told(str(error))}") from None
+            raise OSError(f"{settings.host}: {_error_text(str(error))}") from None
 
     @property
     def stamp(self) -> float:
@@ -253,7 +253,7 @@ class Worker:
         self._outlet.send("arm.link", now_ns, self.fault)
 
 
-def _told(error: str) -> str:
+def _error_text(error: str) -> str:
     """An error of the client library; registers in use may be another client's, too."""
     if "already in use" not in error:
         return error

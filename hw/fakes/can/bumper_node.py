@@ -71,7 +71,7 @@ class FakeBumper:
         """Break the line's wire: it opens without a touch."""
         self._switch(True)
 
-    def hear(self, identifier: int, data: bytes) -> None:
+    def on_frame(self, identifier: int, data: bytes) -> None:
         """Take a frame of the bus."""
         if identifier != RESET or len(data) != 2 or data[1] != check_sum(data[:1]):
             return

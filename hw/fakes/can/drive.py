@@ -153,7 +153,7 @@ class FakeDrive:
         self._node.emcy.send(code, 0x01)
         self.state = "reaction"
 
-    def hear(self, identifier: int, data: bytes, now_ns: int) -> None:
+    def on_frame(self, identifier: int, data: bytes, now_ns: int) -> None:
         """Take a frame of the bus."""
         watched = self.value(0x1016, 1)
         if watched and identifier == 0x700 + (watched >> 16 & 0x7F):
@@ -167,7 +167,7 @@ class FakeDrive:
                 self._obey()
         elif identifier == 0x80:
             self._obey()
-            self._tell()
+            self._send_status()
 
     def step(self, now_ns: int) -> None:
         """Advance to now_ns: ramps, and the monitoring of the master."""
@@ -264,7 +264,7 @@ class FakeDrive:
         }
         return steps.get(wanted, {}).get(state, state)
 
-    def _tell(self) -> None:
+    def _send_status(self) -> None:
         """Send status word and velocity, as mapped."""
         frame = self.value(0x1800, 1) & ~NO_RTR
         if self.silent or frame & 0x8000_0000 or self.value(0x1800, 2) > 240:

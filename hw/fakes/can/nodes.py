@@ -53,9 +53,9 @@ class Nodes:
             self.network.notify(identifier, bytearray(data), 1e-9 * now_ns)
             for drive in self.drives.values():
                 if drive.number not in dead:
-                    drive.hear(identifier, data, now_ns)
+                    drive.on_frame(identifier, data, now_ns)
             if self.board is not None:
-                self.board.hear(identifier, data)
+                self.board.on_frame(identifier, data)
 
     def step(self, now_ns: int) -> None:
         """Advance to now_ns."""

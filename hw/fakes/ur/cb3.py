@@ -145,7 +145,7 @@ class Cb3Server:
             return
         for link, talk in list(self._talks.items()):
             if isinstance(talk, Rtde):
-                self._send(link, talk.told())
+                self._send(link, talk.package())
 
     def misbehave(self, name: str, value: Any) -> None:
         """Begin or end a fault."""

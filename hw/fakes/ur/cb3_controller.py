@@ -136,7 +136,7 @@ class FakeController:
             self._speed = (turned, *(0.0,) * 5), STOP
         elif self.runtime == PLAYING and self._starting == 0:
             self._script()
-        self._go()
+        self._move_joints()
 
     # ---- the script
 
@@ -206,7 +206,7 @@ class FakeController:
 
     # ---- the joints
 
-    def _go(self) -> None:
+    def _move_joints(self) -> None:
         before = self.joints
         if self._moving is not None:
             self.joints = self.target = next(self._moving, before)

@@ -110,7 +110,7 @@ class Rtde:
             answers += self._answer(chr(kind), content)
         return answers
 
-    def told(self) -> bytes:
+    def package(self) -> bytes:
         """The package of this cycle; empty if none is due."""
         if not self._started:
             return b""

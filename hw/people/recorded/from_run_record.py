@@ -80,13 +80,13 @@ class Recalled(Replayed):
 
     def _run(self) -> Iterator[bool]:
         while self._own + self._budget < self._past.until_ns:
-            self._go(self._own + self._budget)
+            self._seek(self._own + self._budget)
             self._budget = 0
             yield True
             yield from self._return()
-        self._go(self._past.until_ns)
+        self._seek(self._past.until_ns)
 
-    def _go(self, own_ns: int) -> None:
+    def _seek(self, own_ns: int) -> None:
         self._own = own_ns
         body, self._tempo = self._true.held(own_ns)
         self._x, self._y, self._yaw = body.x, body.y, wrap(body.yaw)

@@ -64,14 +64,14 @@ class Playback(Replayed):
     def _play(self, until_ns: int) -> Iterator[bool]:
         yield from self._return()
         while self._own + self._budget < until_ns:
-            self._go(self._own + self._budget)
+            self._seek(self._own + self._budget)
             self._budget = 0
             yield True
             yield from self._return()
         self._budget -= until_ns - self._own
-        self._go(until_ns)
+        self._seek(until_ns)
 
-    def _go(self, own_ns: int) -> None:
+    def _seek(self, own_ns: int) -> None:
         stamps, row = self._recording.stamps_ns, self._row
         while row + 2 < len(stamps) and stamps[row + 1] <= own_ns:
             row += 1

@@ -62,7 +62,7 @@ class Leaving:
         if left < 1e-6 or math.dist((here.x, here.y), robot) >= ENOUGH:
             self._goal = None
             return here, 0.0
-        return self._go(here, robot, self._goal, span_s)
+        return self._walk(here, robot, self._goal, span_s)
 
     def _decide(self, here: Pose2, robot: Point, now_ns: int) -> None:
         if math.dist((here.x, here.y), robot) >= BEFORE:
@@ -79,7 +79,7 @@ class Leaving:
             return None
         return now_ns + round(self._chance.uniform(*self._waits_s) * 1e9)
 
-    def _go(self, here: Pose2, robot: Point, goal: Point, span_s: float) -> tuple[Pose2, float]:
+    def _walk(self, here: Pose2, robot: Point, goal: Point, span_s: float) -> tuple[Pose2, float]:
         """Turn towards the goal, then walk; stop if that would bring them nearer to the robot."""
         there, speed = walked(here, goal, self._pace, self._turn_rate, span_s)
         if _nears((here.x, here.y), (there.x, there.y), robot):

@@ -127,12 +127,12 @@ class Pedestrian(Actor):
     def _walk(self, step: WalkStep) -> Iterator[bool]:
         goal = step.x, step.y
         for _ in range(ATTEMPTS):
-            if (yield from self._go(goal, step.speed)):
+            if (yield from self._walk_to(goal, step.speed)):
                 if step.yaw is not None:
                     yield from self._turn(step.yaw)
                 return
 
-    def _go(self, goal: Point, speed: float) -> Generator[bool, None, bool]:
+    def _walk_to(self, goal: Point, speed: float) -> Generator[bool, None, bool]:
         """Walk straight to a place, or around the shown robot; True on arrival."""
         way = self._way_to(goal)
         if way is None:

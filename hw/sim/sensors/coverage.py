@@ -47,7 +47,7 @@ class Coverage:
             corners = [(x, y) for x in (min(xs), max(xs)) for y in (min(ys), max(ys))]
             self._stations = np.array([(*corner, errors.station_height) for corner in corners])
 
-    def of(
+    def visibility(
         self, x: float, y: float, z: float, time_ns: int, also: Column = NOTHING
     ) -> tuple[bool, float]:
         """Whether enough stations see this place (m), and its distance to the area's border, m.

@@ -48,7 +48,7 @@ class PersonView:
         covered, to_border = True, math.inf
         if not self._everywhere:
             body = value.body
-            covered, to_border = self._coverage.of(body.x, body.y, WAIST_M, stamp)
+            covered, to_border = self._coverage.visibility(body.x, body.y, WAIST_M, stamp)
         self._left = self._left or not covered
         if self._device.seen(stamp, covered=covered, alone=self._left):
             self._left = False

@@ -127,7 +127,7 @@ class SimulatedTrackers:
         base = Pose2(*self._track.held(stamp_ns))
         x, y = base.transform(mount.x, mount.y)
         arm = Column(base.x, base.y, ARM_RADIUS, self._arm)
-        covered, to_border = self._coverage.of(x, y, mount.z, stamp_ns, arm)
+        covered, to_border = self._coverage.visibility(x, y, mount.z, stamp_ns, arm)
         alone = not any(other.tracked for other in self._devices.values() if other is not device)
         if not device.seen(stamp_ns, covered=covered, alone=alone):
             return None

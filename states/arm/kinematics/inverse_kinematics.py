@@ -70,7 +70,7 @@ class Solutions:
     joints: Array
     valid: NDArray[np.bool_]
 
-    def of(self, pose: int = 0) -> Array:
+    def branches(self, pose: int = 0) -> Array:
         """The branches of one pose, (k, 6) with k from 0 to 8."""
         return np.asarray(self.joints[pose][self.valid[pose]])
 

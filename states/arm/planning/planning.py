@@ -254,9 +254,9 @@ def goals_at(
 
     Exact ones where they exist, else the nearest within the tolerance, m and rad (R44).
     """
-    found = inverse(arm, target).of()
+    found = inverse(arm, target).branches()
     if not len(found) and tolerance[0] > 0.0:
-        found = inverse_near(arm, target).within(*tolerance).of()
+        found = inverse_near(arm, target).within(*tolerance).branches()
     return nearest_copies(arm, found, near)
 
 

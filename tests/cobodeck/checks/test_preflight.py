@@ -44,7 +44,7 @@ def all_checks(folder: Path, text: str) -> dict[str, list[tuple[str, str]]]:
     file.write_text(HEAD + text)
     found: dict[str, list[tuple[str, str]]] = {}
     for answer in ask("doctor", connection=load_connection(file), packages={"hw"}):
-        found.setdefault(answer.what, []).append((answer.state, answer.told))
+        found.setdefault(answer.what, []).append((answer.state, answer.explanation))
     return found
 
 
@@ -181,7 +181,7 @@ def test_an_observer_of_fakes_is_told_the_address_of_this_run(tmp_path: Path) ->
     [here] = watching(in_this_run(load_connection(tmp_path / "own.yaml")), {"hw"})
 
     assert (state, told.partition("observe ")[2][:10]) == (NOTE, "HOST:7401;")
-    assert here.told == f"somebody has to watch: cobodeck observe {own_host()}:7401"
+    assert here.explanation == f"somebody has to watch: cobodeck observe {own_host()}:7401"
 
 
 @pytest.mark.parametrize(

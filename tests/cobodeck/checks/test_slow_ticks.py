@@ -22,7 +22,7 @@ def refused(tick_hz: int, uses: Uses = DRIVES, latency_ms: int = 0, *, mock: boo
     for answer in found:
         with pytest.raises(Problem, match=re.escape(answer.about)):
             answer.require()
-    return "".join(answer.told for answer in found)
+    return "".join(answer.explanation for answer in found)
 
 
 def test_twelve_ticks_a_second_are_too_few_to_drive_and_thirteen_are_not() -> None:

@@ -147,7 +147,7 @@ class Heard:
     def hear(self, at_s: float, **values: Any) -> Truth:
         now = round(at_s * SECOND)
         for name, value in values.items():
-            self.inlet.give(Sample(name.replace("__", "."), now, value), now)
+            self.inlet.deliver(Sample(name.replace("__", "."), now, value), now)
         self.judge.watch(now)
         return self.senses.truth
 

@@ -571,24 +571,24 @@ def test_a_sample_that_its_part_announces_is_heard_and_recorded_though_no_chart_
 
     inlet, heard = Inlet(Board(declare([])), {"lamp": Bulb()}), list[Sample]()
     inlet.listen("lamp.bulb", lambda sample, _: heard.append(sample))
-    inlet.give(Sample("lamp.bulb", 0, "warm"), 0)
+    inlet.deliver(Sample("lamp.bulb", 0, "warm"), 0)
 
     assert [sample.value for sample in heard] == ["warm"]
     with pytest.raises(WrongSample, match=r"lamp\.blub.*no signal of this name is declared"):
-        inlet.give(Sample("lamp.blub", 0, "warm"), 0)
+        inlet.deliver(Sample("lamp.blub", 0, "warm"), 0)
 
 
 def test_a_stamp_that_is_ahead_is_not_let_in() -> None:
     board = Board(declare([Measured("base.pose", Pose2)]))
     inlet = Inlet(board)
-    inlet.give(Sample("base.pose", 3_000_000_000, Pose2(1.0, 0.0)), 0)
+    inlet.deliver(Sample("base.pose", 3_000_000_000, Pose2(1.0, 0.0)), 0)
     for stamp in (float("nan"), None, "now"):
         with pytest.raises(WrongSample, match=r"'base\.pose': its stamp is .*; wanted: whole ns"):
-            inlet.give(Sample("base.pose", stamp, Pose2(1.0, 0.0)), 0)  # type: ignore[arg-type]
+            inlet.deliver(Sample("base.pose", stamp, Pose2(1.0, 0.0)), 0)  # type: ignore[arg-type]
 
     assert not board.inbox
     assert inlet.refused == {"base.pose": 4}
-    inlet.give(Sample("base.pose", 20_000_000, Pose2(1.0, 0.0)), 0)
+    inlet.deliver(Sample("base.pose", 20_000_000, Pose2(1.0, 0.0)), 0)
     assert len(board.inbox) == 1
 
 

@@ -105,7 +105,7 @@ def test_a_request_is_served_on_fakes_and_the_record_replays(
     assert set(figures) == simulated_names(capsys, "--user", "brief", "--requests", "1")
     assert main(["replay", str(ran.record), "--check"]) == OK
     assert re.search(r"result +equal", capsys.readouterr().out)
-    cycles = [cycle for group in Record(ran.record).groups() for cycle in group.of("safety")]
+    cycles = [cycle for group in Record(ran.record).groups() for cycle in group.messages("safety")]
     assert len(cycles) > 100
     assert all({"separation", "needed", "reasons"} <= cycle.keys() for cycle in cycles)
 
@@ -148,7 +148,7 @@ def judged(figures: dict[str, Any], record: Path) -> None:
     assert figures["contacts_by_robot"] == 0
     for contact in figures["contact_list"]:
         assert contact["robot_closing_m_s"] <= 0.25
-    calls = [call for group in Record(record).groups() for call in group.of("parts")]
+    calls = [call for group in Record(record).groups() for call in group.messages("parts")]
     paces = [call["args"] for call in calls if (call["part"], call["what"]) == ("arm", "pace")]
     assert len(paces) > 20
     assert all(0.0 < share <= 1.0 and needed > 0.0 for share, _, needed in paces)

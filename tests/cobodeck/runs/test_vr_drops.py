@@ -33,7 +33,7 @@ def samples(record: Path, name: str) -> list[tuple[float, Any]]:
     return [
         (group.ticked.at_ns * 1e-9, sample)
         for group in Record(record).groups()
-        for sample in group.of(f"signal/{name}")
+        for sample in group.messages(f"signal/{name}")
     ]
 
 

@@ -139,7 +139,7 @@ class Rig:
             self.speak()
             select.select([self.reports, self.observer], [], [], 0.003)
             if "observer" in self.speaks:
-                self.observer.hear()
+                self.observer.receive()
             self.take()
         return self
 

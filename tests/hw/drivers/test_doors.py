@@ -218,8 +218,8 @@ def test_not_even_who_has_a_key_says_more_than_is_theirs(rig, stranger):
         rig.go(2)
     for outlet in outlets.values():
         outlet.close()
-    rig.observer._tell("reset", 1)
-    rig.observer._tell("command", True)
+    rig.observer._send_sealed("reset", 1)
+    rig.observer._send_sealed("command", True)
     stays_stopped(rig)
     goes_on(rig)
 

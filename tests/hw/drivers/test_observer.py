@@ -84,7 +84,7 @@ class Scene:
         """A whole heartbeat; what the chain has heard."""
         observer = observer or self.observers[0]
         self.asked(observer)
-        observer.hear()
+        observer.receive()
         self.net.to_chain()
         return self.heard()
 
@@ -108,7 +108,7 @@ def test_a_heartbeat_is_stamped_by_the_chain(scene):
     before = time.monotonic_ns()
     scene.asked()
     answered = time.monotonic_ns()
-    scene.observers[0].hear()
+    scene.observers[0].receive()
     scene.net.to_chain()
     (here,) = scene.heard()
     assert (here.source, here.name, here.value) == ("observer", "observer.here", True)
@@ -127,7 +127,7 @@ def test_answers_may_take_longer_than_a_period(scene):
     stamps = []
     for _ in range(3):
         scene.net.to_observer()
-        observer.hear()
+        observer.receive()
         scene.net.to_chain()
         stamps += [told.stamp_ns for told in scene.heard()]
     assert len(set(stamps)) == 3
@@ -182,7 +182,7 @@ def test_what_is_held_back_is_as_old_as_it_is(scene):
     held = []
     for _ in range(5):  # the observer sends these, and leaves
         scene.asked()
-        scene.observers[0].hear()
+        scene.observers[0].receive()
         scene.net.to_chain(pass_on=False)
         held.append(scene.net.up[-1])
     scene.net.say(*held)
@@ -197,7 +197,7 @@ def test_what_is_held_back_is_as_old_as_it_is(scene):
 
 def test_the_same_answer_twice_is_one_heartbeat(scene):
     scene.net.front.sendto(scene.asked(), scene.net.observer)
-    scene.observers[0].hear()
+    scene.observers[0].receive()
     scene.net.to_chain()
     assert len(scene.heard()) == 1
     assert not select.select([scene.net.front], [], [], 0.02)[0]
@@ -208,7 +208,7 @@ def test_an_old_answer_makes_nobody_believe_that_they_are_heard(scene):
     scene.net.to_chain()
     scene.heard()
     old = scene.net.to_observer()
-    scene.observers[0].hear()
+    scene.observers[0].receive()
     scene.net.to_chain()
     newcomer = scene.observer()
     scene.observers.append(newcomer)

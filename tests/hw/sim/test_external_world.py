@@ -42,7 +42,7 @@ def step(world, count=1, twist=None):
     told = []
     for _ in range(count):
         if twist is not None:
-            world.hear(DRIVES, "wheels", world.now_ns, rates_of(twist))
+            world.on_message(DRIVES, "wheels", world.now_ns, rates_of(twist))
         told += world.step()
     return told
 
@@ -120,14 +120,14 @@ def test_a_wall_holds_the_body_for_as_long_as_the_wheels_push():
 def test_rates_of_no_four_wheels_are_refused_and_change_nothing(rates):
     world = hosted()
     with pytest.raises(ValueError, match="wheels"):
-        world.hear(DRIVES, "wheels", 0, rates)
+        world.on_message(DRIVES, "wheels", 0, rates)
     step(world)
     assert world.base.twist == STILL
 
 
 def test_what_nobody_knows_is_refused():
     with pytest.raises(ValueError, match="'lights' of 'cb3'"):
-        hosted().hear("cb3", "lights", 0, True)
+        hosted().on_message("cb3", "lights", 0, True)
 
 
 # ---- arm
@@ -150,7 +150,7 @@ def test_an_arm_is_where_its_controller_says_and_moves_while_that_changes():
 def test_the_truth_has_the_arm_of_the_controller():
     world = hosted()
     joints = tuple(angle + 0.1 for angle in ROBOT.parked)
-    world.hear("cb3", "joints", 1, joints)
+    world.on_message("cb3", "joints", 1, joints)
     step(world)
     assert world.truth.joints == joints
 
@@ -165,7 +165,7 @@ def test_a_person_stands_tracked_until_the_run_begins_and_finishes_after_it():
     assert set(values(told, "finished")) == {None}
     assert world.truth.body == world.person.body
     stood = world.truth.body
-    world.hear(EVALUATOR, "begin", 0, None)
+    world.on_message(EVALUATOR, "begin", 0, None)
     for _ in range(12_000):
         told = step(world)
         if values(told, "finished") == [True]:
@@ -176,7 +176,7 @@ def test_a_person_stands_tracked_until_the_run_begins_and_finishes_after_it():
 
 def test_a_request_is_told_on_change_and_again_as_a_level():
     world = hosted("study")
-    world.hear(EVALUATOR, "begin", 0, None)
+    world.on_message(EVALUATOR, "begin", 0, None)
     told = []
     while not values(told, "vr.release"):
         told += step(world, 100)
@@ -190,7 +190,7 @@ def test_a_request_is_told_on_change_and_again_as_a_level():
 
 def test_a_person_who_is_shown_the_robot_says_when_they_are_ready():
     world = hosted()
-    world.hear(VR, "inform", 0, True)
+    world.on_message(VR, "inform", 0, True)
     told = step(world, 100)
     assert values(told, "vr.restart") == [True]
     assert world.truth.informed
@@ -199,21 +199,21 @@ def test_a_person_who_is_shown_the_robot_says_when_they_are_ready():
 def test_a_live_person_is_where_they_are_placed_and_asks_as_told():
     world = hosted("live")
     here, deep = UserPose(Pose2(3.0, 3.0), 0.5), Pose3.from_yaw(3.5, 3.0, 1.4, 0.0)
-    world.hear(EVALUATOR, "place", 0, here)
+    world.on_message(EVALUATOR, "place", 0, here)
     step(world, 5)
-    world.hear(EVALUATOR, "begin", 0, None)
-    world.hear(EVALUATOR, "ask", 0, deep)
+    world.on_message(EVALUATOR, "begin", 0, None)
+    world.on_message(EVALUATOR, "ask", 0, deep)
     told = step(world, 50)
     assert world.truth.body == here.body
     assert len(values(told, "user.pose")) > 45
     assert world.truth.request == deep
-    world.hear(EVALUATOR, "ask", 0, None)
+    world.on_message(EVALUATOR, "ask", 0, None)
     assert values(step(world, 2), "vr.release") == [True]
 
 
 def test_nobody_else_is_placed():
     with pytest.raises(ValueError, match="'place'"):
-        hosted().hear(EVALUATOR, "place", 0, UserPose(Pose2(3.0, 3.0), 0.5))
+        hosted().on_message(EVALUATOR, "place", 0, UserPose(Pose2(3.0, 3.0), 0.5))
 
 
 def test_without_a_person_nothing_is_told_of_one():
@@ -248,7 +248,7 @@ def test_an_operator_pushes_a_robot_off_the_person_it_touches():
     assert len(world.truth.contacts) == 1
     step(world, 30, STILL)
     for _ in range(400):
-        world.hear(EVALUATOR, "push_off", 0, None)
+        world.on_message(EVALUATOR, "push_off", 0, None)
         step(world, 1, STILL)
     gap = world.base.pose.distance_to(body)
     assert gap > 0.5 + 0.455 + 0.25

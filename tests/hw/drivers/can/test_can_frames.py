@@ -54,7 +54,7 @@ def test_settings_of_a_drive_map_its_process_data_and_go_with_sync():
 def test_targets_and_orders_of_a_drive():
     sent = Sent()
     drive = Ds402Drive(3, "rear left", SETTING, sent)
-    drive.tell(0x0F, -256)
+    drive.send_command(0x0F, -256)
     drive.command(1)
     assert sent == [(0x203, "0f 00 00 ff ff ff"), (0, "01 03")]
 

@@ -98,29 +98,29 @@ def coverage(stations: int = 2, bodies: tuple[Body, ...] = (), **room) -> Covera
 def test_nothing_is_seen_outside_the_tracked_area() -> None:
     area = ((1.0, 1.0), (6.0, 1.0), (6.0, 9.0), (1.0, 9.0))
     found = coverage(tracked_area=area)
-    assert found.of(5.9, 5.0, 1.0, 0) == (True, pytest.approx(0.1))
-    assert found.of(6.1, 5.0, 1.0, 0) == (False, pytest.approx(0.1))
-    assert found.of(3.0, 4.0, 1.0, 0) == (True, pytest.approx(2.0))
+    assert found.visibility(5.9, 5.0, 1.0, 0) == (True, pytest.approx(0.1))
+    assert found.visibility(6.1, 5.0, 1.0, 0) == (False, pytest.approx(0.1))
+    assert found.visibility(3.0, 4.0, 1.0, 0) == (True, pytest.approx(2.0))
     # without an area everything is inside, far from any border
-    assert coverage().of(9.9, 5.0, 1.0, 0) == (True, math.inf)
+    assert coverage().visibility(9.9, 5.0, 1.0, 0) == (True, math.inf)
 
 
 @pytest.mark.requirement(31)
 def test_walls_and_bodies_hide_a_device() -> None:
     wall = (((4.0, 0.0), (4.2, 0.0), (4.2, 8.0), (4.0, 8.0)),)
-    assert coverage(4).of(5.0, 5.0, 0.45, 0)[0]
-    assert not coverage(3, walls=wall).of(5.0, 5.0, 0.45, 0)[0]
-    assert coverage(2, walls=wall).of(5.0, 5.0, 0.45, 0)[0]
+    assert coverage(4).visibility(5.0, 5.0, 0.45, 0)[0]
+    assert not coverage(3, walls=wall).visibility(5.0, 5.0, 0.45, 0)[0]
+    assert coverage(2, walls=wall).visibility(5.0, 5.0, 0.45, 0)[0]
     body = Body(0.5, 1.8, lambda _: (4.3, 4.3))
-    assert not coverage(4, (body,)).of(5.0, 5.0, 0.45, 0)[0]
-    assert coverage(3, (body,)).of(5.0, 5.0, 0.45, 0)[0]
+    assert not coverage(4, (body,)).visibility(5.0, 5.0, 0.45, 0)[0]
+    assert coverage(3, (body,)).visibility(5.0, 5.0, 0.45, 0)[0]
     # seen over a body that is low, or gone, and by one who is in the middle of it
-    assert coverage(4, (body._replace(height=0.5),)).of(5.0, 5.0, 0.45, 0)[0]
-    assert coverage(4, (body._replace(at=lambda _: None),)).of(5.0, 5.0, 0.45, 0)[0]
-    assert coverage(4, (body,)).of(4.3, 4.3, 1.0, 0)[0]
+    assert coverage(4, (body._replace(height=0.5),)).visibility(5.0, 5.0, 0.45, 0)[0]
+    assert coverage(4, (body._replace(at=lambda _: None),)).visibility(5.0, 5.0, 0.45, 0)[0]
+    assert coverage(4, (body,)).visibility(4.3, 4.3, 1.0, 0)[0]
     walker = coverage(4, (body._replace(at=lambda now: (4.3, 4.3 - 1e-9 * now)),))
-    assert not walker.of(5.0, 5.0, 0.45, 0)[0]
-    assert walker.of(5.0, 5.0, 0.45, 2_000_000_000)[0]
+    assert not walker.visibility(5.0, 5.0, 0.45, 0)[0]
+    assert walker.visibility(5.0, 5.0, 0.45, 2_000_000_000)[0]
 
 
 @pytest.mark.requirement(31)

@@ -83,7 +83,7 @@ def test_no_branch_is_missed_that_a_numeric_search_finds(arm, screws, sets):
     found = inverse(arm, targets)
     for i, target in enumerate(targets):
         searched = newton_search(screws, target, sets.rng)
-        closed = found.of(i)
+        closed = found.branches(i)
         for q in searched:
             assert np.abs(turned(closed - q)).max(axis=1).min() < 1e-6
         assert len(searched) == len(closed)
@@ -121,7 +121,7 @@ def test_another_closed_form_finds_the_same_branches(arm, sets):
     flanges = inverted(arm.base) @ targets @ inverted(arm.tip)
     for i, flange in enumerate(flanges):
         theirs = np.array(other.inverse_kinematics(flange)).reshape(-1, 6)
-        ours = found.of(i)
+        ours = found.branches(i)
         assert len(theirs) == len(ours)
         for joints in theirs:
             assert np.abs(turned(ours - joints)).max(axis=1).min() < 1e-5
@@ -384,7 +384,7 @@ def test_a_calibrated_chain_has_all_branches_that_random_starts_find(measured, s
 
         ends = [least_squares(miss, rng.uniform(-np.pi, np.pi, 6)) for _ in range(40)]
         exact = [turned(end.x) for end in ends if np.abs(end.fun).max() < 1e-8]
-        own = inverse(measured, target).of()
+        own = inverse(measured, target).branches()
         assert len(exact) > 5
         for q in exact:
             assert np.abs(turned(own - q)).max(axis=1).min() < 1e-5

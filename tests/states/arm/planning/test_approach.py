@@ -211,7 +211,7 @@ def test_a_line_ends_before_it_gets_steep(arm) -> None:
         deep = np.eye(4)
         deep[:3, :3] = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix()
         deep[:3, 3] = rng.uniform(-0.6, 0.6), rng.uniform(-0.6, 0.6), rng.uniform(0.3, 1.6)
-        for line in tool_lines(arm, inverse(arm, deep).of(), 0.12):
+        for line in tool_lines(arm, inverse(arm, deep).branches(), 0.12):
             assert np.abs(line.steep).max() <= STEEPEST
             short += not rungs(line, [0.12])
     assert short > 20
@@ -237,7 +237,7 @@ def test_goals_and_lines_of_a_calibrated_chain_take_bounded_work(
         deep = forward(arm, joints)
         away = deep[:3, 3] - (0.0, 0.0, 0.6)
         deep[:3, 3] += away / np.linalg.norm(away) * rng.uniform(0.0, 0.012) * (k % 2)
-        goals = inverse(arm, deep).of()
+        goals = inverse(arm, deep).branches()
         most["goals"], taken[0] = max(most["goals"], taken[0]), 0
         inverse_near(arm, deep)
         most["near"], taken[0] = max(most["near"], taken[0]), 0
@@ -253,7 +253,7 @@ def test_the_lines_of_a_calibrated_chain_are_straight(arm) -> None:
     deep = np.eye(4)
     deep[:3, :3] = [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]]
     deep[:3, 3] = 0.95, 0.1, 1.1
-    for line in tool_lines(arm, inverse(arm, deep).of(), 0.12):
+    for line in tool_lines(arm, inverse(arm, deep).branches(), 0.12):
         assert rungs(line, [0.12])
         s = np.linspace(0.0, 0.12, 50)
         turn, place = Rotation.from_euler("z", np.full((50, 1), math.pi)), np.zeros((50, 3))

@@ -111,7 +111,7 @@ def test_the_reach_of_many_poses_is_that_of_each_by_its_own_checks(reach, sets):
         for pose, is_reached in zip(poses, found.tolist(), strict=True):
             seen = Surroundings.seen_from(pose, walls, people)
             checker = CollisionChecker.of(reach.arm, seen)
-            joints = inverse(reach.inverted, rover_from_deep(pose, deep)).of()
+            joints = inverse(reach.inverted, rover_from_deep(pose, deep)).branches()
             assert is_reached is bool(len(joints) and checker.free(joints).any())
         reached += found.tolist()
     assert 0.1 < np.mean(reached) < 0.9
