@@ -2,7 +2,7 @@
 
     observer = ObserverLink(("192.168.0.10", 7401), key)
     observer.here()                # every PERIOD_S, from the loop of the observer's user interface
-    observer.hear()                # when it is readable
+    observer.receive()             # when it is readable
     observer.pull("observer")      # the software stop
 
 It is not a safety device: the observer has the hardware's own stop at hand.

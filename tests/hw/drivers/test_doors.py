@@ -79,7 +79,7 @@ class Throwing:
                 self._socket.sendto(data, port)
             if number % 10 == 0:
                 self.rig.speak()
-                self.rig.observer.hear()
+                self.rig.observer.receive()
                 self.rig.take()
         self.rig.go(30)
 

@@ -215,7 +215,7 @@ def test_an_old_answer_makes_nobody_believe_that_they_are_heard(scene):
     newcomer.here()
     scene.net.to_chain(pass_on=False)
     scene.net.front.sendto(old, scene.net.observer)
-    newcomer.hear()
+    newcomer.receive()
     assert not newcomer.heard
 
 

@@ -173,13 +173,13 @@ def test_frames_of_the_board_by_hand():
     assert all(identifier == 0x110 and check_sum(data[:7]) == data[7] for identifier, data in sent)
     assert line == [True]
     board.release()
-    board.hear(0x111, bytes((1, check_sum(b"\x01"))))
+    board.on_frame(0x111, bytes((1, check_sum(b"\x01"))))
     assert board.latched  # its line is open still
     board.unlatch()
     assert line == [True, False]
-    board.hear(0x111, bytes((2, 0)))
+    board.on_frame(0x111, bytes((2, 0)))
     assert board.latched  # wrong check sum
-    board.hear(0x111, bytes((2, check_sum(b"\x02"))))
+    board.on_frame(0x111, bytes((2, check_sum(b"\x02"))))
     assert not board.latched
 
 
