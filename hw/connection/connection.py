@@ -53,7 +53,7 @@ from engine.files.declared import (
     record,
     shown,
 )
-from hw.connection.driver_names import located, our_drivers, with_located
+from hw.connection.driver_names import PATTERN, located, our_drivers, with_located
 from hw.model import (
     IDEAL,
     MotionLimits,
@@ -72,14 +72,13 @@ REFERS = ("link", "tells")
 OWN_HOST = "loopback"
 """Stands for a loopback address that no other run on this machine uses."""
 PlantKind = Literal["parts", "mock"]
-NAME = r"[A-Za-z_][\w.]*"
 
 
 @dataclass(frozen=True, slots=True)
 class EntryKeys:
     """What serves a part; all other keys are arguments of the driver."""
 
-    driver: Annotated[str, Written({"type": "string", "pattern": f"^({NAME}:)?{NAME}$"})]
+    driver: Annotated[str, Written({"type": "string", "pattern": PATTERN})]
     """Its class: the name of one of ours, or `module:Class`."""
     link: str = ""
     """The link that it uses, by name."""

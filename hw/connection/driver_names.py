@@ -12,6 +12,8 @@ from typing import Any
 from engine.faces import homes
 
 OURS = ("hw.drivers", "hw.fakes")
+PATTERN = r"^([A-Za-z_][\w.]*:)?[A-Za-z_]\w*$"
+"""How a driver is written."""
 _FULL = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<driver>[A-Za-z_]\w*)\Z")
 
 

@@ -121,3 +121,24 @@ def test_limits_only_ever_narrow(
     assert slower.base_yaw_rate == min(1.2, yaw_rate or 1.2)
     assert slower.base_yaw_acceleration == min(1.0, yaw_acceleration or 1.0)
     assert slower.base_acceleration == min(0.5, acceleration or 0.5, brakes or 0.5)
+
+
+@pytest.mark.parametrize(
+    "name", ["UrArm", '"hw.drivers.ur.arm:UrArm"', '"hw.drivers.anywhere:UrArm"']
+)
+def test_a_driver_of_ours_is_its_class_wherever_a_file_says_it_is(
+    tmp_path: Path, name: str
+) -> None:
+    text = ROVER.replace('"hw.nothing:Wheels"', name).replace('"hw.nothing:Base"', name)
+    found = load_connection(written(tmp_path, text))
+
+    named = {entry: driver for entry, _, driver in found.drivers}
+    assert named["parts.base"] == "hw.drivers.ur.ur_arm:UrArm"
+    assert "hw.drivers.ur.ur_arm:UrArm" in [d for e, _, d in found.drivers if "chain" in e]
+
+
+def test_a_driver_that_is_nobodys_is_refused_with_the_nearest(tmp_path: Path) -> None:
+    told = refused(tmp_path, ROVER.replace('"hw.nothing:Base"', "UrAm"))
+
+    assert ":4:18: parts.base.driver: 'UrAm' names no driver" in told
+    assert "did you mean 'UrArm'?" in told
