@@ -43,7 +43,7 @@ NAME = "navigation"
 ROOMS = ("lab_a", "lab_b", "hall")
 MAPS = {"ipa-kitchen": 0.35, "lse_arena": 0.3}
 """Real maps, and the distance kept from their walls, m."""
-MAP_FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "maps"
+MAP_FOLDER = Path(__file__).resolve().parents[4] / "shared" / "data" / "maps"
 INFLATION = 0.77
 RESOLUTIONS = (0.1, 0.05, 0.025)
 CELL_PLANNERS = {"theta_star": ThetaStarPlanner, "navfn": NavfnPlanner}
