@@ -180,7 +180,7 @@ IN_SIGNALS = [
     OwnMistake('derived by too few', SIGNALS, signals('Derived("lamp.dark", ("lamp.lit",), lambda: 1)'), 'function is called with 1 values; write one that takes lamp.lit', more=DARK),
     OwnMistake('derived that raises', SIGNALS, signals('Derived("lamp.dark", ("lamp.lit",), lambda lit: 1 // 0)'), 'ZeroDivisionError', in_run=True, more=READS_DARK),
     OwnMistake('estimated by an object', SIGNALS, signals('Estimated("lamp.dark", ("lamp.lit",), object())'), 'make is <object obj', more=DARK),
-    OwnMistake('estimated by no estimator', SIGNALS, signals('Estimated("lamp.dark", ("lamp.lit",), dict)'), 'dict has no value; see engine.signals.signal_kinds.Estimator', more=DARK),
+    OwnMistake('estimated by no estimator', SIGNALS, signals('Estimated("lamp.dark", ("lamp.lit",), dict)'), 'dict has no value; see engine.signals.Estimator', more=DARK),
     OwnMistake('TYPES as list', SIGNALS, f'{SIGNALS}\nTYPES = [Pose2]  # here', 'TYPES: a dict by name, not'),
     OwnMistake('no type', SIGNALS, f"{SIGNALS}\nTYPES = {{'pair': dict[str, int]}}  # here", "TYPES: 'pair' is no type"),
     OwnMistake('a type of all charts', SIGNALS, f"{SIGNALS}\nTYPES = {{'number': Pose2}}  # here", "'number' is a type of all charts"),

@@ -11,8 +11,10 @@ import gc
 import numpy as np
 from numba.core.registry import CPUDispatcher
 from states.localization.filter.planar import PlanarFilter, planar_config
-from states.localization.filter.measurement_sources import FilterConfig, Measurement, ProcessNoise,
-MeasurementSource from states.localization.filter.spatial import SpatialFilter
+from states.localization.filter.measurement_sources import (
+    FilterConfig, Measurement, MeasurementSource, ProcessNoise,
+)
+from states.localization.filter.spatial import SpatialFilter
 
 def versions():
     kernels = [o for o in gc.get_objects() if isinstance(o, CPUDispatcher)]
