@@ -109,6 +109,7 @@ class ChartRun:
         board, life = self.board, self.life
         board.now = now
         board.ticks += 1
+        board.interval += 1
         if board.inbox or board.fresh:
             board.refresh()
         if life.early and self._begin():

@@ -73,7 +73,8 @@ class LeafContext:
     def value(self, signal: str) -> Any:
         """The newest value; `None` if there is none or it is older than the class accepts."""
         age, board = self._ages[signal], self._board
-        newest = board.slots[signal].read()
+        slot = board.slots[signal]
+        newest = slot.read() if slot.computed else slot.newest
         if newest is None or board.now - newest.stamp > age:
             return None
         return newest.value

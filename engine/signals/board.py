@@ -9,12 +9,21 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import repeat, starmap
 from typing import Any
 
 from engine.files import did_you_mean
 from engine.signals.signal_kinds import Derived, Measured, Signal, closure
-from engine.signals.slots import DerivedSlot, EstimatedSlot, MeasuredSlot, Slot, compute, union
-from engine.state import NEVER_NS
+from engine.signals.slots import (
+    DerivedSlot,
+    EstimatedSlot,
+    MeasuredSlot,
+    Slot,
+    compute,
+    new_tuple,
+    union,
+)
+from engine.state import ALWAYS_NS, NEVER_NS, Stamped
 
 Arrival = tuple[MeasuredSlot, Any, int, int]  # slot, value, stamp in ns, number of the interval
 CATCH_UP = 256  # pending samples with which an estimator is updated even if nobody reads it
@@ -31,17 +40,15 @@ class Usage:
     time_ns: int
 
 
-def _no_clock() -> int:
-    return 0
-
-
 @dataclass(slots=True)
 class Board:
     """The signals of one run.
 
     `wanted` names the signals that states, safety chain and recorder may read; without it, or with
     `eager`, all declared signals are built. `eager` computes all of them in every tick. `clock`
-    (ns) only serves to measure computing times. `now` and `paused_ns` are ns of run time.
+    (ns), if given, serves to measure computing times. `now` and `paused_ns` are ns of run time.
+    `interval` is the number of the grid interval that samples arriving now belong to: it counts the
+    ticks of the grid; a loop that skips ticks sets it.
 
     `fresh` has a bit for each measured signal with news in this tick. A repeat is not news: a
     sample of a level signal (not `event`) with the value object that is held already. It only
@@ -51,15 +58,15 @@ class Board:
     declared: Mapping[str, Signal] = field(default_factory=dict)
     wanted: Iterable[str] | None = None
     eager: bool = False
-    clock: Callable[[], int] = _no_clock
+    clock: Callable[[], int] | None = None
     now: int = 0
     paused_ns: int = 0
     fresh: int = 0
     version: int = 0
     ticks: int = 0
+    interval: int = 0
     slots: dict[str, Slot] = field(init=False)
     inbox: deque[Arrival] = field(default_factory=deque)
-    _ahead: int = 0  # number of the interval minus `ticks`
     _taken: int = 0  # bits of the news that `rest` has taken
     inlets: dict[str, MeasuredSlot] = field(init=False)
     _measured: list[MeasuredSlot] = field(init=False)
@@ -105,7 +112,7 @@ class Board:
         elif slot.constant and slot.newest is not None:
             raise ValueError(f"constant {name!r} is given once; it has a value already")
         else:
-            self.inbox.append((slot, value, stamp, self.ticks + self._ahead))
+            self.inbox.append((slot, value, stamp, self.interval))
 
     def _check_measured(self, name: str) -> None:
         if not isinstance(self.declared.get(name), Measured):
@@ -131,18 +138,6 @@ class Board:
                 slot.patience = min(slot.patience, age)
 
     @property
-    def interval(self) -> int:
-        """The number of the grid interval that samples arriving now belong to.
-
-        It counts the ticks of the grid; a loop that skips ticks sets it.
-        """
-        return self.ticks + self._ahead
-
-    @interval.setter
-    def interval(self, number: int) -> None:
-        self._ahead = number - self.ticks
-
-    @property
     def chart_now(self) -> int:
         """Chart time, ns: run time less all pauses."""
         return self.now - self.paused_ns
@@ -154,9 +149,8 @@ class Board:
         later in the same interval find them in the same state, whoever reads them now.
         """
         self.now = now
-        if between:
-            self._ahead -= 1
         self.ticks += 1
+        self.interval += not between
         if self.inbox or self.fresh:
             self.refresh()
         if between:
@@ -183,26 +177,30 @@ class Board:
             self._receive(self.ticks + 1)
         self._taken = self.fresh
         self.fresh |= _EAGER if self.eager else 0
-        self._ahead += not self._taken
+        self.interval += not self._taken
         return not self._taken
 
     def _receive(self, tick: int) -> None:
         """Move the inbox into the slots, and set `fresh` to what of it is news."""
-        self.version += 1
         changed = repeated = 0
         now, inbox = self.now, self.inbox
-        arrived = [inbox.popleft() for _ in range(len(inbox))]  # others may put more meanwhile
+        arrived = list(starmap(inbox.popleft, repeat((), len(inbox))))  # others may put more
         for slot, value, _, _ in arrived:
             slot.heard = now
-            if slot.repeats(value, now):
+            newest = slot.newest
+            if newest is not None and newest.value is value and slot.repeats(value, now):
                 repeated |= slot.roots
             else:
                 changed |= slot.roots
                 slot.tick = tick
         repeated &= ~changed
-        watched = self._watched(repeated, changed) if repeated else []
+        watched = self._watched(repeated, changed) if repeated else ()
         for slot, value, stamp, interval in arrived:
-            slot.receive(value, stamp, interval, tick)
+            held = new_tuple(Stamped, (value, ALWAYS_NS if slot.constant else stamp))
+            slot.receive(held, tick)
+            for follower, index in slot.followers:
+                follower.pending.append((interval, stamp, index, held))
+        self.version += 1
         if watched:
             changed |= self._changed_by(watched, repeated)
             for slot, _, _, _ in arrived:

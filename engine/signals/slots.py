@@ -16,18 +16,20 @@ new_tuple = tuple.__new__  # makes a `Stamped` in 60 % of the time that its cons
 
 
 class Versions(Protocol):
-    """What a slot asks of its board: the number of its last change, and a clock, ns."""
+    """What a slot asks of its board: the number of its last change, and a clock, ns, if any."""
 
     version: int
-    clock: Callable[[], int]
+    clock: Callable[[], int] | None
 
 
 class Slot:
     """One signal of one run: its `newest` sample, and a `version` that grows with each.
 
-    `roots` has the bits of the measured signals that it depends on.
+    `roots` has the bits of the measured signals that it depends on. `computed`: it has to be read to
+    be up to date.
     """
 
+    computed = True
     __slots__ = ("evaluated", "name", "newest", "roots", "time_ns", "version")
 
     def __init__(self, name: str, roots: int) -> None:
@@ -46,6 +48,7 @@ class Slot:
 class MeasuredSlot(Slot):
     """Holds what a part delivered."""
 
+    computed = False
     __slots__ = ("constant", "event", "followers", "heard", "log", "patience", "tick")
 
     def __init__(self, signal: Measured, roots: int) -> None:
@@ -68,19 +71,15 @@ class MeasuredSlot(Slot):
             return False
         return now - newest.stamp <= self.patience
 
-    def receive(self, value: Any, stamp: int, interval: int, tick: int) -> None:
+    def receive(self, held: Stamped, tick: int) -> None:
         """Accept a sample; a late one does not replace a newer one."""
         self.evaluated += 1
-        at = ALWAYS_NS if self.constant else stamp
-        held = new_tuple(Stamped, (value, at))
         if self.event:
             self.log.add(held, tick)
         newest = self.newest
-        if newest is None or at >= newest.stamp:
+        if newest is None or held.stamp >= newest.stamp:
             self.newest = held
             self.version += 1
-        for follower, index in self.followers:
-            follower.pending.append((interval, stamp, index, held))
 
 
 class DerivedSlot(Slot):
@@ -101,10 +100,8 @@ class DerivedSlot(Slot):
         """The value for the current inputs; what `function` raises is raised to every reader."""
         if self.checked == self.board.version:
             return self.newest
-        inputs, versions = [], []
-        for source in self.sources:
-            inputs.append(source.read())
-            versions.append(source.version)
+        inputs = [source.read() for source in self.sources]
+        versions = [source.version for source in self.sources]
         if versions != self.seen:
             self._evaluate(inputs)
             self.seen = versions
@@ -118,15 +115,16 @@ class DerivedSlot(Slot):
             if sample is None or sample.value is None:
                 self.newest = None
                 return
-            values.append(sample.value)
-            oldest = min(oldest, sample.stamp)
+            values += (sample.value,)
+            oldest = sample.stamp if sample.stamp < oldest else oldest
         if self.newest is not None and all(map(is_, values, self.values)):
-            self.newest = Stamped(self.newest.value, oldest)
+            self.newest = new_tuple(Stamped, (self.newest.value, oldest))
             return
         self.evaluated += 1
-        before = self.board.clock()
+        clock = self.board.clock
+        before = 0 if clock is None else clock()
         value = self.function(*values)
-        self.time_ns += self.board.clock() - before
+        self.time_ns += 0 if clock is None else clock() - before
         self.newest, self.values = Stamped(value, oldest), values
 
 
@@ -137,19 +135,22 @@ class EstimatedSlot(Slot):
     """
 
     __slots__ = (
-        "board", "estimates", "estimator", "failure", "followers", "names", "needed", "pending",
-        "stamp", "stamps",
+        "board", "checked", "estimates", "estimator", "failure", "followers", "idempotent", "names",
+        "needed", "pending", "stamp", "stamps", "taken",
     )  # fmt: skip
 
     def __init__(self, signal: Estimated, sources: list[Slot], board: Versions) -> None:
         super().__init__(signal.name, union(sources))
         self.estimator = signal.make()
-        self.stamp = getattr(self.estimator, "stamp", self._oldest)
+        self.stamp = getattr(self.estimator, "stamp", None)
+        self.idempotent = getattr(self.estimator, "idempotent", False)
         self.names = signal.of
         self.needed = frozenset(signal.needed)
         self.estimates = [source for source in sources if isinstance(source, EstimatedSlot)]
         self.pending: list[tuple[int, int, int, Stamped]] = []
         self.stamps: dict[str, int] = {}  # the newest of each needed input, ns
+        self.taken: dict[str, object] = {}  # the newest value of each input
+        self.checked = -1
         self.failure: Exception | None = None
         self.followers: list[tuple[EstimatedSlot, int]] = []
         self.board = board
@@ -160,7 +161,7 @@ class EstimatedSlot(Slot):
     def begin(self) -> None:
         """Before any sample: publish the value of an estimator that needs no input."""
         if not self.needed:
-            self._speak(0, 0)
+            self._speak(self.estimator.value(), 0, 0)
 
     @property
     def known(self) -> object:
@@ -169,7 +170,7 @@ class EstimatedSlot(Slot):
 
     def read(self) -> Stamped | None:
         """The estimate after all samples that have arrived."""
-        if not (self.pending or self.estimates or self.failure):
+        if self.checked == self.board.version:
             return self.newest
         try:
             if self.failure is not None:
@@ -182,38 +183,46 @@ class EstimatedSlot(Slot):
             self.failure, self.newest = error, None
             self.pending.clear()
             raise
+        self.checked = self.board.version
         return self.newest
 
     def _catch_up(self) -> None:
         pending, self.pending = self.pending, []
         if len(pending) > 1:
             pending.sort(key=_arrival)
-        before = self.board.clock()
+        clock = self.board.clock
+        before = 0 if clock is None else clock()
         for interval, _, index, sample in pending:
             self._feed(interval, self.names[index], sample)
-        self.time_ns += self.board.clock() - before
+        self.time_ns += 0 if clock is None else clock() - before
 
     def _feed(self, interval: int, name: str, sample: Stamped) -> None:
         self.evaluated += 1
         self.version += 1
-        self.estimator.update(name, sample)
+        value, stamp = sample
         if name in self.needed:
-            before = self.stamps.get(name, ALWAYS_NS)
-            self.stamps[name] = sample.stamp if before == ALWAYS_NS else max(before, sample.stamp)
-        self._speak(interval, sample.stamp)
+            before = self.stamps.setdefault(name, stamp)
+            if stamp > before or before == ALWAYS_NS:
+                self.stamps[name] = stamp
+        if self.idempotent:
+            if self.newest is not None and value is self.taken.get(name):
+                self._speak(self.newest.value, interval, stamp)
+                return
+            self.taken[name] = value
+        self.estimator.update(name, sample)
+        self._speak(self.estimator.value(), interval, stamp)
 
-    def _speak(self, interval: int, arrived: int) -> None:
-        value = self.estimator.value()
+    def _speak(self, value: object, interval: int, arrived: int) -> None:
         if value is None or len(self.stamps) < len(self.needed):
             self.newest = None
             return
-        stamp = self.stamp()
+        stamp = self._oldest() if self.stamp is None else self.stamp()
         before, stamp = self.newest, ALWAYS_NS if stamp is None else stamp
         if before is not None and before.value is value and before.stamp == stamp:
             return  # followers have this sample already
-        self.newest = Stamped(value, stamp)
+        self.newest = held = new_tuple(Stamped, (value, stamp))
         for follower, index in self.followers:
-            follower.pending.append((interval, arrived, index, self.newest))
+            follower.pending.append((interval, arrived, index, held))
 
     def _oldest(self) -> int | None:
         return min(self.stamps.values(), default=None)

@@ -55,6 +55,8 @@ class VelocityEstimator:
 class StillnessEstimator:
     """Estimates since when a person is slower than both limits, ns; None while moving (R89)."""
 
+    idempotent = True
+
     def __init__(self, speed: float, turn: float) -> None:
         self._speed, self._turn = speed, turn
         self._since: int | None = None
