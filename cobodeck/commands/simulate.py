@@ -129,6 +129,7 @@ def run(args: argparse.Namespace) -> int:
         duration_s=args.duration or max(LONGEST_S, 180.0 * (args.requests or 0)),
         eager=args.no_skip,
         frozen_base=args.frozen_base,
+        timed=args.explain,
     )
     return report_on(args, options)
 

@@ -20,6 +20,10 @@ from cobodeck.loop.plant import (
 from cobodeck.loop.sample_router import (
     Inlet as Inlet,
 )
+from cobodeck.loop.stopwatch import (
+    PHASES as PHASES,
+    Stopwatch as Stopwatch,
+)
 from cobodeck.loop.tier0 import (
     wander as wander,
 )

@@ -9,13 +9,13 @@ reading as its instant; missed ticks are counted and never made up for.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, Protocol
 
 from cobodeck.loop.clocks import Clock, Virtual
 from cobodeck.loop.plant import Plant
+from cobodeck.loop.stopwatch import Stopwatch
 from cobodeck.loop.wiring import Wired
 from engine import TickGrid
 from engine.operator import Operator
@@ -78,10 +78,9 @@ class Loop:
         taps: notified of each tick.
         ticks: instants of the grid so far; at `left_out` of them the chart did not run, `missed`
             were skipped altogether. `added` counts ticks off the grid.
-        overruns: ticks that took longer than a period.
-        spent_ns: wall time, ns, spent in the plant; on samples; in observers; and in chart, states
-            and signals.
-        busy_since: start of the current tick by the wall clock, ns; None between ticks.
+        stopwatch: measures where the time goes; without one, as by default in virtual time, no
+            clock is read.
+        busy: within a tick, or a clean-up.
     """
 
     plant: Plant
@@ -96,13 +95,16 @@ class Loop:
     left_out: int = 0
     missed: int = 0
     added: int = 0
-    overruns: int = 0
     now_ns: int = -1
-    spent_ns: list[int] = field(default_factory=lambda: [0, 0, 0, 0])
-    busy_since: int | None = None
+    stopwatch: Stopwatch | None = None
+    busy: bool = False
     _told: int = 0
     _plant_ns: int = 0
     _stopping: bool = False
+
+    def __post_init__(self) -> None:
+        if self.clock.waits and self.stopwatch is None:
+            self.stopwatch = Stopwatch()
 
     @property
     def next_ns(self) -> int:
@@ -133,7 +135,7 @@ class Loop:
             if hasattr(part, "wake"):
                 part.wake = wake
         try:
-            while not self._over(end_ns):
+            while self.now_ns < end_ns and not self.finished:
                 try:
                     self._next(end_ns)
                 except KeyboardInterrupt:  # it has interrupted a state that did not return
@@ -141,24 +143,23 @@ class Loop:
                 if progress is not None and not self.ticks % PROGRESS:
                     progress(f"{self.now_ns / 1e9:.0f} s")
         finally:
-            self.busy_since = time.perf_counter_ns()  # a clean-up may block as well
+            self.busy = True  # a clean-up may block as well
             if self.wired.run.outcome is None:
                 self.wired.run.close()
-            self.busy_since = None  # switching devices off takes a while
+            self.busy = False  # switching devices off takes a while
             self.plant.close()
             self._report_errors()
             self._end(Ticked(self.now_ns, self.ticks, "end"))
         return self.now_ns
 
-    def _over(self, end_ns: int) -> bool:
-        return self.finished or self.now_ns >= end_ns
-
     def _next(self, end_ns: int) -> None:
-        if self.leave_out and not self.clock.waits:
-            self._jump(end_ns)
+        if not self.clock.waits:
+            if self.leave_out:
+                self._jump(end_ns)
+            self._tick(self.clock.wait(self.next_ns))
+            return
         due = self.next_ns
-        until = min(due, self.wired.run.schedule.next_deadline()) if self.clock.waits else due
-        now = self.clock.wait(until)
+        now = self.clock.wait(min(due, self.wired.run.schedule.next_deadline()))
         if now >= due:
             self._tick(now)
         else:
@@ -175,38 +176,38 @@ class Loop:
             self.left_out += skipped
 
     def _tick(self, now: int) -> str | None:
-        clock, spent = time.perf_counter_ns, self.spent_ns
-        begin = self.busy_since = clock()
+        watch, self.busy = self.stopwatch, True
+        if watch is not None:
+            watch.begin()
         before, read = self.missed, now
         now = self._begin(now)
-        moved = clock()
+        if watch is not None:
+            watch.lap(0)
         self.wired.inlet.poll(now)
-        delivered = clock()
+        if watch is not None:
+            watch.lap(1)
         for observer in self.observers:
             observer.watch(now)
-        seen = clock()
+        if watch is not None:
+            watch.lap(2)
         kind: Kind = "grid"
         try:
             kind = "grid" if self._decide(now) else "left_out"
         finally:  # a tick that Ctrl-C interrupts counts as well
-            self._end(Ticked(now, self.ticks - 1, kind, self.missed - before, read - now))
-        spent[0] += moved - begin
-        spent[1] += delivered - moved
-        spent[2] += seen - delivered
-        self._spend(begin, seen)
+            if self.taps:
+                self._end(Ticked(now, self.ticks - 1, kind, self.missed - before, read - now))
+        self._over_with(watch)
         return self.wired.run.outcome
 
     def _end(self, ticked: Ticked) -> None:
         for tap in self.taps:
             tap.tick(ticked)
 
-    def _spend(self, begin: int, decided: int) -> None:
-        """Account for a finished tick; `begin` and `decided` (chart start) are wall clock, ns."""
-        end = time.perf_counter_ns()
-        self.spent_ns[3] += end - decided
-        self.busy_since = None
-        if end - begin > self.grid.period_ns:
-            self.overruns += 1
+    def _over_with(self, watch: Stopwatch | None) -> None:
+        """A tick is over."""
+        if watch is not None:
+            watch.end(self.grid.period_ns)
+        self.busy = False
 
     def _begin(self, now: int) -> int:
         """Advance the plant to the latest instant of the grid; returns the tick's instant, ns."""
@@ -256,19 +257,23 @@ class Loop:
         if now <= self.now_ns or not (schedule.next_deadline() <= now or schedule.wants_news()):
             self._end(Ticked(now, self.ticks, "taken"))
             return
-        begin = self.busy_since = time.perf_counter_ns()
+        watch, self.busy = self.stopwatch, True
+        if watch is not None:
+            watch.begin()
         self.now_ns = now
         self.added += 1
         self.wired.tick(now, self._stamp(now), between=True)
         self._report_errors()
         self._end(Ticked(now, self.ticks, "added"))
-        self._spend(begin, begin)
+        self._over_with(watch)
 
     def _report_errors(self) -> None:
         """Report new errors; a part that has raised stops the robot."""
-        errors = self.wired.run.errors
-        failures, self.wired.inlet.failures = self.wired.inlet.failures, []
-        for name, failure in (*failures, *self.plant.failures):
+        errors, inlet = self.wired.run.errors, self.wired.inlet
+        failures = self.plant.failures
+        if inlet.failures:
+            failures, inlet.failures = [*inlet.failures, *failures], []
+        for name, failure in failures:
             errors.append(raised(self.now_ns, f"part {name}", failure, self._class_of(name)))
             for tap in self.taps:
                 tap.failed(name, failure)

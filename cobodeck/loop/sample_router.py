@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from cobodeck.loop.sample_types import misfit
 from engine.files import did_you_mean
 from engine.machine import shown
-from engine.signals import Board, Measured
+from engine.signals import Board, Measured, MeasuredSlot
 from hw import RobotPart, Sample, is_finite
 
 Hears = tuple[str, Callable[[Sample, int], None]]
@@ -22,6 +23,16 @@ NOT_FINITE = "a number in it is not finite"
 
 class WrongSample(TypeError):
     """A sample that only a mistake in the part can give: of another type than it declares."""
+
+
+@dataclass(slots=True)
+class _Route:
+    """Where the samples of a signal go; `fit` is the newest value that was checked, if any."""
+
+    slot: MeasuredSlot | None
+    listeners: list[Callable[[Sample, int], None]] = field(default_factory=list)
+    fit: object = None
+    checked: bool = False
 
 
 class Inlet:
@@ -52,8 +63,7 @@ class Inlet:
         self.taps: list[SampleTap] = []
         self._ahead_ns = ahead_ns
         self.begins = False
-        self._hears: dict[str, list[Callable[[Sample, int], None]]] = {}
-        self._fit: dict[str, object] = {}  # the newest values that were checked
+        self._routes: dict[str, _Route] = {}
         measured = [s for s in board.declared.values() if isinstance(s, Measured)]
         self._types = {s.name: s.type for s in measured if not s.constant}
         self._kinds = {name: kind for name, kind in self._types.items() if isinstance(kind, type)}
@@ -63,7 +73,14 @@ class Inlet:
 
     def listen(self, name: str, listener: Callable[[Sample, int], None]) -> None:
         """Call `listener` with the samples of a signal; this causes no part to be polled."""
-        self._hears.setdefault(name, []).append(listener)
+        self._route(name).listeners.append(listener)
+
+    def _route(self, name: str) -> _Route:
+        """The route of a signal, made at its first sample or listener."""
+        if name not in self._routes:
+            slot = self.board.inlets[name] if name in self._measured else None
+            self._routes[name] = _Route(slot)
+        return self._routes[name]
 
     @property
     def flowing(self) -> set[str]:
@@ -94,13 +111,14 @@ class Inlet:
             WrongSample: it is not of its type.
         """
         name, stamp, value = sample
+        route = self._routes.get(name) or self._route(name)
         problem: str | WrongSample | None = None
         if not isinstance(stamp, int):
             problem = _wrong(name, f"its stamp is {stamp!r}; wanted: whole ns, as from now()")
         elif stamp > now_ns + self._ahead_ns:
             problem = "its stamp is ahead"
-        elif value is not self._fit.get(name):
-            problem = self._check(name, value)
+        elif value is not route.fit:
+            problem = self._check(name, value, route)
         for tap in self.taps:
             tap(sample, now_ns, None if problem is None else str(problem))
         if problem is not None:
@@ -108,10 +126,9 @@ class Inlet:
             if isinstance(problem, WrongSample):
                 raise problem
             return
-        if name in self._measured:
-            board = self.board
-            board.inbox.append((board.inlets[name], value, stamp, board.interval))
-        for listener in self._hears.get(name, ()):
+        if route.slot is not None:
+            self.board.inbox.append((route.slot, value, stamp, self.board.interval))
+        for listener in route.listeners:
             listener(sample, now_ns)
 
     def notify(self, sample: Sample, now_ns: int) -> None:
@@ -119,12 +136,13 @@ class Inlet:
 
         The same object is passed on once.
         """
-        if self._fit.get(sample.name) is sample.value:
+        route = self._route(sample.name)
+        if route.fit is sample.value:
             return
-        self._fit[sample.name] = sample.value
+        route.fit, route.checked = sample.value, True
         for tap in self.taps:
             tap(sample, now_ns, None)
-        for listener in self._hears.get(sample.name, ()):
+        for listener in route.listeners:
             listener(sample, now_ns)
 
     def put(self, name: str, value: Any, stamp_ns: int) -> None:
@@ -140,16 +158,16 @@ class Inlet:
             raise _wrong(name, wrong)
         self.board.put(name, value, stamp_ns)
 
-    def _check(self, name: str, value: object) -> str | WrongSample | None:
+    def _check(self, name: str, value: object, route: _Route) -> str | WrongSample | None:
         """Why a new value is refused; None if it is not."""
-        if name not in self._fit or not isinstance(value, self._kinds.get(name, object)):
+        if not route.checked or not isinstance(value, self._kinds.get(name, object)):
             wrong = self._misfit(name, value)
             if wrong is not None:
                 return _wrong(name, wrong)
         if value is None:
             return None
         if is_finite(value):
-            self._fit[name] = value
+            route.fit, route.checked = value, True
             return None
         wrong = misfit(value, self._types.get(name, object))
         return NOT_FINITE if wrong is None else _wrong(name, wrong)

@@ -35,7 +35,7 @@ def ending_on_signals(loop: Loop) -> Iterator[None]:
             raise KeyboardInterrupt
         asked = True
         loop.stop()
-        if loop.busy_since is not None:  # os.write: the signal may have interrupted a print
+        if loop.busy:  # os.write: the signal may have interrupted a print
             os.write(2, b"cobodeck: ending; once more breaks off a state that does not end\n")
 
     before = {number: signal.signal(number, end) for number in signals}
@@ -50,20 +50,22 @@ def ending_on_signals(loop: Loop) -> Iterator[None]:
 def naming_what_blocks(loop: Loop, after_s: float, tell: Callable[[str], None]) -> Iterator[None]:
     """Report each tick longer than `after_s`, once, with the node that blocks it and the line.
 
-    A second thread inspects the stack of the thread that runs the loop, at no cost to the tick.
+    A second thread looks whether the loop is still within the same tick, and inspects the stack of
+    the thread that runs it, at no cost to the tick.
     """
     over, runner = threading.Event(), threading.get_ident()
 
     def watch() -> None:
-        told = None
+        seen, since, told = None, 0, False
         while not over.wait(0.25 * after_s):
-            since = loop.busy_since
-            if since is None or since == told:
+            tick = loop.now_ns if loop.busy else None
+            if tick is None or tick != seen:
+                seen, since, told = tick, time.perf_counter_ns(), False
                 continue
-            if time.perf_counter_ns() - since > after_s * 1e9:
+            if not told and time.perf_counter_ns() - since > after_s * 1e9:
                 frame = sys._current_frames().get(runner)
-                if frame is not None and loop.busy_since == since:
-                    told = since
+                if frame is not None and loop.busy and loop.now_ns == seen:
+                    told = True
                     tell(f"tick at {loop.now_ns / 1e9:.2f} s is blocked by {blocker(frame)}")
 
     thread = threading.Thread(target=watch, name="watchdog", daemon=True)

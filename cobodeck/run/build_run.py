@@ -15,6 +15,7 @@ from cobodeck.loop import (
     Loop,
     Nothing,
     RealTime,
+    Stopwatch,
     ValueTap,
     Virtual,
     wander,
@@ -58,7 +59,8 @@ def stage(
     grid, timing = TickGrid(setup.tick_hz), clock or Virtual()
     if options.tier == 0:
         wired = wander(setup, options.seed)
-        return Loop(Nothing(), wired, grid, clock=timing, leave_out=not options.eager)
+        loop = Loop(Nothing(), wired, grid, clock=timing, leave_out=not options.eager)
+        return _timed(loop, options)
     setup = localizing(setup, options)
     uses = setup.uses(parameters)
     require(
@@ -82,14 +84,21 @@ def stage(
         world.add({"operator": operator})
     elif options.mock and "operator" in world.parts:
         world.parts["operator"].show = complain
-    reading = time.perf_counter_ns
+    reading = time.perf_counter_ns if options.timed else None
     wired = wire(
         setup, world.parts, eager=options.eager, clock=reading, parameters=parameters, tap=tap
     )
     watching = watchers(world, wired, setup.robot, setup.scene)
     loop = Loop(world, wired, grid, watching, timing, leave_out=not options.eager)
+    _timed(loop, options)
     if operator is not None and options.console is not None:
         operator.attend(options.console, loop.stop)
+    return loop
+
+
+def _timed(loop: Loop, options: Options) -> Loop:
+    if options.timed:
+        loop.stopwatch = Stopwatch()
     return loop
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from behaviors import ESTIMATE
+from cobodeck.loop import PHASES
 from cobodeck.run.simulation import RunResult
 from cobodeck.setup import reachable
 from cobodeck.terminal import table
@@ -56,7 +57,7 @@ def _scans(result: RunResult) -> list[str]:
 def _times(result: RunResult) -> str:
     loop = result.loop
     wall_us = result.figures["wall_s"] * 1e6 / loop.ticks
-    names = ("plant", "samples", "observers", "chart and states")
-    parts = [f"{n} {ns / 1e3 / loop.ticks:.1f}" for n, ns in zip(names, loop.spent_ns, strict=True)]
+    spent = zip(PHASES, loop.stopwatch.spent_ns if loop.stopwatch else (), strict=True)
+    parts = [f"{name} {ns / 1e3 / loop.ticks:.1f}" for name, ns in spent]
     share = loop.left_out / loop.ticks
     return f"{wall_us:.1f} µs: {', '.join(parts)}; {share:.1%} of {loop.ticks} ticks left out"

@@ -148,7 +148,7 @@ def figures_of(
         **escape_figures(run),
         **(_judged(setup, loop) if options.tier else NOTHING),
         **_manner(setup, options, loop),
-        "overruns": loop.overruns,
+        "overruns": None if loop.stopwatch is None else loop.stopwatch.overruns,
         "signals": {
             name: {"evaluated": usage.evaluated, "skipped": usage.skipped}
             for name, usage in board.usage().items()

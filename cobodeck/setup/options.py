@@ -23,7 +23,7 @@ class Options:
     is how its headings are computed, `up` its axis that is up; `eager` computes every signal in
     every tick and leaves no tick out; `mock` takes the mocked robot, `connection` the real parts
     that it names. `console` is the operator's input, None without an operator; `unwatched` accepts
-    that no part tracks people, because nobody is near.
+    that no part tracks people, because nobody is near. `timed`: measure where computing time goes.
     """
 
     user: str | None = None
@@ -40,6 +40,7 @@ class Options:
     connection: Connection | None = None
     console: TextIO | None = None
     unwatched: bool = False
+    timed: bool = False
 
     @property
     def plays_dummy(self) -> bool:

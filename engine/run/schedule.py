@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Protocol
 
-from engine.machine import WAITING, BoxNode
+from engine.machine import WAITING, BoxNode, RunNode
 from engine.run.command import Command
 from engine.run.life import Life
 from engine.run.run_queue import RunQueue
@@ -80,11 +80,19 @@ class Schedule:
             return NEVER_NS
         if run.queue.put_off:
             return board.now
-        due = run.life.first_deadline()
-        for node in run.queue.nodes:
-            if node.wake:
-                still_heard(node, board)
-                due = min(due, node.wake)
-            elif node.status != WAITING and (not isinstance(node, BoxNode) or node.news):
+        nodes = run.queue.nodes
+        for node in nodes:
+            if not node.wake and _acts(node):
                 return board.now
+        due = run.life.first_deadline()
+        for node in nodes:
+            if node.wake:
+                if node.silence is not None:
+                    still_heard(node, board)
+                due = min(due, node.wake)
         return min(due + board.paused_ns, NEVER_NS)
+
+
+def _acts(node: RunNode) -> bool:
+    """Whether a node that does not sleep has something to do in the next tick."""
+    return node.status != WAITING and (not isinstance(node, BoxNode) or node.news)

@@ -25,8 +25,8 @@ class Versions(Protocol):
 class Slot:
     """One signal of one run: its `newest` sample, and a `version` that grows with each.
 
-    `roots` has the bits of the measured signals that it depends on. `computed`: it has to be read to
-    be up to date.
+    `roots` has the bits of the measured signals that it depends on. `computed`: only reading it
+    brings it up to date.
     """
 
     computed = True
@@ -110,12 +110,13 @@ class DerivedSlot(Slot):
 
     def _evaluate(self, inputs: list[Stamped | None]) -> None:
         self.version += 1
-        values, oldest = [], ALWAYS_NS
+        oldest = ALWAYS_NS
+        values: list[Any] = []
         for sample in inputs:
             if sample is None or sample.value is None:
                 self.newest = None
                 return
-            values += (sample.value,)
+            values.append(sample.value)
             oldest = sample.stamp if sample.stamp < oldest else oldest
         if self.newest is not None and all(map(is_, values, self.values)):
             self.newest = new_tuple(Stamped, (self.newest.value, oldest))

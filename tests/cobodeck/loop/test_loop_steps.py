@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -11,6 +12,7 @@ from cobodeck.loop.clocks import Virtual
 from cobodeck.loop.loop import LATE_NS, Loop, Ticked
 from cobodeck.loop.plant import Nothing
 from cobodeck.loop.sample_router import Inlet
+from cobodeck.loop.stopwatch import Stopwatch
 from cobodeck.loop.wiring import Wired
 from engine.chart.load import load_text
 from engine.clock import TickGrid
@@ -266,7 +268,7 @@ def test_who_ends_a_run_early_finds_it_cleaned_up_and_the_plant_closed_once(cloc
     assert steady.loop.go(30 * MS) == 30 * MS
 
     assert (steady.cleaned, steady.plant.closed) == (1, 1)
-    assert steady.loop.busy_since is None
+    assert not steady.loop.busy
     assert steady.run.tick(40 * MS) is None
     assert len(steady.steps) == 4
 
@@ -333,6 +335,18 @@ def test_a_part_that_fails_is_told_once_and_stops_the_robot() -> None:
 
 def test_the_spans_of_a_tick_add_up_and_none_is_lost() -> None:
     steady = Steady(Virtual(), lambda _: None)
+    steady.loop.stopwatch = watch = Stopwatch()
     steady.loop.go(100 * MS)
 
-    assert all(spent > 0 for spent in steady.loop.spent_ns)
+    assert all(spent > 0 for spent in watch.spent_ns)
+
+
+def test_in_virtual_time_no_clock_is_read_unless_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    def read() -> int:
+        raise AssertionError("a clock was read")
+
+    monkeypatch.setattr(time, "perf_counter_ns", read)
+    steady = Steady(Virtual(), lambda _: None)
+    steady.loop.go(100 * MS)
+
+    assert steady.loop.stopwatch is None
