@@ -24,6 +24,8 @@ from hw.safety import GuardedBase
 
 LATE_NS = 1_000_000
 """A tick later than this, ns, takes the clock's reading as its instant."""
+MEMORY_S = 0.5
+"""Repeats older than this, s, matter to nobody whom a leap passes over; see `engine/LEAPS.md`."""
 PROGRESS = 1024
 """Ticks between two progress messages."""
 
@@ -100,6 +102,7 @@ class Loop:
     busy: bool = False
     _told: int = 0
     _plant_ns: int = 0
+    _leaps: bool = False
     _stopping: bool = False
 
     def __post_init__(self) -> None:
@@ -130,6 +133,7 @@ class Loop:
 
         Whatever ends it, exceptions included, the parts are stopped and the plant is closed.
         """
+        self._leaps = self._all_leap()
         wake = self.clock.wake
         for part in self.plant.parts.values():
             if hasattr(part, "wake"):
@@ -152,6 +156,12 @@ class Loop:
             self._end(Ticked(self.now_ns, self.ticks, "end"))
         return self.now_ns
 
+    def _all_leap(self) -> bool:
+        """Whether none that looks at the plant needs to see what is repeated."""
+        if self.taps or self.wired.inlet.taps or self.plant.latency_ns:
+            return False
+        return all(getattr(observer, "leaps", False) for observer in self.observers)
+
     def _next(self, end_ns: int) -> None:
         if not self.clock.waits:
             if self.leave_out:
@@ -167,13 +177,32 @@ class Loop:
 
     def _jump(self, end_ns: int) -> None:
         """Skip ticks up to the next instant at which plant or chart has something to do."""
-        if self._stopping or self.plant.quiet_until() <= self.next_ns:
+        plant = self.plant
+        if plant.leap is not None:
+            self._leap(plant.leap, end_ns)
             return
-        until = min(self.plant.quiet_until(), self.wired.run.schedule.next_due(), end_ns)
-        skipped = self.grid.first(until) - self.ticks
-        if skipped > 0:
-            self.ticks += skipped
-            self.left_out += skipped
+        if self._stopping or plant.quiet_until() <= self.next_ns:
+            return
+        until = min(plant.quiet_until(), self.wired.run.schedule.next_due(), end_ns)
+        self._skip(self.grid.first(until) - self.ticks)
+
+    def _leap(self, leap: Callable[[int], None], end_ns: int) -> None:
+        """Pass over whole seconds in which all samples are repeated: see `engine/LEAPS.md`."""
+        board, hz = self.wired.board, self.grid.hz
+        if board.rested <= MEMORY_S * hz or self._stopping or not self._leaps:
+            return
+        due = self.wired.run.schedule.next_due(board.steady)
+        until = min(self.plant.quiet_until(), due, end_ns)
+        seconds = (self.grid.first(until) - self.ticks) // hz
+        if seconds > 0 and board.leaps(MEMORY_S):
+            self._skip(seconds * hz)
+            board.leap(seconds * hz, self.grid.instant(seconds * hz))
+            leap(self.grid.instant(seconds * hz))
+
+    def _skip(self, ticks: int) -> None:
+        if ticks > 0:
+            self.ticks += ticks
+            self.left_out += ticks
 
     def _tick(self, now: int) -> str | None:
         watch, self.busy = self.stopwatch, True

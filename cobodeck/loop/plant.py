@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from engine import NEVER_NS
@@ -57,7 +57,15 @@ class Plant(Protocol):
         ...
 
     def quiet_until(self) -> int:
-        """The instant, ns, before which nothing happens and nothing is measured."""
+        """The instant, ns, before which nothing happens, and nothing new is measured."""
+        ...
+
+    @property
+    def leap(self) -> Callable[[int], None] | None:
+        """Passes over whole seconds, ns, before `quiet_until`, during which it repeats its samples.
+
+        None for a plant that gives no samples while it is quiet.
+        """
         ...
 
     def close(self) -> None:
@@ -81,6 +89,8 @@ class Inert:
 
 class Nothing:
     """Neither robot nor world: charts alone, with signals from a script or a test."""
+
+    leap: Callable[[int], None] | None = None
 
     def __init__(self, parts: Mapping[str, Any] | None = None) -> None:
         self.parts: Mapping[str, Any] = parts if parts is not None else {}

@@ -193,6 +193,8 @@ class Connected:
         if self.attendant is not None:
             self.attendant.step(to_ns)
 
+    leap = None
+
     def quiet_until(self) -> int:
         """Return 0: anything may happen at any time, so no tick can be left out."""
         return 0

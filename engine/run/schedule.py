@@ -9,7 +9,7 @@ from engine.machine import WAITING, BoxNode, RunNode
 from engine.run.command import Command
 from engine.run.life import Life
 from engine.run.run_queue import RunQueue
-from engine.run.wake_up import still_heard
+from engine.run.wake_up import wakes_at
 from engine.signals import Board
 from engine.state import NEVER_NS
 
@@ -61,19 +61,19 @@ class Schedule:
             self._rests = run.board.ticks, self._due_inside()
         return now < self._rests[1] and run.board.rest(now)
 
-    def next_due(self) -> int:
+    def next_due(self, steady: int = 0) -> int:
         """The first run time, ns, at which a tick has something to do if nothing arrives before.
 
         Rule 13: earlier ticks change nothing and may be left out, unless a sample or a command
         arrives. If it is not after the current instant, the next tick is needed; if `NEVER_NS`,
-        none is.
+        none is. The signals of the bits `steady` go on being repeated, so they are never silent.
         """
         run = self._run
         if not run.over and (run.commands or run.board.inbox):
             return run.board.now
-        return self._due_inside()
+        return self._due_inside(steady)
 
-    def _due_inside(self) -> int:
+    def _due_inside(self, steady: int = 0) -> int:
         run = self._run
         board = run.board
         if run.over or run.paused:
@@ -87,9 +87,8 @@ class Schedule:
         due = run.life.first_deadline()
         for node in nodes:
             if node.wake:
-                if node.silence is not None:
-                    still_heard(node, board)
-                due = min(due, node.wake)
+                wake = node.wake if node.silence is None else wakes_at(node, board, steady)
+                due = min(due, wake)
         return min(due + board.paused_ns, NEVER_NS)
 
 

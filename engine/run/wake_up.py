@@ -57,7 +57,16 @@ def still_heard(node: RunNode, board: Board) -> bool:
     """
     if node.silence is None:
         return False
-    on, since = node.silence
-    silent_at = board.silent_at(node.mask, on.older, since) - board.paused_ns
-    node.wake = max(AT_ONCE, min(on.until, silent_at))
+    node.wake = wakes_at(node, board)
     return node.wake > board.chart_now
+
+
+def wakes_at(node: RunNode, board: Board, steady: int = 0) -> int:
+    """The chart time, ns, of the end of a wait for silence, if nothing but `steady` arrives.
+
+    `steady` has the bits of signals that are going to be repeated, and thus never silent.
+    """
+    assert node.silence is not None
+    on, since = node.silence
+    silent_at = board.silent_at(node.mask & ~steady, on.older, since) - board.paused_ns
+    return max(AT_ONCE, min(on.until, silent_at))

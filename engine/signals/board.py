@@ -6,6 +6,7 @@ tick, and again only if an input has changed.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -53,6 +54,9 @@ class Board:
     `fresh` has a bit for each measured signal with news in this tick. A repeat is not news: a
     sample of a level signal (not `event`) with the value object that is held already. It only
     renews the stamp, unless the held value was too old for some reader, or an estimate changes.
+
+    `rested` counts the instants in a row at which the same signals, those of the bits `steady`,
+    were repeated and nothing else arrived; see `leap`.
     """
 
     declared: Mapping[str, Signal] = field(default_factory=dict)
@@ -67,6 +71,8 @@ class Board:
     interval: int = 0
     slots: dict[str, Slot] = field(init=False)
     inbox: deque[Arrival] = field(default_factory=deque)
+    steady: int = 0
+    rested: int = 0
     _taken: int = 0  # bits of the news that `rest` has taken
     inlets: dict[str, MeasuredSlot] = field(init=False)
     _measured: list[MeasuredSlot] = field(init=False)
@@ -159,6 +165,7 @@ class Board:
 
     def refresh(self) -> None:
         """The part of `begin` that is needed if samples wait or `fresh` has bits to clear."""
+        self.rested = 0
         self.fresh, self._taken = self._taken | (_EAGER if self.eager else 0), 0
         if self.inbox:
             self._receive(self.ticks)
@@ -172,13 +179,30 @@ class Board:
         True if none of them is news, so that the tick may be left out. Otherwise it has to follow.
         """
         self.now = now
-        self.fresh = self._taken
+        self.fresh, steady, self.steady = self._taken, self.steady, 0
         if self.inbox:
             self._receive(self.ticks + 1)
         self._taken = self.fresh
+        self.rested = 0 if self.fresh or self.steady != steady else self.rested + 1
         self.fresh |= _EAGER if self.eager else 0
         self.interval += not self._taken
         return not self._taken
+
+    def leap(self, ticks: int, span_ns: int) -> None:
+        """Pass over so many ticks of the grid, ns, in which the `steady` signals were repeated.
+
+        For what rests on them it is as if the last samples had come this much later. Estimators
+        over them have a method `leap`; see `leaps`.
+        """
+        self.interval += ticks
+        for slot in (*self._estimated, *self._measured):
+            if slot.roots & self.steady:
+                slot.leap(span_ns)
+
+    def leaps(self, memory_s: float) -> bool:
+        """Whether no estimator over `steady` signals needs repeats older than this, s."""
+        resting = (slot.estimator for slot in self._estimated if slot.roots & self.steady)
+        return all(getattr(estimator, "memory_s", math.inf) <= memory_s for estimator in resting)
 
     def _receive(self, tick: int) -> None:
         """Move the inbox into the slots, and set `fresh` to what of it is news."""
@@ -193,7 +217,7 @@ class Board:
             else:
                 changed |= slot.roots
                 slot.tick = tick
-        repeated &= ~changed
+        self.steady = repeated = repeated & ~changed
         watched = self._watched(repeated, changed) if repeated else ()
         for slot, value, stamp, interval in arrived:
             held = new_tuple(Stamped, (value, ALWAYS_NS if slot.constant else stamp))

@@ -81,6 +81,13 @@ class MeasuredSlot(Slot):
             self.newest = held
             self.version += 1
 
+    def leap(self, span_ns: int) -> None:
+        """Take the newest sample as repeated until this much later, ns."""
+        assert self.newest is not None
+        value, stamp = self.newest
+        self.newest = Stamped(value, stamp + span_ns)
+        self.heard += span_ns
+
 
 class DerivedSlot(Slot):
     """Computes its value when asked."""
@@ -224,6 +231,13 @@ class EstimatedSlot(Slot):
         self.newest = held = new_tuple(Stamped, (value, stamp))
         for follower, index in self.followers:
             follower.pending.append((interval, arrived, index, held))
+
+    def leap(self, span_ns: int) -> None:
+        """Let the estimator pass over repeats for so long, ns; the next one renews its stamp."""
+        compute(self)
+        estimator: Any = self.estimator
+        if self.failure is None:
+            estimator.leap(span_ns)
 
     def _oldest(self) -> int | None:
         return min(self.stamps.values(), default=None)

@@ -56,6 +56,10 @@ class Motion:
         if stamp_ns - seen[0][0] >= LEAST_NS:
             self.velocity = STILL if seen[0][0] >= self._same_since else _slope(seen)
 
+    def leap(self, span_ns: int) -> None:
+        """Pass over poses equal to those of the window, at the same rhythm, for so long, ns."""
+        self._seen = deque((stamp + span_ns, x, y, yaw) for stamp, x, y, yaw in self._seen)
+
 
 def _is_jump(last: Seen, stamp_ns: int, x: float, y: float) -> bool:
     elapsed = (stamp_ns - last[0]) * 1e-9

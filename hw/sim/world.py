@@ -50,6 +50,7 @@ class World:
         FileError: the robot's footprint touches a wall or the person at the start.
     """
 
+    leap: Callable[[int], None] | None = None
     paced = False
     """Time advances only by calls of `advance`."""
     now_ns = 0

@@ -32,6 +32,7 @@ class VelocityEstimator:
 
     def __init__(self, window: float) -> None:
         self._motion = Motion(window, gone=window)
+        self.memory_s = window
         self._walks = False
         self._velocity: Twist2 | None = None
 
@@ -47,6 +48,10 @@ class VelocityEstimator:
         if not self._walks and found.speed > 0.0:
             self._velocity = Twist2(0.0, 0.0, found.wz)
 
+    def leap(self, span_ns: int) -> None:
+        """Pass over repeats of the last pose; see `Motion`."""
+        self._motion.leap(span_ns)
+
     def value(self) -> Twist2 | None:
         """The present estimate."""
         return self._velocity
@@ -56,6 +61,7 @@ class StillnessEstimator:
     """Estimates since when a person is slower than both limits, ns; None while moving (R89)."""
 
     idempotent = True
+    memory_s = 0.0
 
     def __init__(self, speed: float, turn: float) -> None:
         self._speed, self._turn = speed, turn
@@ -69,6 +75,9 @@ class StillnessEstimator:
             self._since = None
         elif self._since is None:
             self._since = sample.stamp
+
+    def leap(self, span_ns: int) -> None:
+        """Do nothing: since when they stand does not depend on repeats."""
 
     def value(self) -> int | None:
         """The stamp of the first velocity below the limits."""

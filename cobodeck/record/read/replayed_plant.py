@@ -75,6 +75,8 @@ class Recorded:
                 self.faults += [fault for fault in call["args"] if isinstance(fault, str)]
         self._failures += fed.failures
 
+    leap = None
+
     def quiet_until(self) -> int:
         """The instant of the next tick."""
         following = self._feed.next

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Iterable
 from typing import Any
 
 import pytest
@@ -110,10 +111,10 @@ def play(text: str, seed: int, leave_out: bool) -> tuple[ChartRun, int]:
     return run, ticks
 
 
-def with_reads(leaf: Leaf) -> Any:
+def with_reads(leaf: Leaf, names: Iterable[str] = NAMES) -> Any:
     from dataclasses import replace
 
-    return replace(leaf.interface, reads=dict.fromkeys(NAMES) | {"a": 0.3})
+    return replace(leaf.interface, reads=dict.fromkeys(names) | {"a": 0.3})
 
 
 @settings(
