@@ -78,8 +78,9 @@ class Loop:
         leave_out: leave out ticks in which nothing is due; only in virtual time.
         tell: called with each error of states and parts, as it occurs.
         taps: notified of each tick.
-        ticks: instants of the grid so far; at `left_out` of them the chart did not run, `missed`
-            were skipped altogether. `added` counts ticks off the grid.
+        ticks: instants of the grid so far; at `left_out` of them the chart did not run, and of
+            these the loop leapt over `leapt`; `missed` were skipped altogether. `added` counts
+            ticks off the grid.
         stopwatch: measures where the time goes; without one, as by default in virtual time, no
             clock is read.
         busy: within a tick, or a clean-up.
@@ -95,6 +96,7 @@ class Loop:
     taps: Sequence[Tap] = ()
     ticks: int = 0
     left_out: int = 0
+    leapt: int = 0
     missed: int = 0
     added: int = 0
     now_ns: int = -1
@@ -196,6 +198,7 @@ class Loop:
         seconds = (self.grid.first(until) - self.ticks) // hz
         if seconds > 0 and board.leaps(MEMORY_S):
             self._skip(seconds * hz)
+            self.leapt += seconds * hz
             board.leap(seconds * hz, self.grid.instant(seconds * hz))
             leap(self.grid.instant(seconds * hz))
 

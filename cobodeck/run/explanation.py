@@ -60,4 +60,5 @@ def _times(result: RunResult) -> str:
     spent = zip(PHASES, loop.stopwatch.spent_ns if loop.stopwatch else (), strict=True)
     parts = [f"{name} {ns / 1e3 / loop.ticks:.1f}" for name, ns in spent]
     share = loop.left_out / loop.ticks
-    return f"{wall_us:.1f} µs: {', '.join(parts)}; {share:.1%} of {loop.ticks} ticks left out"
+    told = f"{share:.1%} of {loop.ticks} ticks left out, {loop.leapt / loop.ticks:.1%} leapt over"
+    return f"{wall_us:.1f} µs: {', '.join(parts)}; {told}"

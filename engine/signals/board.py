@@ -195,7 +195,8 @@ class Board:
         over them have a method `leap`; see `leaps`.
         """
         self.interval += ticks
-        for slot in (*self._estimated, *self._measured):
+        slots: list[EstimatedSlot | MeasuredSlot] = [*self._estimated, *self._measured]
+        for slot in slots:
             if slot.roots & self.steady:
                 slot.leap(span_ns)
 
