@@ -22,11 +22,14 @@ EXTRAS: Mapping[str, str] = {
     "websockets": "robot",
     "matplotlib": "plots",
     "ompl": "ompl",
+    "mujoco": "sim-peers",
+    "irsim": "sim-peers",
 }
 """By module: the smallest extra that brings it."""
 PACKAGES: Mapping[str, str] = {
     "can": "python-can",
     "foxglove": "foxglove-sdk",
+    "irsim": "ir-sim",
     "serial": "pyserial",
     "rtde_control": "ur-rtde (wheels: Linux on x86-64, Python below 3.13)",
     "rtde_receive": "ur-rtde (wheels: Linux on x86-64, Python below 3.13)",

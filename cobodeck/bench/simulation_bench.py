@@ -1,4 +1,7 @@
-"""Benchmark of whole runs: computing time relative to simulated time by tier, and calls per tick.
+"""Benchmark of whole runs by measures that hold on any machine.
+
+CPU is that of 33 ms in the loop, beside other simulators in the same process, and the unit is that
+of MuJoCo. Which parts of a tick take it is sampled. Tier 0 is told relative to real time.
 
 Calls per tick are Python and C calls inside the loop, over simulated seconds times the tick rate,
 so that ticks left out count as well. They are exact: every machine with the same versions of
@@ -12,23 +15,29 @@ import json
 import platform
 import statistics
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from importlib.metadata import version
+from operator import itemgetter
 from pathlib import Path
 from types import FrameType
 
+from cobodeck.bench import peers
 from cobodeck.bench.harness import ROUNDS, WORSE, BenchRow
+from cobodeck.bench.simulation_cpu import HZ, least_cpu, run_cpu, shares
 from cobodeck.loop import Loop
 from cobodeck.run import simulate
 from cobodeck.setup import CHART, FULL, Options, Setup, open_setup
 from engine.chart import load_text
+from hw import needs
 
 NAME = "simulation"
 SCENE = "study"
-REQUESTS, DURATION_S = 3, 600.0
-GOALS = {0: 1 / 10_000, 1: 1 / 300}
+DURATION_S = 600.0
+TIER_0_GOAL = 1 / 10_000
+UNIT = "MuJoCo"
 KNOWN_CALLS = Path(__file__).with_name("calls.json")
 """Calls per tick by case, and the versions with which they were counted."""
 LIBRARIES = ("numpy", "scipy", "shapely", "networkx", "numba")
@@ -44,8 +53,8 @@ any:
 
 
 @dataclass(frozen=True, slots=True)
-class CallsCase:
-    """A run whose calls are counted; `text` is a chart in place of the shipped one."""
+class RunCase:
+    """A run that is measured; `text` is a chart in place of the shipped one."""
 
     scene: str
     options: Options
@@ -60,36 +69,83 @@ class CallsCase:
 
 
 CALLS = {
-    "waiting": CallsCase(SCENE, Options(user="brief", duration_s=60.0, seed=3), WAITING),
-    "study": CallsCase(SCENE, Options(requests=2, seed=3)),
-    "hall": CallsCase("hall", Options(user="demo", requests=1, seed=3)),
-    "lab_a": CallsCase("lab_a", Options(user="random", requests=2, seed=3)),
-    "study_tier_2": CallsCase(SCENE, Options(requests=1, seed=3, tier=FULL)),
+    "waiting": RunCase(SCENE, Options(user="brief", duration_s=60.0, seed=3), WAITING),
+    "study": RunCase(SCENE, Options(requests=2, seed=3)),
+    "hall": RunCase("hall", Options(user="demo", requests=1, seed=3)),
+    "lab_a": RunCase("lab_a", Options(user="random", requests=2, seed=3)),
+    "study_tier_2": RunCase(SCENE, Options(requests=1, seed=3, tier=FULL)),
 }
 
 
+CPU = {
+    "study": RunCase(SCENE, Options(requests=20, seed=3)),
+    "lab_a": RunCase("lab_a", Options(user="random", requests=10, seed=3)),
+    "study_tier_2": RunCase(SCENE, Options(requests=3, seed=3, tier=FULL)),
+}
+CPU_GOALS = {"study": 1.1, "lab_a": 1.9, "study_tier_2": 5.5}
+"""CPU over that of MuJoCo."""
+
+
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
-    """One row per tier: µs per tick, and wall time over simulated time; then calls per tick."""
-    for tier, goal in GOALS.items():
-        setup = open_setup(scene=SCENE)
-        options = Options(tier=tier, requests=REQUESTS, duration_s=DURATION_S)
-        simulate(setup, options)
-        found = [simulate(setup, options).figures for _ in range(min(rounds, 5))]
-        shares = [figures["wall_s"] / figures["sim_s"] for figures in found]
-        ticks = [figures["wall_s"] / figures["ticks"] for figures in found]
-        yield BenchRow(
-            NAME,
-            f"tier_{tier}",
-            "cobodeck",
-            "requests",
-            REQUESTS,
-            time_us=statistics.median(ticks) * 1e6,
-            ratio=statistics.median(shares),
-            ratio_to="real time",
-            goal=goal,
-        )
+    """Tier 0; CPU, beside simulators, and by part; then calls per tick."""
+    rounds = min(rounds, 5)
+    yield tier_0_row(rounds)
+    yield from cpu_rows(CPU, rounds)
+    for name, case in CPU.items():
+        yield from part_rows(name, case)
     for name in CALLS:
         yield calls_row(name)
+
+
+def tier_0_row(rounds: int) -> BenchRow:
+    """Tier 0: µs per tick, and wall time over simulated time."""
+    setup, options = open_setup(scene=SCENE), Options(tier=0, duration_s=DURATION_S)
+    simulate(setup, options)
+    found = [simulate(setup, options).figures for _ in range(rounds)]
+    shares = [figures["wall_s"] / figures["sim_s"] for figures in found]
+    ticks = [figures["wall_s"] / figures["ticks"] for figures in found]
+    return BenchRow(
+        NAME,
+        "tier_0",
+        "cobodeck",
+        time_us=statistics.median(ticks) * 1e6,
+        ratio=statistics.median(shares),
+        ratio_to="real time",
+        goal=TIER_0_GOAL,
+    )
+
+
+def cpu_rows(cases: Mapping[str, RunCase], rounds: int) -> Iterator[BenchRow]:
+    """CPU per 33 ms of other simulators and of runs; simulators that are missing are told."""
+    others = peers.simulators()
+    own = {name: partial(run_cpu, case.setup(), case.options) for name, case in cases.items()}
+    found = least_cpu({**others, **own}, UNIT, rounds)
+    unit = found.get(UNIT)
+    for name, (module, _) in peers.SIMULATORS.items():
+        if name not in others:
+            yield BenchRow(NAME, "cpu", name, ratio_to=needs(module))
+            continue
+        yield _cpu_row("cpu", name, found[name], unit)
+    for name, case in cases.items():
+        requests, cpu_us = case.options.requests, found[name]
+        row = _cpu_row(f"cpu_{name}", "cobodeck", cpu_us, unit)
+        goal = None if unit is None else CPU_GOALS.get(name)
+        yield replace(row, knob="requests", value=requests, goal=goal)
+        speed = 1e6 / HZ / cpu_us
+        yield BenchRow(NAME, f"cpu_{name}", "speed", ratio=speed, ratio_to="real time")
+
+
+def _cpu_row(name: str, variant: str, cpu_us: float, unit: float | None) -> BenchRow:
+    if unit is None:
+        return BenchRow(NAME, name, variant, time_us=cpu_us)
+    return BenchRow(NAME, name, variant, time_us=cpu_us, ratio=cpu_us / unit, ratio_to=UNIT)
+
+
+def part_rows(name: str, case: RunCase) -> Iterator[BenchRow]:
+    """How much of the CPU each part of a tick takes."""
+    found = shares(case.setup(), case.options)
+    for part, share in sorted(found.items(), key=itemgetter(1), reverse=True):
+        yield BenchRow(NAME, f"part_{name}", part, ratio=share, ratio_to="all parts")
 
 
 def calls_row(name: str) -> BenchRow:
@@ -107,7 +163,7 @@ def calls_row(name: str) -> BenchRow:
     )
 
 
-def calls_per_tick(case: CallsCase) -> float:
+def calls_per_tick(case: RunCase) -> float:
     """Python and C calls per tick of the second of two equal runs; the first fills all caches."""
     setup = case.setup()
     simulate(setup, case.options)
