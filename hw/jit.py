@@ -28,6 +28,7 @@ from typing import Any, TypeVar
 
 from numba import njit, types
 from numba.core.imputils import lower_builtin
+from numba.np import linalg
 
 Function = TypeVar("Function")
 Example = TypeVar("Example", bound=Callable[..., None])
@@ -118,5 +119,8 @@ def _lower_hypot(context: Any, builder: Any, signature: Any, arguments: Any) -> 
     return context.compile_internal(builder, hypot, signature, arguments)
 
 
+_found: Any = linalg
+_found.ensure_blas = lambda: None
+"""Numba would import scipy.linalg, a tenth of a start, only to see that it is there."""
 _instead: Any = lower_builtin
 _instead(math.hypot, types.float64, types.float64)(_lower_hypot)

@@ -20,7 +20,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from behaviors.profile.profile_layers import FOLDER, layered
 from behaviors.profile.settings import (
@@ -48,11 +48,13 @@ from engine.files.declared import (
     load_yaml,
     record,
 )
-from hw.connection import Narrowed
 from hw.model import RobotModel
 from hw.scene import Room
 from states import Localization, Navigation
 from states.environment import Environment
+
+if TYPE_CHECKING:
+    from hw.connection import Narrowed
 
 
 @dataclass(frozen=True, eq=False)

@@ -82,11 +82,11 @@ class Catalogue:
         from behaviors import signals
         from behaviors.profile import load_profile
         from hw.model import load_robot
-        from hw.scene import load_scene
+        from hw.scene import Room
 
-        # any scene and profile will do to build them
-        profile, scene = load_profile("tuned"), load_scene("lab_a")
-        environment = profile.environment(scene.room, load_robot(scene.robot))
+        # any room, robot and profile will do to build them
+        profile, room = load_profile("tuned"), Room(((0.0, 0.0), (9.0, 0.0), (9.0, 9.0)))
+        environment = profile.environment(room, load_robot("rbkairos_ur10"))
         return self.declared(signals(environment, profile.settings))
 
     def declared(self, shipped: Iterable[Signal]) -> dict[str, Signal]:

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import atexit
 import os
-import shutil
-import tempfile
 from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 
@@ -30,6 +28,9 @@ def keep_compiled_code(
     places = cache_places(environment, root)
     place = next(filter(_is_writable, places), None)
     if place is None:
+        import shutil
+        import tempfile
+
         environment[VARIABLE] = folder = tempfile.mkdtemp(prefix="cobodeck-")
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         shown = " and ".join(map(str, places)) or "a home directory"

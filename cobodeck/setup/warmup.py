@@ -36,8 +36,9 @@ def warm_up(setup: Setup, machine: Machine) -> None:
     if setup.localizing is not None:
         _localizing(setup)
     # everything loaded by now stays alive: freeze it, so that a collection in a tick skips it
-    gc.unfreeze()
-    gc.collect()
+    if gc.get_freeze_count():  # for the first run of a process, nothing is worth the search
+        gc.unfreeze()
+        gc.collect()
     gc.freeze()
 
 

@@ -8,15 +8,17 @@ path leads through them.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import networkx as nx
 import numpy as np
 import shapely
 
 from hw.scene import Point
 from states.floors.usable_space import LEAST_PIECE, Passage
 from states.navigation.exact import TOLERANCE, Array
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 Geometry = Any  # shapely carries no types
 
@@ -32,6 +34,8 @@ def closed_passages(free: Geometry, usable: Geometry, widest: float) -> tuple[Pa
     doors = [door for door in _doors(free, widest) if not usable.intersects(_line(door))]
     if not doors:
         return ()
+    import networkx as nx
+
     blades = [_line(door, _BLADE).buffer(_BLADE, cap_style="flat") for door in doors]
     cells = shapely.get_parts(free.difference(shapely.union_all(blades)))
     names = _names(cells, usable)

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
 from hw import Pose2, compiled
 from hw.scene import Room
@@ -118,6 +117,8 @@ def _faces(values: Values) -> Mask:
     The outermost cells are unknown.
     """
     occupied = values >= OCCUPIED_FROM
+    from scipy.ndimage import binary_dilation
+
     beside = binary_dilation(values == FREE, np.ones((3, 3)))
     faces: Mask = occupied & beside
     return faces if faces.any() else occupied

@@ -22,7 +22,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,9 @@ from engine.files import Length
 from engine.files.declared import Fault, Item, Range, load_yaml, record
 from hw import AnyAngle, Coordinate, Pose2
 from hw.scene import Point
-from states.maps.images import Pixels, read_image, write_image
+
+if TYPE_CHECKING:  # a drawn room has no image to be read by Pillow
+    from states.maps.images import Pixels
 
 Convention = Literal["ros1", "nav2"]
 OccupancyMode = Literal["trinary", "scale", "raw"]
@@ -120,6 +122,8 @@ class _Map:
 
 
 def _map(item: Item, convention: Convention) -> OccupancyMap:
+    from states.maps.images import read_image
+
     read = record(item, _Map, more=True)
     resolution = read.resolution
     image = item.inner("image")
@@ -168,6 +172,8 @@ def save_map(map_: OccupancyMap, path: Path | str, mode: OccupancyMode = "trinar
     as map_saver does. `scale` writes a PNG whose transparent pixels are unknown, to be read by the
     `nav2` convention.
     """
+    from states.maps.images import write_image
+
     path = Path(path)
     values = map_.values[::-1]
     occupied_from, free_to, suffix = 0.65, 0.196, ".pgm"

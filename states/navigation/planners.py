@@ -7,24 +7,43 @@ from typing import TYPE_CHECKING, Any
 
 from hw import DriveMode
 from states.navigation.exact import ExactPlanner
-from states.navigation.grid import GridPlanner, NavfnPlanner, ThetaStarPlanner
-from states.navigation.local import LocalPlanner, ProfilePlanner, TebPlanner
+from states.navigation.local import LocalPlanner, ProfilePlanner
 from states.navigation.planner_interfaces import GlobalPlanner, Limits, Tolerance
 
 if TYPE_CHECKING:
     from states.environment import Environment
+    from states.navigation.grid import GridPlanner
     from states.subsystems import SubsystemName
+
+
+def _theta_star(*rings: Any, **values: Any) -> GridPlanner:
+    from states.navigation.grid import ThetaStarPlanner
+
+    return ThetaStarPlanner.in_room(*rings, **values)
+
+
+def _navfn(*rings: Any, **values: Any) -> GridPlanner:
+    from states.navigation.grid import NavfnPlanner
+
+    return NavfnPlanner.in_room(*rings, **values)
+
+
+def _teb(*given: Any, **values: Any) -> LocalPlanner:
+    from states.navigation.local import TebPlanner
+
+    return TebPlanner(*given, **values)
+
 
 GLOBAL_PLANNERS: Mapping[str, Callable[..., ExactPlanner | GridPlanner]] = {
     "exact": ExactPlanner,
-    "theta_star": ThetaStarPlanner.in_room,
-    "navfn": NavfnPlanner.in_room,
+    "theta_star": _theta_star,
+    "navfn": _navfn,
 }
 """Factories for a known room: they take outer, obstacles and, by name, inflation_radius."""
 
 LOCAL_PLANNERS: Mapping[str, Callable[..., LocalPlanner]] = {
     "profile": ProfilePlanner,
-    "teb": TebPlanner,
+    "teb": _teb,
 }
 """They take a global planner, limits, tolerance and mode; `teb` needs the `walls` as well."""
 

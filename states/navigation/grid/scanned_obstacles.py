@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from hw import compiled
 from hw.scene import Ring
@@ -110,6 +109,8 @@ class Obstacles:
 
 def _boxes(mask: Mask, largest: float, full: float) -> Iterator[tuple[int, int, int, int]]:
     """Boxes (rows from, to, columns from, to) of each component, split until small or full."""
+    from scipy import ndimage
+
     labels, _ = ndimage.label(mask, np.ones((3, 3)))
     for number, area in enumerate(ndimage.find_objects(labels), 1):
         corner = area[0].start, area[1].start

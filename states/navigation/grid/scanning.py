@@ -142,3 +142,4 @@ def _example() -> None:
         shown.update(np.array(marked))
     costmap = Costmap(StaticLayer(grid, np.zeros((10, 10), np.uint8)), Inflation(0.2, 0.1))
     costmap.with_obstacles(shown.obstacles)
+    assert shown.obstacles.boxes

@@ -21,7 +21,8 @@ from hw.scene.scene import load_scene
 from states import navigation
 from states.navigation.planner_interfaces import Limits, Tolerance
 from states.navigation.planners import GLOBAL_PLANNERS, LOCAL_PLANNERS
-from states.navigation.grid import scanning
+from states.navigation.grid import grid_planners, scanning
+from states.navigation.local import teb_planner
 from cobodeck.bench.navigation.drive_trials import TRIALS, Trial, drive
 from states.subsystems import SUBSYSTEMS
 from tests.scans import scan_of
