@@ -236,13 +236,26 @@ def notes() -> Iterator[list[Finding]]:
         _notes.reset(token)
 
 
-@contextmanager
-def noted(findings: list[Finding]) -> Iterator[None]:
-    """Adds the findings of a FileError raised in the block to `findings`, and suppresses it."""
-    try:
-        yield
-    except FileError as error:
-        findings += error.findings
+class noted:
+    """Adds the findings of a FileError raised in the block to `findings`, and suppresses it.
+
+    A class: a generator would take a tenth of the time that reading a file takes.
+    """
+
+    __slots__ = ("_findings",)
+
+    def __init__(self, findings: list[Finding]) -> None:
+        self._findings = findings
+
+    def __enter__(self) -> None:
+        """Nothing to do."""
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        """Takes what the error found."""
+        if not isinstance(error, FileError):
+            return False
+        self._findings.extend(error.findings)
+        return True
 
 
 def _is_index(key: str) -> bool:
