@@ -24,6 +24,7 @@ from states.arm.kinematics.inverse_kinematics import (
 )
 from states.arm.kinematics.kernels import (
     Array as Array,
+    CapsuleSet as CapsuleSet,
     Integers as Integers,
     approaching as approaching,
     approaching_limbs as approaching_limbs,

@@ -8,16 +8,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given as drawn_from, strategies as st
 
 from hw.geometry import Pose2, wrap
 from hw.samples import OLD_S
 from states.arm import arm_separation as separation
 from states.arm.arm_separation import SLOW, ArmPace, Brakes, Governor
+from states.arm.kinematics.collision import Limb
 from states.arm.planning.approach import TOUCH_SPEED
 from states.arm.planning.planning import Plan
 from states.arm.states import ParkArm, ReachDeep
 from states.environment.environment import Environment
 from tests.repeats import SHORT
+from tests.states.arm.plain_separation import PlainGovernor
 from tests.states.arm.stepping import (
     BASE,
     DEEP,
@@ -272,3 +275,42 @@ def test_a_person_who_sways_is_served_as_soon_as_one_who_stands(
         assert outcome == "reached"
         times.append(took)
     assert times[1] - times[0] <= 0.1
+
+
+# ---- the compiled rule against the plain one
+
+
+def drawn_limbs(rng: np.random.Generator) -> tuple[Limb | None, ...]:
+    """Head and arms around the person's place, any of them untracked."""
+
+    def drawn(radius: float, ball: bool) -> Limb | None:
+        start, end = (tuple(rng.normal((5.0, 4.0, 1.3), 0.4).tolist()) for _ in range(2))
+        return None if rng.random() < 0.4 else Limb(start, start if ball else end, radius)
+
+    return drawn(0.15, True), drawn(0.05, False), drawn(0.05, False)
+
+
+@drawn_from(seed=st.integers(0, 2**32 - 1), granted=st.booleans(), limbs=st.booleans())
+def test_the_compiled_rule_is_the_plain_one_to_the_last_bit(
+    tuned: Environment, reach: Plan, seed: int, granted: bool, limbs: bool
+) -> None:
+    """Of persons who stand, walk, jump or are seen late, and of rovers turned in any way."""
+    rng = np.random.default_rng(seed)
+    made = tuned.workspace.arm, reach.trajectory, Brakes(16.0, 5.0), DEEP.flat()
+    unsure = rng.choice([0.0, 0.02])
+    pair = [one(*made, granted=granted, unsure=unsure) for one in (Governor, PlainGovernor)]
+    x, y, yaw = rng.normal((4.0, 4.0, 0.0), (0.3, 0.3, 2.0))
+    at, way = rng.normal((5.0, 4.0), 0.5), rng.normal(0.0, rng.choice([0.0, 0.02]), 2)
+    now, since = 0, rng.uniform(0.0, reach.trajectory.duration)
+    for _ in range(20):
+        now += int(rng.choice([TICK_NS, TICK_NS // 2, 5 * TICK_NS], p=[0.8, 0.1, 0.1]))
+        at += way
+        seen, stamp = drawn_limbs(rng) if limbs else (), now - int(rng.integers(0, TICK_NS))
+        given = []
+        heard = rng.random() < 0.9
+        for one in pair:
+            if heard:
+                one.add_user_pose(stamp, Pose2(*at.tolist()), seen)
+            given.append(one.pace(now, float(since), 0.033, Pose2(x, y, wrap(yaw))))
+        assert given[0] == given[1]
+        since += 0.033

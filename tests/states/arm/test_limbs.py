@@ -11,14 +11,17 @@ import pytest
 
 from hw.geometry import Pose2, Pose3, wrap
 from hw.samples import UserPose
-from states.arm import arm_separation as separation
+from states.arm.arm_separation import Brakes, Governor
 from states.arm.arm_situation import ARM_RADIUS, ArmSituation, person_obstacles
 from states.arm.kinematics.collision import Limb
 from states.arm.kinematics.kinematics import forward
 from states.arm.planning.planning import Plan, ended, in_turn
+from states.arm.separation_kernels import Pair, allowed, needed, slow_share, turned
 from states.arm.states import ParkArm, ReachDeep
 from states.environment.environment import Environment
 from tests.repeats import fewer
+from tests.states.arm import plain_separation
+from tests.states.arm.plain_separation import PlainGovernor
 from tests.states.arm.stepping import (
     BASE,
     DEEP,
@@ -215,11 +218,9 @@ def test_the_arm_is_slow_once_the_gap_is_used_up_and_not_before() -> None:
     for _ in range(60):
         gap, closing, coming = rng.uniform(0.05, 0.6), rng.uniform(0.3, 1.2), rng.uniform(0.5, 2.0)
         stopping, late, lag = rng.uniform(0.02, 0.2), rng.uniform(0.05, 0.2), rng.uniform(0.0, 0.05)
-        one = separation._Meeting(
-            *(np.array([[each]]) for each in (gap, closing, coming)), np.array([stopping]),
-            np.zeros(1), *(np.array([each]) for each in (late, lag, 0.03, 0.25)), slows=True,
-        )  # fmt: skip
-        share, _, told = one.paced()
+        slow = slow_share(0.25, closing)
+        one = Pair(gap, closing, coming, stopping, 0.0, late, lag, 0.03, slow, slow)
+        share = allowed(one)
         rate, used, step = share, coming * late + share * closing * lag, 1e-5
         while rate * closing > 0.25:
             used += (coming + rate * closing) * step
@@ -229,7 +230,7 @@ def test_the_arm_is_slow_once_the_gap_is_used_up_and_not_before() -> None:
         if slowed and share < 1.0:
             between += 1
             assert used == pytest.approx(gap - 0.03, abs=1e-3)
-            assert told(share).needed == pytest.approx(gap, abs=1e-9)
+            assert needed(one, share) == pytest.approx(gap, abs=1e-9)
     assert between > 10
 
 
@@ -289,16 +290,19 @@ def test_the_gap_to_a_hand_counts_where_the_arm_is_before_it_can_slow_down(
 def test_a_hand_beside_the_way_of_the_tool_may_come_into_it(
     tuned: Environment, reach: Plan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The arm does not close on where it was seen, but may on where it has gone by now."""
+    """The arm does not close on where it was seen, but may on where it has gone by now.
+
+    The plain rule shows what the pace would be without that.
+    """
     arm = tuned.workspace.arm
     q = reach.trajectory.at(np.array([0.4, 0.401]))[0]
     tool, ahead = (forward(arm, joints)[:3, 3] for joints in q)
     beside = np.cross(ahead - tool, (0.0, 0.0, 1.0))
     beside /= np.linalg.norm(beside)
 
-    def share(away: float) -> float:
-        found = tuned.workspace.governor_of(reach, ArmSituation(BASE, USER, (0.0,) * 6), DEEP)
-        assert found is not None
+    def share(away: float, kind: type[Governor | PlainGovernor] = Governor) -> float:
+        found = kind(arm, reach.trajectory, Brakes(16.0, 5.0), DEEP.flat(), granted=True)
+        found.expect(USER)
         hand, shoulder = (tool + off * beside for off in (away, away + 0.5))
         ends = [(*BASE.transform(p[0], p[1]), float(p[2])) for p in (shoulder, hand)]
         for k in range(4):
@@ -308,9 +312,9 @@ def test_a_hand_beside_the_way_of_the_tool_may_come_into_it(
         return given.share
 
     near, far = share(0.25), share(0.7)
-    monkeypatch.setattr(separation, "_turned", lambda closing, *_: np.maximum(closing, 0.0))
-    assert near < share(0.25) - 0.05
-    assert far == share(0.7) == 1.0
+    monkeypatch.setattr(plain_separation, "turned", lambda closing, *_: np.maximum(closing, 0.0))
+    assert near < share(0.25, PlainGovernor) - 0.05
+    assert far == share(0.7, PlainGovernor) == 1.0
 
 
 def test_a_limb_within_its_gap_stays_an_obstacle_and_one_that_is_touched_does_not(
@@ -378,11 +382,8 @@ def test_a_hand_that_has_gone_elsewhere_is_closed_on_by_the_worst_of_its_directi
     rng = np.random.default_rng(9)
     for _ in range(200):
         speed, angle, off = rng.uniform(0.0, 2.0), rng.uniform(0.0, math.pi), rng.uniform(0.0, 1.3)
-        closing = np.array([speed * math.cos(angle)])
-        most = separation._turned(closing, np.array([speed]), np.array([off]))[0]
+        most = turned(speed * math.cos(angle), speed, off)
         turns = np.linspace(-1.0, 1.0, 2001) * (math.asin(off) if off < 1.0 else math.pi)
         assert most == pytest.approx(max(0.0, (speed * np.cos(angle + turns)).max()), abs=1e-5)
-    rounded = separation._turned(
-        np.array([1.0 + 1e-16, -1.0]), np.array([1.0, 1.0 - 1e-16]), np.zeros(2)
-    )
-    assert rounded.tolist() == [1.0, 0.0]
+    assert turned(1.0 + 1e-16, 1.0, 0.0) == 1.0
+    assert turned(-1.0, 1.0 - 1e-16, 0.0) == 0.0
