@@ -242,14 +242,23 @@ class ArmModel:
         """
         if not points or points[0][0] != 0.0:
             raise ValueError("arm: a course starts with a point at 0 s")
+        _, angles = zip(*points, strict=True)
+        limits = tuple(zip(self.lower, self.upper, self.max_speed, strict=True))
+        if {*map(len, angles)} != {len(limits)}:
+            for joints in angles:
+                self.check(joints)
         before, there = 0.0, points[0][1]
         self.check(there)
         for time, joints in points[1:]:
             if not before < time < math.inf:
                 raise ValueError(f"arm: a point at {time} s after one at {before} s; times rise")
-            self.check(joints)
-            for i, (a, b, fastest) in enumerate(zip(there, joints, self.max_speed, strict=True)):
-                if abs(b - a) > _SPEED_SLACK * fastest * (time - before):
+            for i, (a, b, (low, high, fastest)) in enumerate(
+                zip(there, joints, limits, strict=True)
+            ):
+                if not low <= b <= high:  # NaN fails too
+                    self.check(joints)
+                most = _SPEED_SLACK * fastest * (time - before)
+                if not -most <= b - a <= most:
                     speed = abs(b - a) / (time - before)
                     raise ValueError(
                         f"arm: joint {i} at {speed:.4g} rad/s until {time} s; {fastest:.4g} is most"

@@ -31,33 +31,18 @@ class JointCourse:
     @classmethod
     def of(cls, points: Sequence[TimedJoints]) -> JointCourse:
         """The trajectory through checked points."""
-        return cls(tuple(time for time, _ in points), tuple(joints for _, joints in points))
+        times, joints = zip(*points, strict=True)
+        return cls(times, joints)
 
-    @property
-    def duration(self) -> float:
-        """Time of the last point, s."""
-        return self.times[-1]
-
-    def joints(self, share: float) -> Joints:
-        """The angles at a share of the trajectory, rad."""
-        if share >= self.duration:
-            return self.points[-1]
-        k = self._piece(share)
-        rest = share - self.times[k]
-        return tuple(
-            a + rest * v for a, v in zip(self.points[k], self.slope_at(share), strict=True)
-        )
-
-    def slope_at(self, share: float) -> Joints:
-        """Joint velocities at a rate of 1, rad/s."""
-        k = self._piece(share)
-        span = self.times[k + 1] - self.times[k]
-        return tuple(
-            (b - a) / span for a, b in zip(self.points[k], self.points[k + 1], strict=True)
-        )
-
-    def _piece(self, share: float) -> int:
-        return min(bisect_right(self.times, share), len(self.times) - 1) - 1
+    def at(self, share: float) -> tuple[Joints, Joints]:
+        """Angles, rad, and velocities at a rate of 1, rad/s, at a share of the trajectory."""
+        times, points = self.times, self.points
+        k = min(bisect_right(times, share), len(times) - 1)
+        start, span, rest = points[k - 1], times[k] - times[k - 1], share - times[k - 1]
+        slope = tuple([(b - a) / span for a, b in zip(start, points[k], strict=True)])
+        if share >= times[-1]:
+            return points[-1], slope
+        return tuple([a + rest * v for a, v in zip(start, slope, strict=True)]), slope
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,21 +75,14 @@ class PacedCourse:
             share = self.share + changing * (self.before + 0.5 * slope * changing)
             share += (t - changing) * self.rate
             rate = self.rate if t >= abs(change) / self.slope else self.before + slope * t
-        end = self.course.duration
+        end = self.course.times[-1]
         return (end, 0.0) if share >= end else (share, rate)
 
     def paced(self, now_ns: int, rate: float, deceleration: float) -> PacedCourse:
         """The same course, with this rate from now on; `deceleration` of its fastest joint."""
         share, before = self.at(now_ns)
-        fastest = max(_NOWHERE, *(abs(d) for d in self.course.slope_at(share)))
-        return replace(
-            self,
-            since_ns=now_ns,
-            share=share,
-            before=before,
-            rate=rate,
-            slope=deceleration / fastest,
-        )
+        fastest = max(_NOWHERE, *map(abs, self.course.at(share)[1]))
+        return PacedCourse(self.course, now_ns, share, before, rate, deceleration / fastest)
 
 
 class SimArm:
@@ -164,14 +142,20 @@ class SimArm:
         if course is None:
             return
         share, rate = course.at(until_ns)
-        velocities = self._still
-        if rate > 0.0:
-            velocities = tuple(rate * d for d in course.course.slope_at(share))
+        joints, slope = course.course.at(share)
+        known, moving, velocities = self.state, rate > 0.0, self._still
+        if moving:
+            velocities = tuple([rate * v for v in slope])
         else:
             self._course = None
-        joints, scaling = course.course.joints(share), rate if rate > 0.0 else 1.0
-        self.state = replace(
-            self.state, joints=joints, velocities=velocities, moving=rate > 0.0, scaling=scaling
+        self.state = ArmState(
+            joints,
+            velocities,
+            moving,
+            known.course,
+            known.refused,
+            known.mode,
+            rate if moving else 1.0,
         )
 
 

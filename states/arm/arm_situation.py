@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from hw import USER_RADIUS, Joints, Pose2, Pose3, UserPose, wrap
+from hw import USER_RADIUS, Joints, Pose2, Pose3, UserPose
 from hw.model import Point3
 from states.arm.kinematics import Cylinder, Limb, Wall
 
@@ -47,6 +47,7 @@ HAND_BEFORE = 0.10
 
 LIMBS_MOVED = 0.03
 """Motion of head or hands, m, from which the running trajectory is checked again."""
+_UNTRACKED = (None, None, None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,26 +66,30 @@ class ArmSituation:
         """The situation with a person as they were measured."""
         if user is None:
             return cls(base, None, joints)
-        head, left, right = map(_point, (user.head, user.left_hand, user.right_hand))
-        return cls(base, user.body, joints, head, left, right)
+        head, left, right = user.head, user.left_hand, user.right_hand
+        if head is left is right is None:
+            return cls(base, user.body, joints)
+        return cls(base, user.body, joints, _point(head), _point(left), _point(right))
 
     def is_like(self, other: ArmSituation, distance: float, turn: float) -> bool:
         """True if base and user have moved less than this, m and rad; joints do not count."""
-        if (self.user is None) != (other.user is None):
+        here, there = self.user, other.user
+        if here is None or there is None:
+            if here is not there:
+                return False
+        elif not here.distance_to(there) < distance:
             return False
-        near = self.base.distance_to(other.base) < distance
-        if self.user is not None and other.user is not None:
-            near = near and self.user.distance_to(other.user) < distance
-        pairs = zip(self._limbs, other._limbs, strict=True)
-        return (
-            near
-            and abs(wrap(self.base.yaw - other.base.yaw)) < turn
-            and all(_is_near(a, b) for a, b in pairs)
+        if not self.base.is_near(other.base, distance, turn):
+            return False
+        limbs = (
+            (self.head, other.head),
+            (self.left_hand, other.left_hand),
+            (self.right_hand, other.right_hand),
         )
-
-    @property
-    def _limbs(self) -> tuple[Point3 | None, ...]:
-        return self.head, self.left_hand, self.right_hand
+        for a, b in limbs:  # noqa: SIM110  a generator costs a call for each
+            if a is not b and not _is_near(a, b):
+                return False
+        return True
 
     def shoulder(self, side: float) -> Point3:
         """The left (1) or right (-1) shoulder, m."""
@@ -94,10 +99,11 @@ class ArmSituation:
 
     def limbs(self) -> tuple[Limb | None, ...]:
         """Head, left and right arm, from the shoulder on, in the map; None: it is not tracked."""
-        if self.user is None or not any(self._limbs):
+        points = self.head, self.left_hand, self.right_hand
+        if self.user is None or points == _UNTRACKED:
             return ()
         tracked = iter(person_obstacles(self, None).limbs)
-        return tuple([None if point is None else next(tracked) for point in self._limbs])
+        return tuple([None if point is None else next(tracked) for point in points])
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,4 +204,4 @@ def _point(pose: Pose3 | None) -> Point3 | None:
 
 
 def _is_near(a: Point3 | None, b: Point3 | None) -> bool:
-    return a is b or (a is not None and b is not None and math.dist(a, b) < LIMBS_MOVED)
+    return a is not None and b is not None and math.dist(a, b) < LIMBS_MOVED

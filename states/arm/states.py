@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 from engine import NEVER_NS, Action, Context, On, Run, Until, Yielded
 from engine.files import Angle, Duration
-from hw import Arm, Pose3, needs
+from hw import Arm, ArmState, Pose3, needs
 from states.arm.following import (
     CORRECTIONS,
     LATE_S,
@@ -194,7 +194,8 @@ def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Mo
 def _at_rest(ctx: Context) -> Generator[Yielded, None, ArmSituation | None]:
     """The situation once the arm is at rest; None if the stop line or the arm forbids motion."""
     while ctx.value(STOP_ENGAGED) is None:
-        situation, arm = _situation(ctx), ctx.value(ARM_JOINTS)
+        arm = ctx.value(ARM_JOINTS)
+        situation = _situation(ctx, arm)
         if situation is not None and arm is not None:
             refused = stopped(arm)
             if refused is not None:
@@ -206,10 +207,10 @@ def _at_rest(ctx: Context) -> Generator[Yielded, None, ArmSituation | None]:
     return None
 
 
-def _situation(ctx: Context) -> ArmSituation | None:
+def _situation(ctx: Context, arm: ArmState | None) -> ArmSituation | None:
     from states.arm.arm_situation import ArmSituation
 
-    base, arm = ctx.value(BASE_POSE), ctx.value(ARM_JOINTS)
+    base = ctx.value(BASE_POSE)
     if base is None or arm is None:
         return None
     return ArmSituation.of(base, ctx.value(USER_POSE), arm.joints)
@@ -250,10 +251,11 @@ def _follow(
     since, before = 0.0, ctx.now
     try:
         while since < points[-1][0] + LATE_S and ctx.value(STOP_ENGAGED) is None:
-            state, situation = ctx.value(ARM_JOINTS), _situation(ctx)
-            span, before = (ctx.now - before) * 1e-9, ctx.now
+            state, now = ctx.value(ARM_JOINTS), ctx.now
+            situation = _situation(ctx, state)
+            span, before = (now - before) * 1e-9, now
             if situation is not None:
-                standing.add_base_pose(ctx.now, situation.base)
+                standing.add_base_pose(now, situation.base)
             if is_at(state, points[-1][1], tolerance):
                 return True
             refused = refusal_of(state, number)

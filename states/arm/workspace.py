@@ -375,7 +375,7 @@ def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:
     count = math.ceil(trajectory.duration / PERIOD)
     times = np.linspace(0.0, trajectory.duration, count + 1)
     joints = trajectory.at(times + trajectory.times[0])[0].tolist()
-    return tuple((t, tuple(q)) for t, q in zip(times.tolist(), joints, strict=True))
+    return tuple(zip(times.tolist(), map(tuple, joints), strict=True))
 
 
 @example

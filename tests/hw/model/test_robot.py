@@ -201,6 +201,23 @@ def test_no_joint_is_asked_to_turn_faster_than_it_can_either_way(sense):
                     arm.check_course(course)
 
 
+@pytest.mark.parametrize(
+    ("point", "message"),
+    [
+        ((0.2, (0.0,) * 5), "5 joint angles; it has 6"),
+        ((0.2, (0.0, 0.0, 3.2, 0.0, 0.0, 0.0)), "joint 2 at 3.2"),
+        ((9.0, (0.0, 0.0, -3.2, 0.0, 0.0, 0.0)), "joint 2 at -3.2"),
+        ((0.2, (0.0, math.nan, 0.0, 0.0, 0.0, 0.0)), "joint 1 at nan"),
+        ((0.1, (0.0,) * 6), "times rise"),
+        ((math.nan, (0.0,) * 6), "times rise"),
+    ],
+)
+def test_a_course_with_a_wrong_point_is_refused(point, message):
+    course = [(0.0, (0.0,) * 6), (0.1, (0.0,) * 6), point, (10.0, (0.0,) * 6)]
+    with pytest.raises(ValueError, match=message):
+        ROBOT.arm.check_course(course)
+
+
 def test_calibrated_scanners_are_turned_on_from_their_mounts():
     sensing = load_robot("rbkairos_ur10").sensing
     turned = sensing.moved({"front_laser": Pose2(0.0, 0.0, 0.25)})
