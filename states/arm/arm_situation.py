@@ -77,9 +77,9 @@ class ArmSituation:
         if here is None or there is None:
             if here is not there:
                 return False
-        elif not here.distance_to(there) < distance:
+        elif here is not there and not here.distance_to(there) < distance:
             return False
-        if not self.base.is_near(other.base, distance, turn):
+        if self.base is not other.base and not self.base.is_near(other.base, distance, turn):
             return False
         limbs = (
             (self.head, other.head),

@@ -30,7 +30,9 @@ from states.arm.kinematics import (
     Manipulator,
     Surroundings,
     Wall,
+    Walls,
     deviation,
+    edges_of,
     forward,
     inverse,
     inverse_near,
@@ -88,7 +90,7 @@ class Workspace:
 
     arm: Manipulator
     limits: MotionLimits
-    walls: Sequence[Wall]
+    walls: Array
     parked: Joints
     stop_deceleration: float
     governor: bool = True
@@ -111,7 +113,8 @@ class Workspace:
         arm = manipulator_of(robot)
         assert robot.arm is not None
         assert robot.parked is not None
-        return cls(arm, limits, walls, robot.parked, robot.arm.stop_deceleration, governor)
+        deceleration = robot.arm.stop_deceleration
+        return cls(arm, limits, edges_of(walls), robot.parked, deceleration, governor)
 
     def reaching(self, situation: ArmSituation, deep: Pose3) -> Iterator[Query]:
         """The planning queries for map_from_deep, best first; none if it is out of reach.
@@ -359,9 +362,10 @@ class Workspace:
         return Query(checker, self.limits, np.array(situation.joints), goals)
 
     def _among(
-        self, situation: ArmSituation, walls: Sequence[Wall], person: PersonObstacles
+        self, situation: ArmSituation, walls: Walls, person: PersonObstacles
     ) -> CollisionChecker:
-        walls = (*walls, *person.walls)
+        if person.walls:
+            walls = np.concatenate([edges_of(walls), person.walls])
         around = Surroundings.seen_from(situation.base, walls, person.cylinders, person.limbs)
         return CollisionChecker.of(self.arm, around)
 

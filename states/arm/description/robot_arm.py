@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from hw.model import RobotModel
-from states.arm.description.urdf_arm import described_arm
 from states.arm.kinematics import OUTSIDE, CollisionChecker, Manipulator, Surroundings
 
 
@@ -21,6 +20,8 @@ def manipulator_of(robot: RobotModel) -> Manipulator:
         raise ValueError(f"robot {robot.name} has no arm")
     arm = Manipulator(model.model, model.mount, robot.chassis, held)
     if model.urdf is not None:
+        from states.arm.description.urdf_arm import described_arm
+
         arm = described_arm(model.urdf, arm)
     chain = model.calibration
     return arm if chain is None else arm.calibrated(chain)

@@ -6,6 +6,8 @@ from states.arm.kinematics.collision import (
     Limb as Limb,
     Surroundings as Surroundings,
     Wall as Wall,
+    Walls as Walls,
+    edges_of as edges_of,
     extent as extent,
     outline as outline,
 )

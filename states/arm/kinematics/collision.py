@@ -6,8 +6,7 @@ free pose in six counts as a collision. Distances are never overestimated.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +22,7 @@ from states.arm.kinematics.kernels import (
     gaps,
     place_capsules,
     sweep,
+    walls_around,
 )
 from states.arm.kinematics.model import Manipulator
 
@@ -36,6 +36,8 @@ _ROOM_HEIGHT = 3.0
 
 Wall = tuple[float, float, float, float]
 """The edge x1, y1, x2, y2 of an upright wall in the map, m."""
+Walls = Sequence[Wall] | Array
+"""Several, or the same as an array (w, 4)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +87,7 @@ class Surroundings:
     def seen_from(
         cls,
         map_from_rover: Pose2,
-        walls: Iterable[Wall] = (),
+        walls: Walls = (),
         cylinders: Iterable[Cylinder] = (),
         limbs: Iterable[Limb] = (),
         within: float = SEEN,
@@ -96,30 +98,28 @@ class Surroundings:
         Walls and cylinders farther than `within` m from the rover's centre are left out.
         """
         seen = map_from_rover.inverse()
-        edges = [(*seen.transform(*edge[:2]), *seen.transform(*edge[2:])) for edge in walls]
-        upright = [(*edge, 0.0, height) for edge in edges if _distance(edge) <= within]
+        upright = walls_around(edges_of(walls), seen.x, seen.y, seen.yaw, within, height)
         round_ = [
             (*seen.transform(c.x, c.y), c.radius, 0.0, c.height)
             for c in cylinders
             if map_from_rover.distance_to(Pose2(c.x, c.y)) - c.radius <= within
         ]
-        bodily = tuple(limb.seen_from(map_from_rover) for limb in limbs)
-        return cls(np.array(upright).reshape(-1, 6), np.array(round_).reshape(-1, 5), bodily)
+        bodily = tuple([limb.seen_from(map_from_rover) for limb in limbs])
+        return cls(upright, np.array(round_).reshape(-1, 5), bodily)
 
     @classmethod
     def in_map(
         cls,
-        walls: Iterable[Wall],
+        walls: Walls,
         cylinders: Iterable[Cylinder],
         height: float = _ROOM_HEIGHT,
     ) -> Surroundings:
         """Edges and cylinders of the map in the map's own frame, for `kernels.free_from`."""
-        upright = [(*edge, 0.0, height) for edge in walls]
+        edges = edges_of(walls)
+        upright = np.zeros((len(edges), 6))
+        upright[:, :4], upright[:, 5] = edges, height
         round_ = [(c.x, c.y, c.radius, 0.0, c.height) for c in cylinders]
-        return cls(
-            np.array(upright, np.float64).reshape(-1, 6),
-            np.array(round_, np.float64).reshape(-1, 5),
-        )
+        return cls(upright, np.array(round_, np.float64).reshape(-1, 5))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -202,10 +202,6 @@ def extent(arm: Manipulator, joints: ArrayLike) -> tuple[float, float, float, fl
     return float(high[0]), float(-low[0]), float(high[1]), float(-low[1])
 
 
-def _distance(edge: tuple[float, float, float, float]) -> float:
-    """Distance of an edge from the rover's centre, m."""
-    x1, y1, x2, y2 = edge
-    square = (x2 - x1) ** 2 + (y2 - y1) ** 2
-    t = 0.0 if square == 0.0 else -(x1 * (x2 - x1) + y1 * (y2 - y1)) / square
-    t = min(max(t, 0.0), 1.0)
-    return math.hypot(x1 + t * (x2 - x1), y1 + t * (y2 - y1))
+def edges_of(walls: Walls) -> Array:
+    """Walls as an array (w, 4)."""
+    return np.asarray(walls, np.float64).reshape(-1, 4)

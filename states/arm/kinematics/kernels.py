@@ -461,6 +461,27 @@ def room_within(
 
 
 @compiled
+def walls_around(
+    edges: Array, x: float, y: float, yaw: float, within: float, height: float
+) -> Array:
+    """Edges (w, 4) of the map as walls (n, 6) of this height from the floor, in the rover frame.
+
+    Those farther than `within` from the rover's centre are left out; x, y, yaw: rover_from_map.
+    """
+    c, s = math.cos(yaw), math.sin(yaw)
+    found, n = np.empty((len(edges), 6)), 0
+    for k in range(len(edges)):
+        for e in (0, 2):
+            found[n, e] = x + c * edges[k, e] - s * edges[k, e + 1]
+            found[n, e + 1] = y + s * edges[k, e] + c * edges[k, e + 1]
+        found[n, 4], found[n, 5] = 0.0, height
+        ax, ay, bx, by = found[n, :4]
+        if point_distance(0.0, 0.0, ax, ay, bx, by) <= within:
+            n += 1
+    return found[:n]
+
+
+@compiled
 def free_from(
     body: CapsuleSet,
     around: ArmObstacles,

@@ -23,6 +23,7 @@ from states.arm.kinematics import (
     Manipulator,
     Solutions,
     Surroundings,
+    Walls,
     free_from,
     inverse,
     pose_matrix,
@@ -38,7 +39,7 @@ _RINGS = ((0.0, 1), (0.5, 6), (1.0, 12))
 class ReachPlace:
     """Walls (x1, y1, x2, y2) and people as upright cylinders, in the map; m."""
 
-    walls: Sequence[tuple[float, float, float, float]] = ()
+    walls: Walls = ()
     people: Sequence[Cylinder] = ()
 
 
