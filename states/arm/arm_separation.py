@@ -104,8 +104,9 @@ class Governor:
         joints, velocities, _ = trajectory.at(np.linspace(0.0, STEP_S * count, count + 1))
         clearance = np.where(links >= _WRIST, TOUCH_CLEARANCE, CLEARANCE)
         self._course = Course(
-            body, own, clearance, joints, velocities, brakes.stop, brakes.speed_up
-        )
+            body, own, clearance, joints, velocities, brakes.stop, brakes.speed_up, AHEAD_S,
+            HANDS_AHEAD_S,
+        )  # fmt: skip
         self._met, self._granted, self._unsure = met, granted, unsure
         self._radius, self._expected = USER_RADIUS, False
         self._quick, self._steady = Motion(QUICK), Motion(STEADY)
@@ -164,7 +165,7 @@ class Governor:
         walker = Walker(at.x, at.y, vx, vy, known, age, self._radius, floor)
         found = next_pace(
             self._course, walker, self._placed(base), self._limbs, self._stamps, now_ns, since,
-            span, self._share, AHEAD_S, HANDS_AHEAD_S,
+            span, self._share,
         )  # fmt: skip
         self._share = found[0]
         return ArmPace(*found)

@@ -21,10 +21,8 @@ CLEARANCE, TOUCH_CLEARANCE = 0.10, 0.03
 """C of S_p, m; the smaller one is for prop and wrist, which come near by purpose."""
 SLOW = 0.225
 """No capsule is slowed down below this, m/s."""
-STARTING = 0.5
-"""Speed assumed of a person whose speed is not known yet, m/s."""
-WALKING = 1.6
-"""Speed assumed of a person whose newest pose is too old to be used, m/s."""
+STARTING, WALKING = 0.5, 1.6
+"""Speed assumed of a person whose speed is not known yet, or whose newest pose is too old, m/s."""
 HAND_SPEED = 2.0
 """Speed that a hand may have at any instant, m/s (ISO 13855, K within arm's length)."""
 HAND_REACTION_S = 0.05
@@ -38,7 +36,8 @@ class Course(NamedTuple):
     """An arm on its trajectory.
 
     `own` and `clearance` (k,) are radius and C of each of the capsules of `body` from its `first`
-    on; joints and velocities (t, 6) are `STEP_S` apart; stop and speed_up as in `Brakes`.
+    on; joints and velocities (t, 6) are `STEP_S` apart; stop and speed_up as in `Brakes`. Bodies
+    are met `ahead`, limbs `hands_ahead` on the trajectory, (n,), s.
     """
 
     body: CapsuleSet
@@ -48,6 +47,8 @@ class Course(NamedTuple):
     velocities: Array
     stop: float
     speed_up: float
+    ahead: Array
+    hands_ahead: Array
 
 
 class Walker(NamedTuple):
@@ -131,13 +132,9 @@ def allowed(pair: Pair) -> float:
 def after(choice: Choice, pair: Pair) -> Choice:
     """The choice with one more pair; of equal ones the first counts."""
     share, room = allowed(pair), pair.gap - pair.clearance
-    slower, nearer = share < choice.share, room < choice.room
-    return Choice(
-        share if slower else choice.share,
-        pair if slower else choice.slowest,
-        room if nearer else choice.room,
-        pair if nearer else choice.nearest,
-    )
+    least, slowest = (share, pair) if share < choice.share else (choice.share, choice.slowest)
+    lowest, nearest = (room, pair) if room < choice.room else (choice.room, choice.nearest)
+    return Choice(least, slowest, lowest, nearest)
 
 
 @compiled
@@ -150,9 +147,8 @@ def deciding(choice: Choice) -> Pair:
 def needed(pair: Pair, pace: float) -> float:
     """S_p of a pair at a pace, m."""
     stop = max(0.0, pace - pair.least) * pair.stopping
-    found = pair.coming * (pair.reaction + stop) + pace * pair.closing * (pair.lag + 0.5 * stop)
-    found += 0.5 * pair.least * pair.closing * stop
-    return found + pair.clearance
+    used = pair.coming * (pair.reaction + stop) + pace * pair.closing * (pair.lag + 0.5 * stop)
+    return used + 0.5 * pair.least * pair.closing * stop + pair.clearance
 
 
 @compiled
@@ -181,32 +177,29 @@ def turned(closing: float, speed: float, off: float) -> float:
 
 
 @compiled
-def look_ahead(
-    course: Course, since: float, ahead: Array, q: Array, velocity: Array, stopping: Array
-) -> None:
-    """Writes joints and velocities (n, 6) and t_s at full pace (n,) so long ahead, s (n,)."""
-    last = len(course.joints) - 1
-    for n in range(len(ahead)):
+def looked_ahead(course: Course, since: float, ahead: Array) -> tuple[Array, Array, Array]:
+    """Joints and their velocities, (n, 6), and t_s at full pace, (n,), so long ahead, s (n,)."""
+    count, last = len(ahead), len(course.joints) - 1
+    q, velocity, stopping = np.empty((count, 6)), np.empty((count, 6)), np.empty(count)
+    for n in range(count):
         at = min(round((since + ahead[n]) / STEP_S), last)
         fastest = _NOTHING
         for i in range(6):
             q[n, i], velocity[n, i] = course.joints[at, i], course.velocities[at, i]
             fastest = max(fastest, abs(velocity[n, i]))
         stopping[n] = fastest / course.stop
+    return q, velocity, stopping
 
 
 @compiled
-def body_pairs(
-    course: Course, since: float, ahead: Array, walker: Walker, rover: Rover
-) -> tuple[Choice, float]:
+def body_pairs(course: Course, since: float, walker: Walker, rover: Rover) -> tuple[Choice, float]:
     """What decides of the body's cylinder, seen from above.
 
     A person whose speed is known has gone on since they were seen: from there an arm that passes
     beside them would seem to close more slowly than it does. With t_s now, s.
     """
-    count, k = len(ahead), len(course.own)
-    q, velocity, stopping = np.empty((count, 6)), np.empty((count, 6)), np.empty(count)
-    look_ahead(course, since, ahead, q, velocity, stopping)
+    body, count, k = course.body, len(course.ahead), len(course.own)
+    q, velocity, stopping = looked_ahead(course, since, course.ahead)
     towards, distance, closing = np.empty((count, k, 2)), np.empty((count, k)), np.empty((count, k))
     at_x, at_y, late = walker.x, walker.y, REACTION_S + walker.age
     vx = vy = 0.0
@@ -215,10 +208,10 @@ def body_pairs(
         c, s = math.cos(-rover.yaw), math.sin(-rover.yaw)
         vx, vy = c * walker.vx - s * walker.vy, s * walker.vx + c * walker.vy
     at_x, at_y = seen_from(rover, at_x, at_y)
-    approaching(course.body, course.body.first, q, velocity, at_x, at_y, towards, distance, closing)
+    approaching(body, body.first, q, velocity, at_x, at_y, towards, distance, closing)
     choice = _NO_CHOICE
     for n in range(count):
-        later = max(0.0, ahead[n] - REACTION_S) / stopping[n]
+        later = max(0.0, course.ahead[n] - REACTION_S) / stopping[n]
         for i in range(k):
             coming = assumed_speed(walker.age)
             if walker.known:
@@ -233,23 +226,17 @@ def body_pairs(
 
 
 @compiled
-def limb_pairs(
-    course: Course, since: float, ahead: Array, walker: Walker, limbs: Array, ages: Array
-) -> Choice:
+def limb_pairs(course: Course, since: float, walker: Walker, limbs: Array, ages: Array) -> Choice:
     """What decides of limbs (m, 7): both ends of their axes and their radii, seen ages (m,) ago, s.
 
-    They may have gone anywhere since then. Of a link that a hand may have gone along, not the
-    nearest point is met, but a faster one: only prop and wrist, which are short, have the floor of
-    the body.
+    They may have gone anywhere since then. Of a link that a hand may have gone along, a faster
+    point is met than the nearest: only prop and wrist, which are short, have the body's floor.
     """
-    count, k, m = len(ahead), len(course.own), len(limbs)
-    q, velocity, stopping = np.empty((count, 6)), np.empty((count, 6)), np.empty(count)
-    look_ahead(course, since, ahead, q, velocity, stopping)
+    body, count, k, m = course.body, len(course.hands_ahead), len(course.own), len(limbs)
+    q, velocity, stopping = looked_ahead(course, since, course.hands_ahead)
     distance, closing, speed, along = np.empty((4, count, k, m))
     axes = limbs[:, :6].copy().reshape(m, 2, 3)
-    approaching_limbs(
-        course.body, course.body.first, q, velocity, axes, distance, closing, speed, along
-    )
+    approaching_limbs(body, body.first, q, velocity, axes, distance, closing, speed, along)
     choice = _NO_CHOICE
     for n in range(count):
         for i in range(k):
@@ -289,15 +276,13 @@ def next_pace(  # noqa: PLR0913 - all that a pace depends on
     since: float,
     span: float,
     share_before: float,
-    ahead: Array,
-    hands_ahead: Array,
 ) -> tuple[float, float, float]:
     """The pace from now on, with S and S_p, m, of the pair that decides, else of the nearest.
 
     Limbs (m, 7), in the map, were seen at stamps (m,), ns; the last pace, `span` s ago, was
     `share_before`; `since` s of the trajectory are done.
     """
-    choice, stopping = body_pairs(course, since, ahead, walker, rover)
+    choice, stopping = body_pairs(course, since, walker, rover)
     wanted, pair = min(1.0, choice.share), deciding(choice)
     if len(limbs) > 0:
         seen, ages = limbs.copy(), np.empty(len(limbs))
@@ -305,7 +290,7 @@ def next_pace(  # noqa: PLR0913 - all that a pace depends on
             ages[j] = max(0.0, (now_ns - stamps[j]) * 1e-9)
             for e in (0, 3):
                 seen[j, e], seen[j, e + 1] = seen_from(rover, limbs[j, e], limbs[j, e + 1])
-        choice = limb_pairs(course, since, hands_ahead, walker, seen, ages)
+        choice = limb_pairs(course, since, walker, seen, ages)
         share, other = min(1.0, choice.share), deciding(choice)
         nearer = other.gap - other.clearance < pair.gap - pair.clearance
         if share < wanted or (share == wanted and nearer):
