@@ -94,6 +94,8 @@ class Truth(NamedTuple):
         contacts: of the rover's footprint and people so far, in order.
         others: poses of people besides the user, in the map, by name.
         hits: walls and things that have held the robot, in order.
+        tracked_since_ns: stamp from which on `user.pose` has come in every step up to `seen_ns`;
+            None where that is not known.
     """
 
     base: Pose2 | None = None
@@ -113,3 +115,4 @@ class Truth(NamedTuple):
     object_hits: int | None = None
     others: tuple[tuple[str, Pose2], ...] = ()
     hits: tuple[Hit, ...] | None = None
+    tracked_since_ns: int | None = None

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw import USER, USER_RADIUS, Contact, Joints, Pose2, Truth
+from hw import USER, USER_RADIUS, Contact, Joints, Pose2, Truth, wrap
 from hw.model import Footprint
 
 Array = NDArray[np.float64]
@@ -25,8 +25,9 @@ CapsulesOf = Callable[[Joints], tuple[Array, Array]]
 
 LOOKS = 4
 """Number of interpolated configurations checked between two ticks."""
-SLACK = 0.5
-"""Margin for the arm reaching farther between two ticks than at either of them, m."""
+SLACK = 0.2
+"""Margin for the arm being farther off between two ticks than it has shifted from one to the other,
+m."""
 _NOTHING = 1e-12
 _ROUNDING = 1e-9
 
@@ -75,42 +76,45 @@ class ArmWatch:
     """
 
     def __init__(self, outline: ArmOutline, who: str = USER) -> None:
-        from states.arm.kinematics import meets_disc
+        from states.arm.kinematics import seen_from_above
 
-        self._meets_disc = meets_disc
+        self._seen_from_above = seen_from_above
         self.contacts: list[Contact] = []
         self._who = who
         self._others: dict[str, ArmWatch] = {}
         self._outline = outline
-        self._half = np.array((outline.footprint.half_length, outline.footprint.half_width))
-        self._last: tuple[int, _Look] | None = None
-        self._reach: float | None = None
-        self._touching = self._met = self._meant = False
+        self._half = outline.footprint.half_length, outline.footprint.half_width
+        self._last: tuple[Pose2, Pose2, Joints] | None = None
+        self._last_ns = 0
+        self._capsules: tuple[Array, Array] | None = None
+        self._inside = self._touching = self._met = self._meant = False
 
     def watch(self, now_ns: int, truth: Truth) -> None:
         """Check this instant and the motion since the previous one."""
-        for who, body in truth.others:
+        for who, there in truth.others:
             other = self._others.setdefault(who, ArmWatch(self._outline, who))
             other.contacts = self.contacts
-            other.watch(now_ns, truth._replace(body=body, request=None, others=()))
-        if truth.base is None or truth.body is None or truth.joints is None:
+            other.watch(now_ns, truth._replace(body=there, request=None, others=()))
+        base, body, joints = truth.base, truth.body, truth.joints
+        if base is None or body is None or joints is None:
             return
-        now = _Look(truth.base, truth.body, truth.joints)
-        since_ns, last = self._last or (now_ns, now)
-        granted = truth.request is not None
-        if self._last is None or now != last:
-            self._last = now_ns, now
-            self._look_between(last, now, (since_ns, now_ns), granted)
-        else:
-            self._last = now_ns, last
+        now, granted = (base, body, joints), truth.request is not None
+        if self._last != now:
+            last = self._last or now
+            if self._inside and joints is last[2]:
+                self._met = self._touching = False
+            else:
+                span = self._last_ns if self._last else now_ns, now_ns
+                self._look_between(_Look(*last), _Look(*now), span, granted)
+        self._last, self._last_ns = now, now_ns
         self._meant = granted or (self._meant and self._met)
 
     def _look_between(self, last: _Look, now: _Look, span: tuple[int, int], granted: bool) -> None:
-        found: list[list[_Touch]] = []
-        looks: list[_Look] = []
-        if self._is_near(last, now):
-            looks = [last.between(now, k / LOOKS) for k in range(LOOKS + 1)]
-            found = [self._touches(look) for look in looks[1:]]
+        if not self._is_near(last, now):
+            self._met = self._touching = False
+            return
+        looks = [last.between(now, k / LOOKS) for k in range(LOOKS + 1)]
+        found = [self._touches(look) for look in looks[1:]]
         held = self._outline.held
         self._met = any(self._part(touch) == held for touches in found for touch in touches)
         if self._meant or granted:
@@ -123,24 +127,24 @@ class ArmWatch:
         self._touching = touching  # one touch counts once
 
     def _is_near(self, last: _Look, now: _Look) -> bool:
-        """True if the arm extends beyond the outline and may have reached the person."""
-        before = self._reach
-        if before is None or now.joints != last.joints:
-            self._reach = self._reach_of(now.joints)
-        assert self._reach is not None
-        if self._reach == 0.0:
-            return False
-        travel = last.base.distance_to(now.base) + last.body.distance_to(now.body)
-        reach = max(self._reach, before or 0.0) + SLACK + travel
-        return now.base.distance_to(now.body) - USER_RADIUS <= reach
+        """True if the arm extends beyond the outline and may have reached the person.
 
-    def _reach_of(self, joints: Joints) -> float:
-        """Horizontal reach of the arm from base_link, m; 0 if it stays within the outline."""
-        ends, radii = self._outline.capsules_of(joints)
-        beyond = (np.abs(ends[:, :, :2]) - self._half).max(axis=(1, 2)) + radii
-        if not (beyond > 0.0).any():
-            return 0.0
-        return float((np.hypot(ends[:, :, 0], ends[:, :, 1]).max(axis=1) + radii).max())
+        The person is at most as much nearer meanwhile as arm, base and person have moved.
+        """
+        before = self._capsules
+        if before is None or now.joints is not last.joints:
+            self._capsules = self._outline.capsules_of(now.joints)
+        assert self._capsules is not None
+        ends, radii = self._capsules
+        x, y = now.base.inverse().transform(now.body.x, now.body.y)
+        was = ends if before is None else before[0]
+        beyond, gap, shift = self._seen_from_above(ends, was, radii, *self._half, x, y)
+        self._inside = not beyond
+        if not beyond:
+            return False
+        turned = abs(wrap(now.base.yaw - last.base.yaw)) * now.base.distance_to(now.body)
+        travel = last.base.distance_to(now.base) + last.body.distance_to(now.body) + turned
+        return gap - USER_RADIUS <= shift + travel + SLACK
 
     def _note(
         self, touch: _Touch, looks: tuple[_Look, _Look], span: tuple[int, int], granted: bool
@@ -175,7 +179,8 @@ class ArmWatch:
         """Contacts of the arm with the person, except those within the rover's outline."""
         ends, radii = self._outline.capsules_of(look.joints)
         x, y = look.base.inverse().transform(look.body.x, look.body.y)
-        if not self._meets_disc(ends, radii, x, y, USER_RADIUS + _ROUNDING):
+        _, gap, _ = self._seen_from_above(ends, ends, radii, *self._half, x, y)
+        if gap > USER_RADIUS + _ROUNDING:
             return []
         person = np.array((x, y))
         shares, away = _nearest(ends[:, :, :2], person)
@@ -185,7 +190,7 @@ class ArmWatch:
         if not touching.any():
             return []
         surface = person - away * (1.0 - radii / np.maximum(distances, _NOTHING))[:, None]
-        touching &= (np.abs(surface) >= self._half).any(axis=1)
+        touching &= (np.abs(surface) >= np.array(self._half)).any(axis=1)
         return [_Touch(float(gaps[i]), int(i), float(shares[i])) for i in np.flatnonzero(touching)]
 
 

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from cobodeck.evaluate.arm_contact import ArmWatch
 from cobodeck.evaluate.figures import contact_figures, hit_figures, spread
 from cobodeck.evaluate.requests import RequestWatch
-from hw import Contact, Pose2, Truth, wrap
+from hw import Contact, Joints, Pose2, Truth, wrap
 
 AHEAD_M, HALF_VIEW_RAD, AROUND_M = 2.5, math.pi / 5, 1.5
 """The Escape zones: radius and half angle within the view, radius elsewhere, m, rad (R104)."""
@@ -37,28 +37,46 @@ class PoseSource(Protocol):
 
 
 class MotionHash:
-    """SHA-256 over the exact bits of base pose, person's pose and joints at each tick."""
+    """SHA-256 over the exact bits of base pose, person's pose and joints where they change.
+
+    It covers each instant at which one of the values differs from the instant before, and the last
+    instant at the end: a run that leaves out instants at which nothing moves has the same hash.
+    """
 
     def __init__(self) -> None:
         self._hash = hashlib.sha256()
-        self._empty = True
+        self._values: tuple[Pose2 | None, Pose2 | None, Joints | None] = (None, None, None)
+        self._bits = b""
+        self._now = 0
 
     def watch(self, now_ns: int, truth: Truth) -> None:
         """Add this instant."""
-        base, body, joints = truth.base, truth.body, truth.joints
-        if base is None and body is None and joints is None:
+        self._now = now_ns
+        base, body, joints = self._values
+        if truth.base is base and truth.body is body and truth.joints is joints:
             return
-        self._empty = False
+        base, body, joints = self._values = truth.base, truth.body, truth.joints
         moved = () if base is None else (base.x, base.y, base.yaw)
         walked = () if body is None else (body.x, body.y, body.yaw)
         numbers = (*moved, *walked, *(joints or ()))
         sizes = len(moved), len(walked), len(numbers)
-        self._hash.update(struct.pack(f"<q3b{sizes[-1]}d", now_ns, *sizes, *numbers))
+        row = struct.pack(f"<q3b{sizes[-1]}d", now_ns, *sizes, *numbers)
+        if row[_STAMP:] != self._bits:
+            self._bits = row[_STAMP:]
+            self._hash.update(row)
 
     @property
     def sha256(self) -> str | None:
         """The hash of all instants so far; None if no pose was ever known."""
-        return None if self._empty else self._hash.hexdigest()
+        if not self._bits:
+            return None
+        found = self._hash.copy()
+        found.update(struct.pack("<q", self._now))
+        return found.hexdigest()
+
+
+_STAMP = 8
+"""Bytes of the instant before those of the values."""
 
 
 @dataclass(slots=True)
@@ -88,7 +106,11 @@ class Evaluator:
     _danger_since: int | None = None
     _seen: int = 0
     _located: bool = False
-    _informed: bool = False
+
+    @property
+    def leaps(self) -> bool:
+        """See `engine/LEAPS.md`; a measured truth counts the samples."""
+        return not self.measured
 
     def watch(self, now_ns: int) -> None:
         """Evaluate this instant."""
@@ -96,31 +118,29 @@ class Evaluator:
         elapsed, self._now = now_ns - self._now, now_ns
         if truth is None:
             return
-        self._truth = truth
+        before, self._truth = self._truth, truth
         self.motion.watch(now_ns, truth)
-        if truth.seen_ns is not None:
-            self._watch_tracking(truth.seen_ns)
-        self._watch_sign(truth)
+        if truth.seen_ns is not None and truth.seen_ns != self._seen:
+            self._watch_tracking(truth.seen_ns, truth.tracked_since_ns)
+        if truth.informed is True and before.informed is not True:
+            self.signs += 1
+            self.signs_to_standing += truth.speed <= MOVING
         if truth.base is not None and truth.body is not None:
-            self._watch_distance(truth, truth.base, truth.body, elapsed)
+            self._located = True
+            if truth.speed > MOVING or self._danger_since is not None:
+                self._watch_distance(truth, truth.base, truth.body, elapsed)
         if self.arm is not None:
             self.arm.watch(now_ns, truth)
         self.requests.watch(now_ns, truth)
 
-    def _watch_tracking(self, seen_ns: int) -> None:
-        if seen_ns - self._seen > STALE_NS:
+    def _watch_tracking(self, seen_ns: int, since_ns: int | None) -> None:
+        """Note a drop-out, unless tracking has gone on since the pose seen before."""
+        goes_on = since_ns is not None and since_ns <= self._seen
+        if seen_ns - self._seen > STALE_NS and not goes_on:
             self.dropouts.append((self._seen, seen_ns))
         self._seen = seen_ns
 
-    def _watch_sign(self, truth: Truth) -> None:
-        shown = truth.informed is True
-        if shown and not self._informed:
-            self.signs += 1
-            self.signs_to_standing += truth.speed <= MOVING
-        self._informed = shown
-
     def _watch_distance(self, truth: Truth, base: Pose2, body: Pose2, elapsed: int) -> None:
-        self._located = True
         distance = math.hypot(body.x - base.x, body.y - base.y)
         moving = truth.speed > MOVING
         if moving:

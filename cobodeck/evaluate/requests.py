@@ -19,6 +19,7 @@ STANDS_NS = 100_000_000
 """The arm stands once it has not moved for this long, ns; moves may follow a tick apart."""
 
 PropOf = Callable[[Pose2, Joints], Pose3]
+_NEVER = (None, None, None), (math.inf, math.inf)
 
 
 @dataclass(slots=True)
@@ -42,11 +43,12 @@ class RequestWatch:
     _settling: bool = False
     _still_since: int | None = None
     _seen: bool = False
+    _missed: tuple[tuple[Pose2 | None, Joints | None, Pose3 | None], tuple[float, float]] = _NEVER
 
     def watch(self, now_ns: int, truth: Truth) -> None:
         """Evaluate this instant."""
         deep = truth.request
-        if deep != self._requested:
+        if deep is not self._requested and deep != self._requested:
             self.end(now_ns)
             self._requested = deep
             if deep is not None:
@@ -60,11 +62,22 @@ class RequestWatch:
             self._still_since = None
         elif self._still_since is None:
             self._still_since = now_ns
-        if deep is None or math.hypot(deep.x - base.x, deep.y - base.y) >= REACH_M:
+        if deep is None or (self._since is None and not self._settling):
             return
-        if self._since is not None or self._settling:
-            prop = prop_of(base, joints)
-            self._watch_prop(now_ns, prop.distance_to(deep), prop.angle_to(deep))
+        if math.hypot(deep.x - base.x, deep.y - base.y) < REACH_M:
+            self._watch_prop(now_ns, *self._miss(base, joints, deep, prop_of))
+
+    def _miss(
+        self, base: Pose2, joints: Joints, deep: Pose3, prop_of: PropOf
+    ) -> tuple[float, float]:
+        """How far the prop is off the DEEP, m and rad; computed where one of them has changed."""
+        (base_before, joints_before, deep_before), missed = self._missed
+        if base is base_before and joints is joints_before and deep is deep_before:
+            return missed
+        prop = prop_of(base, joints)
+        missed = prop.distance_to(deep), prop.angle_to(deep)
+        self._missed = (base, joints, deep), missed
+        return missed
 
     def _watch_prop(self, now_ns: int, away: float, turned: float) -> None:
         if self._since is not None and away <= SERVED_M and turned <= SERVED_RAD:

@@ -30,12 +30,18 @@ class StuckWatch:
     found: list[dict[str, Any]] = field(default_factory=list)
     _read: int = 0
 
+    @property
+    def leaps(self) -> bool:
+        """Nothing ends in a leap."""
+        return True
+
     def watch(self, now_ns: int) -> None:
         """Look at what has ended since the last instant."""
         trace = self.run.trace
-        new = trace.raw[max(0, self._read - trace.gone) :]
-        self._read = trace.end
-        for raw in new:
+        read, self._read = self._read, trace.gone + len(trace.raw)
+        if read == self._read:
+            return
+        for raw in trace.raw[max(0, read - trace.gone) :]:
             if raw[0] == "end" and raw[3] in OUTCOMES:
                 self._note(now_ns, raw[1] / 1e9, raw[2].path, raw[3])
 

@@ -201,6 +201,8 @@ class Loop:
             self.leapt += seconds * hz
             board.leap(seconds * hz, self.grid.instant(seconds * hz))
             leap(self.grid.instant(seconds * hz))
+            for observer in self.observers:
+                observer.watch(self.grid.instant(self.ticks - 1))
 
     def _skip(self, ticks: int) -> None:
         if ticks > 0:

@@ -98,10 +98,14 @@ class Audience:
 
 def later(truth: Truth, by_ns: int) -> Truth:
     """The same truth with its times shifted."""
-    seen, contacts = truth.seen_ns, truth.contacts
+    contacts = truth.contacts
     if contacts is not None:
         contacts = tuple(replace(one, at_ns=one.at_ns + by_ns) for one in contacts)
-    return truth._replace(seen_ns=None if seen is None else seen + by_ns, contacts=contacts)
+    seen, since = (
+        None if stamp is None else stamp + by_ns
+        for stamp in (truth.seen_ns, truth.tracked_since_ns)
+    )
+    return truth._replace(seen_ns=seen, tracked_since_ns=since, contacts=contacts)
 
 
 class Host:

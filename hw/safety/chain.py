@@ -241,6 +241,11 @@ class LocalChain:
         self._stop_if_latched()
         return admitted
 
+    def leap(self, span_ns: int) -> None:
+        """Pass over so long, ns; see `SafetyRule`."""
+        with self._mutex:
+            self.rule.leap(span_ns)
+
     def rest(self, now_ns: int) -> None:
         """A cycle of a standing base without a command."""
         with self._mutex:

@@ -192,6 +192,18 @@ class GuardedBase:
         else:
             self.base.drive(selected.twist)
 
+    def leap(self, span_ns: int) -> None:
+        """Pass over so long, ns, in which the base stands and all samples are repeated."""
+        assert isinstance(self.chain, LocalChain)
+        self.chain.leap(span_ns)
+
+    @property
+    def still(self) -> bool:
+        """True while no source drives, and all that has changed has been reported."""
+        if self.selected.source is not None:
+            return False
+        return self._reported in (None, (self.mode, self.refusal, self.chain.admitted))
+
     # what the owner of plain wheels calls
 
     def cycle(self, now_ns: int) -> None:

@@ -98,6 +98,10 @@ class SafetyRule:
         """Take a pose of the user (map) that arrived now; False if refused, see `UserTrack`."""
         return self._user.add_position(now_ns, stamp_ns, x, y)
 
+    def leap(self, span_ns: int) -> None:
+        """Pass over so long, ns, in which the base stands and the user is seen where they stand."""
+        self._user.leap(span_ns)
+
     def request(self, level: bool) -> None:
         """Set whether the user requests a touch. The end of a request ends its grant.
 

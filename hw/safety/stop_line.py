@@ -6,6 +6,8 @@ from collections.abc import Callable
 
 from hw.samples import Sample
 
+_NOTHING_YET = "nothing yet"
+
 
 class StopLatch:
     """A latch: anyone may pull it, the operator resets it once its cause is gone (R49).
@@ -18,7 +20,12 @@ class StopLatch:
     def __init__(self, release: Callable[[], bool]) -> None:
         self.reason: str | None = None
         self._release = release
-        self._reported: str | None = "nothing yet"
+        self._reported: str | None = _NOTHING_YET
+
+    @property
+    def still(self) -> bool:
+        """True while it is not pulled, and has reported so."""
+        return self.reason is None and self._reported in (None, _NOTHING_YET)
 
     def pull(self, reason: str) -> None:
         """Stop base and arm until the reset; see `StopLine`."""

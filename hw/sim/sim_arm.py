@@ -86,7 +86,10 @@ class PacedCourse:
 
 
 class SimArm:
-    """An arm that follows its trajectory exactly; a stop brakes along it, within 0.2 s (R45)."""
+    """An arm that follows its trajectory exactly; a stop brakes along it, within 0.2 s (R45).
+
+    `still`: it stands, and nothing has been asked of it since the last step.
+    """
 
     signals: tuple[str, ...] = ("arm.joints",)
 
@@ -96,6 +99,7 @@ class SimArm:
         self._still = (0.0,) * len(joints)
         self.state = ArmState(joints, self._still)
         self.braked = False
+        self.still = False
         self._course: PacedCourse | None = None
         self._now = 0
         self._reported = -1
@@ -103,6 +107,7 @@ class SimArm:
     def follow(self, points: Sequence[TimedJoints]) -> int:
         """Follow a trajectory; see `Arm`."""
         self._model.check_course(points)
+        self.still = False
         refused = refusal(self.state, points, self.braked)
         self.stop()
         number = self.state.course + 1
@@ -138,7 +143,7 @@ class SimArm:
             self.state = replace(self.state, refused=STOPPED)
             self.stop()
             course = self._course
-        self._now = until_ns
+        self._now, self.still = until_ns, course is None
         if course is None:
             return
         share, rate = course.at(until_ns)

@@ -110,6 +110,12 @@ class SimBase:
             return [twist]
         return [Sample("base.pose", now_ns, self._measured()), twist]
 
+    @property
+    def still(self) -> bool:
+        """True while it stands, without a command, a change of mode or noise: it only repeats."""
+        stands = self.twist is STILL and self._target is STILL and self._noise is None
+        return stands and self.mode == self._wanted_mode
+
     def block(self, pose: Pose2) -> None:
         """A solid obstacle stops the base at once, at this pose."""
         self.pose, self.twist, self._target = pose, STILL, STILL

@@ -52,6 +52,13 @@ class Hand:
             None if sensor is None else SimWrench(sensor),
         )
 
+    @property
+    def still(self) -> bool:
+        """True while nothing of it moves or changes; a part that does not say so may do either."""
+        return all(
+            part is None or getattr(part, "still", False) for part in (self.gripper, self.wrench)
+        )
+
     def advance(self, until_ns: int, *, braked: bool) -> None:
         """Move on to until_ns."""
         if self.gripper is not None:
@@ -107,6 +114,12 @@ class SimGripper:
         """Keep the fingers where they are; see `Gripper`."""
         self._goal = None
 
+    @property
+    def still(self) -> bool:
+        """True while the fingers stand, with an object between them or none."""
+        holds = self.between is not None and self.state.opening <= self.between
+        return self._goal is None and self.state.holding == holds
+
     def samples(self, now_ns: int) -> list[Sample]:
         """The fingers at this instant."""
         if self._reported == now_ns:
@@ -144,7 +157,7 @@ class SimWrench:
     def __init__(self, model: WrenchModel) -> None:
         self._model = model
         self._load = self._zero = NO_LOAD
-        self._reading = self._present()
+        self._reading = self._told = self._present()
         self._reported = -1
 
     def press(self, load: WrenchReading) -> None:
@@ -152,6 +165,11 @@ class SimWrench:
         check_load(load)
         self._load = load
         self._reading = self._present()
+
+    @property
+    def still(self) -> bool:
+        """True while the reading is the one given last."""
+        return self._reading is self._told
 
     def zero(self) -> None:
         """Take the present reading as no load; see `Wrench`."""
@@ -162,7 +180,7 @@ class SimWrench:
         """The reading of this instant."""
         if self._reported == now_ns:
             return []
-        self._reported = now_ns
+        self._reported, self._told = now_ns, self._reading
         return [Sample("wrench.reading", now_ns, self._reading)]
 
     def _present(self) -> WrenchReading:

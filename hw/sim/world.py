@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from engine import NEVER_NS
 from hw.geometry import Pose2
 from hw.interfaces import RobotPart
 from hw.log import Log
@@ -50,15 +51,19 @@ class World:
         FileError: the robot's footprint touches a wall or the person at the start.
     """
 
-    leap: Callable[[int], None] | None = None
     paced = False
     """Time advances only by calls of `advance`."""
     now_ns = 0
     _vr: SimVr | None = None
     _trackers: SimTrackers | None = None
     _equipment: Equipment | None = None
-    _tracked: tuple[int | None, float] = (None, 0.0)
-    """Stamp of the newest measured pose of the person, and the head's turn in it, rad."""
+    _tracked: tuple[int | None, float, int | None] = (None, 0.0, None)
+    """Stamp of the newest measured pose of the person, the head's turn in it, rad, and the stamp
+    since which one has come in every step."""
+    _viewed: object = None
+    """The pose measured last."""
+    _truth = Truth()
+    _began = False
 
     def __init__(  # noqa: PLR0913 - most are optional
         self,
@@ -153,28 +158,33 @@ class World:
 
     @property
     def truth(self) -> Truth:
-        """A snapshot of the ground truth."""
-        base, arm, person = self.base, self.arm, self.person
+        """A snapshot of the ground truth; the same object until something of it changes."""
+        base, arm, person, touched = self.base, self.arm, self.person, self.collisions
         state = None if arm is None else arm.state
-        return Truth(
-            base=base.pose,
-            joints=None if state is None else state.joints,
-            arm_moving=state is not None and state.moving,
-            body=None if person is None else person.body,
-            speed=0.0 if person is None else person.speed,
-            request=None if person is None else person.request,
-            seen_ns=self._tracked[0],
-            head_turn=self._tracked[1],
-            informed=self.informed,
-            distance_m=base.distance_m,
-            energy_j=base.energy_j,
-            wall_hits=self.collisions.wall_hits,
-            min_gap=None if person is None else self.collisions.min_gap,
-            contacts=None if person is None else self.collisions.contacts,
-            object_hits=self.collisions.object_hits,
-            others=self.collisions.others.people(self.now_ns),
-            hits=self.collisions.hits,
+        seen_ns, head_turn, since_ns = self._tracked
+        now = Truth(
+            base.pose,
+            None if state is None else state.joints,
+            state is not None and state.moving,
+            None if person is None else person.body,
+            0.0 if person is None else person.speed,
+            None if person is None else person.request,
+            seen_ns,
+            head_turn,
+            self._vr is not None and self._vr.shown,
+            base.distance_m,
+            base.energy_j,
+            touched.wall_hits,
+            None if person is None else touched.user.least,
+            None if person is None else touched.contacts,
+            touched.object_hits,
+            touched.others.people(self.now_ns) if touched.others.bodies else (),
+            touched.hits,
+            since_ns,
         )
+        if now != self._truth:
+            self._truth = now
+        return self._truth
 
     @property
     def cycles(self) -> Log[SafetyRecord]:
@@ -201,8 +211,27 @@ class World:
         return told
 
     def quiet_until(self) -> int:
-        """Something is measured at every instant, so that no tick can be left out."""
-        return self.now_ns
+        """The instant before which nothing changes and each part repeats its samples, ns.
+
+        Now, unless all of them say so; see `engine/LEAPS.md`.
+        """
+        person, now = self.person, self.now_ns
+        until = NEVER_NS if person is None else getattr(person, "still_until_ns", now)
+        parts = self.guard, self.base, self.arm, self.hand, self._line, self._operator, self._vr
+        if until <= now or self._own or self._equipment is not None or not self._began:
+            return now
+        if not all(part is None or getattr(part, "still", False) for part in parts):
+            return now
+        if self._trackers is not None and not (self._trackers.exact and self._tracked[0] == now):
+            return now
+        return until if self.collisions.others.stand(now) else now
+
+    def leap(self, span_ns: int) -> None:
+        """Pass over so long, ns, before `quiet_until`: all repeat their samples meanwhile."""
+        self._advance(self.now_ns + span_ns)
+        self.guard.leap(span_ns)
+        if self._trackers is not None:
+            self._trackers.samples(self.now_ns)  # one of those repeated
 
     def close(self) -> None:
         """Nothing to do: nothing is open."""
@@ -225,21 +254,23 @@ class World:
         self._advance(to_ns)
 
     def _advance(self, now_ns: int) -> None:
-        since_ns, self.now_ns = self.now_ns, now_ns
-        self.collisions.begin(since_ns, now_ns)
-        base, arm, person = self.base, self.arm, self.person
+        since_ns, self.now_ns, self._began = self.now_ns, now_ns, True
+        base, arm, person, touched = self.base, self.arm, self.person, self.collisions
+        touched.since_ns, touched.now_ns = since_ns, now_ns
         robot_before = base.pose
         base.braked = braked = self._line.reason is not None
         base.advance(now_ns)
         if arm is not None:
             arm.braked = braked
             arm.advance(now_ns)
-        self.hand.advance(now_ns, braked=braked)
+        if self.hand.gripper is not None:
+            self.hand.advance(now_ns, braked=braked)
         if base.pose is not robot_before:
-            self.collisions.collide(robot_before)
+            touched.collide(robot_before)
         if person is not None:
-            self._advance_person(person, robot_before)
-        self.collisions.watch_others(robot_before)
+            self._advance_person(person, robot_before, since_ns)
+        if touched.others.bodies:
+            touched.watch_others(robot_before)
         if self._operator is not None:
             self._operator.step(now_ns)
         if self._own:
@@ -265,26 +296,36 @@ class World:
             self._own.pop(name, None)
             self._failures.append((name, error))
 
-    def _advance_person(self, person: Person, robot_before: Pose2) -> None:
+    def _advance_person(self, person: Person, robot_before: Pose2, since_ns: int) -> None:
+        base, vr, trackers = self.base, self._vr, self._trackers
+        assert vr is not None
+        assert trackers is not None
         body_before = person.body
-        person.step(self.now_ns, self.base.pose, self.informed)
+        person.step(self.now_ns, base.pose, vr.shown)
         if self._equipment is not None:
             self._equipment.note(self.now_ns)
-        if self.base.pose is not robot_before or person.body is not body_before:
+        if base.pose is not robot_before or person.body is not body_before:
             self.collisions.watch_user(robot_before, body_before)
-        assert self._vr is not None
-        assert self._trackers is not None
-        self._vr.step(self.now_ns)
-        seen = self._trackers.step()
+        vr.step(self.now_ns)
+        seen = trackers.step()
         if seen is not None:
-            self._note_view(seen)
+            self._note_view(seen, since_ns)
 
-    def _note_view(self, sample: Sample) -> None:
-        """Note a measured pose, unless its head's turn is not finite."""
-        pose = sample.value
-        turn = pose.head_yaw - pose.body.yaw if isinstance(pose, UserPose) else math.nan
-        if math.isfinite(turn):
-            self._tracked = sample.stamp_ns, turn
+    def _note_view(self, sample: Sample, before_ns: int) -> None:
+        """Note a measured pose, unless its head's turn is not finite.
+
+        Tracking has gone on if there was one at the instant before, `before_ns`.
+        """
+        pose, stamp = sample.value, sample.stamp_ns
+        last_ns, turn, since_ns = self._tracked
+        if pose is not self._viewed:
+            turn = pose.head_yaw - pose.body.yaw if isinstance(pose, UserPose) else math.nan
+            if not math.isfinite(turn):
+                return
+            self._viewed = pose
+        if last_ns is None or last_ns < before_ns:
+            since_ns = stamp
+        self._tracked = stamp, turn, since_ns
 
     def push_off(self) -> None:
         """The operator pushes a robot that has touched somebody one step away from them."""

@@ -39,10 +39,10 @@ from states.arm.kinematics import (
     inverted,
     jacobian,
     link_frames,
-    meets_disc,
     nearest_copies,
     outline,
     pose_matrix,
+    seen_from_above,
 )
 from states.arm.motion import first_contact, line_durations
 from states.arm.planning import (
@@ -391,7 +391,8 @@ def _example(workspace: Workspace) -> None:
     checker = CollisionChecker.of(arm, Surroundings.empty())
     checker.clearance(still)
     checker.line_free(still, still)
-    meets_disc(*outline(arm, still), 1.0, 0.0, 0.5)
+    ends, radii = outline(arm, still)
+    seen_from_above(ends, ends, radii, 0.5, 0.4, 1.0, 0.0)
     situation = ArmSituation(Pose2(0.0, 0.0), Pose2(1.85, 0.0), workspace.parked)
     deep = Pose3.from_yaw(1.0, 0.0, 1.2, math.pi)
     workspace.best([situation.base], [0.0], deep, situation.user, (0.1, 0.1))

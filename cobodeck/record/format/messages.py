@@ -193,7 +193,7 @@ class TruthWriter:
         return f"{{{','.join(self._members)}}}"
 
 
-LATER = ("hits",)
+LATER = ("hits", "tracked_since_ns")
 """Fields of a truth that older records do not have."""
 
 

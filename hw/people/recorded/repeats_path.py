@@ -31,6 +31,11 @@ class Replayed(Actor):
         self._resumes = 0
         super().__init__(start, manner, seed)
 
+    @property
+    def still_until_ns(self) -> int:
+        """Now: how they are measured depends on the rows and gaps of the recording."""
+        return self._now
+
     def _halts(self, elapsed: int) -> bool:
         """True while they see the robot or pause; leaves it meanwhile."""
         if self._informed:
@@ -50,7 +55,7 @@ class Replayed(Actor):
         robot = self._shown_at.x, self._shown_at.y
         there, self._aside = self._leaving.step(here, robot, self._now, span_s)
         if self._leaving.under_way:
-            self.request = None
+            self._let_go()
             if not leaving:
                 self._way_back.append(here)
         self._x, self._y, self._yaw = there.x, there.y, there.yaw

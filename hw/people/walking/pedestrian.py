@@ -65,7 +65,8 @@ class Pedestrian(Actor):
             if self._rate == 0.0:
                 self._make_room(elapsed * 1e-9)
         else:
-            self._leaving.end()
+            if self._sees_it:
+                self._leaving.end()
             if self._now >= self._forgets:
                 self._met = None
         self._sees_it = self._informed
@@ -89,7 +90,7 @@ class Pedestrian(Actor):
         there, self._aside = self._leaving.step(here, self._met, self._now, span)
         self._x, self._y, self._yaw = there.x, there.y, there.yaw
         if self._leaving.under_way:
-            self.request = None
+            self._let_go()
         elif self._step_back(span):
             self._aside = BACKWARDS
 

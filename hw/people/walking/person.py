@@ -23,6 +23,9 @@ class Person(Protocol):
 
     The attributes hold for the instant of the last `step`. A person perceives only the robot's pose
     and whether it is shown.
+
+    A person may have `still_until_ns`: before this instant nothing about them changes, and they are
+    measured at each one as at this one, unless the sign is shown to them.
     """
 
     body: Pose2
@@ -68,7 +71,8 @@ class Actor:
     (`reaction_s`, s; None: they ignore it). The person's own time runs with the world's, but slows
     to a standstill within STOPPING_S while they perceive that the robot is shown, and speeds up
     again after. The routine uses up `_budget` (ns of own time) and yields when it is spent, so that
-    no time is lost between two steps of the routine.
+    no time is lost between two steps of the routine. While they stand it is not resumed: `_waits`
+    is the own time left, ns.
     """
 
     def __init__(self, start: Pose2, manner: Manner = ATTENTIVE, seed: int = 0) -> None:
@@ -83,7 +87,7 @@ class Actor:
         self._tempo = self._aside = 0.0
         self._rate = 1.0
         self._now = 0
-        self._budget = 0
+        self._budget = self._waits = 0
         self._robot = self._shown_at = start
         self._changes: deque[tuple[int, bool]] = deque()  # of the sign, when perceived, ns
         self._shown = self._informed = False
@@ -95,15 +99,27 @@ class Actor:
         """Advance to now_ns; see `Person`."""
         elapsed, self._now = now_ns - self._now, now_ns
         self._robot = robot
-        self._perceive(informed)
+        if informed or self._shown or self._changes:
+            self._perceive(informed)
         self._tempo = self._aside = 0.0
-        self._budget = self._own_time(elapsed, self._halts(elapsed))
-        self.finished = next(self._routine, None) is None
+        halts = self._halts(elapsed)
+        budget = elapsed if self._rate == 1.0 and not halts else self._own_time(elapsed, halts)
+        if budget < self._waits:
+            self._waits -= budget
+        else:
+            self._budget = budget
+            self.finished = next(self._routine, None) is None
         self.speed = self._aside or self._tempo * self._rate
         body = self.body
         if body.x != self._x or body.y != self._y or body.yaw != self._yaw:
             self.body = Pose2(self._x, self._y, self._yaw)
         self.measured = self._measure(now_ns)
+
+    @property
+    def still_until_ns(self) -> int:
+        """Nothing about them changes before this instant unless the sign is shown, ns."""
+        moves = self.speed or self._rate != 1.0
+        return self._now if moves or self._shown or self._changes else self._now + self._waits
 
     def _perceive(self, shown: bool) -> None:
         """Update what the person perceives, delayed by their reaction time."""
@@ -125,8 +141,6 @@ class Actor:
         return self._informed
 
     def _own_time(self, elapsed: int, halts: bool) -> int:
-        if self._rate == 1.0 and not halts:
-            return elapsed
         before = self._rate
         change = elapsed * 1e-9 / STOPPING_S
         self._rate = max(0.0, before - change) if halts else min(1.0, before + change)
@@ -135,7 +149,9 @@ class Actor:
     def _measure(self, now_ns: int) -> Sample | None:
         if now_ns < self._blind_until:
             return None
-        return Sample("user.pose", now_ns, self._seen_at(self.body, self._head_yaw()))
+        body, turn = self.body, self._head_turn
+        head_yaw = body.yaw if turn == 0.0 else wrap(body.yaw + turn)
+        return Sample("user.pose", now_ns, self._seen_at(body, head_yaw))
 
     def _seen_at(self, body: Pose2, head_yaw: float) -> UserPose:
         """The measured pose for a true one: the same object while nothing has changed."""
@@ -144,31 +160,26 @@ class Actor:
             self._seen = UserPose(body, head_yaw)
         return self._seen
 
-    def _head_yaw(self) -> float:
-        turn = self._head_turn
-        return self.body.yaw if turn == 0.0 else wrap(self.body.yaw + turn)
-
     def _run(self) -> Iterator[bool]:
         """The whole routine; yields True whenever the budget is spent."""
         raise NotImplementedError
 
     def _stand(self, span_ns: int) -> Iterator[bool]:
-        while span_ns > self._budget:
-            span_ns -= self._budget
+        """Stand for this much of their own time; the routine is resumed once it is over."""
+        if span_ns > self._budget:
+            self._waits = span_ns - self._budget
             yield True
+            span_ns, self._waits = self._waits, 0
         self._budget -= span_ns
 
     def _ask(self, touch: Touch) -> Iterator[bool]:
         yield from self._stand(touch.stand_ns)
         self.request = touch.deep(Pose2(self._x, self._y, self._yaw))
-        yield from self._hold(touch.hold_ns)
+        yield from self._stand(touch.hold_ns)
         self.request = None
         yield from self._stand(0 if self.manner.hurries else touch.wait_ns)
 
-    def _hold(self, span_ns: int) -> Iterator[bool]:
-        """Request for this time, or until they let go because they leave."""
-        while self.request is not None and span_ns > self._budget:
-            span_ns -= self._budget
-            yield True
+    def _let_go(self) -> None:
+        """End their request early, because they leave."""
         if self.request is not None:
-            self._budget -= span_ns
+            self.request, self._waits = None, 0

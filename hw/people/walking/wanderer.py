@@ -84,6 +84,11 @@ class Wanderer(Pedestrian):
             self._turn_head(now_ns, (now_ns - self._now) * 1e-9)
         super().step(now_ns, robot, informed)
 
+    @property
+    def still_until_ns(self) -> int:
+        """As of any `Actor`; a curious person is never still, because they turn their head."""
+        return self._now if self.manner.errand == "look" else super().still_until_ns
+
     def _turn_head(self, now_ns: int, span_s: float) -> None:
         if now_ns >= self._glance_until:
             self._glance = self._glances.uniform(-GLANCE, GLANCE)

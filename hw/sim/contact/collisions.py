@@ -30,7 +30,7 @@ _PUSHES = tuple(math.radians(angle) for angle in (0, 20, -20, 40, -40, 60, -60, 
 
 
 class Collisions:
-    """Contacts and hits so far; `begin` comes first in each step of the world.
+    """Contacts and hits so far, in the step of the world from `since_ns` to `now_ns`.
 
     `contacts` are the touches of the outline and people, swept between steps; `wall_hits` and
     `object_hits` count touches of the room and of chairs and the like; `hits` has which.
@@ -52,7 +52,7 @@ class Collisions:
         self._walls = None if scene is None else Walls(scene.room, robot)
         self._turning_room = robot.footprint.half_diagonal - robot.footprint.half_width
         self._person, self._base, self._bumper = person, base, bumper
-        self._since_ns = self._now_ns = 0
+        self.since_ns = self.now_ns = 0
         self._touched = False
         if person is not None:
             start = Pose2(0.0, 0.0) if scene is None else scene.robot_start
@@ -71,7 +71,7 @@ class Collisions:
     @property
     def pressed(self) -> bool:
         """True while anybody touches the foam."""
-        return self.user.touching or self.others.touching(self._now_ns) is not None
+        return self.user.touching or self.others.touching(self.now_ns) is not None
 
     def check_start(self, scene: Scene) -> None:
         """Refuse a start in a touch.
@@ -91,17 +91,13 @@ class Collisions:
                 f"({body.x:.2f}, {body.y:.2f}); start one of them elsewhere",
             )
 
-    def begin(self, since_ns: int, now_ns: int) -> None:
-        """A step of the world begins, from since_ns to now_ns."""
-        self._since_ns, self._now_ns = since_ns, now_ns
-
     def collide(self, before: Pose2) -> None:
         """The base has moved from `before`: hold it there if it has run into something solid."""
         if self._walls is not None and self._hits_wall(self._base.pose):
             self.wall_hits += 1
             self._note(self._walls.nearest(before))
             self._hit("wall", before)
-        elif thing := self.others.in_the_way((before, self._base.pose), self._now_ns):
+        elif thing := self.others.in_the_way((before, self._base.pose), self.now_ns):
             self.object_hits += 1
             self._note(thing)
             self._hit("object", before)
@@ -110,10 +106,10 @@ class Collisions:
         """Base and user have moved from these poses: note the gap and a new contact."""
         if self._person is None:
             return
-        body, span_s = self._person.body, self._elapsed_s
+        body, span_s = self._person.body, (self.now_ns - self.since_ns) * 1e-9
         robot, walked = (robot_before, self._base.pose), (body_before, body)
         granted = self._person.request is not None
-        contact = self.user.watch(robot, walked, self._now_ns, span_s, granted)
+        contact = self.user.watch(robot, walked, self.now_ns, span_s, granted)
         if contact is not None:
             self._touch(contact, body)
         self._touched = self._touched or self.user.touching
@@ -121,7 +117,7 @@ class Collisions:
     def watch_others(self, robot_before: Pose2) -> None:
         """The base has moved from this pose: note new contacts with bystanders."""
         robot = robot_before, self._base.pose
-        for contact, there in self.others.watch(robot, self._since_ns, self._now_ns):
+        for contact, there in self.others.watch(robot, self.since_ns, self.now_ns):
             self._touch(contact, there)
 
     def release(self, freed: bool) -> None:
@@ -134,13 +130,13 @@ class Collisions:
         Of the pushes that hit no wall, one that opens the gap, and of these, one that leaves the
         robot where it can drive off in any direction.
         """
-        robot, body = self._base.pose, self.others.touching(self._now_ns)
+        robot, body = self._base.pose, self.others.touching(self.now_ns)
         if body is None and self._touched and self._person is not None:
             body = self._person.body
         if body is None or (gap := self.user.gap(robot, body)) >= PUSHED_OFF:
             return
         away = math.atan2(robot.y - body.y, robot.x - body.x)
-        step = PUSHING * self._elapsed_s
+        step = PUSHING * (self.now_ns - self.since_ns) * 1e-9
         pushes = [
             Pose2(robot.x + step * math.cos(angle), robot.y + step * math.sin(angle), robot.yaw)
             for angle in (away + aside for aside in _PUSHES)
@@ -159,20 +155,16 @@ class Collisions:
             if self._person is not None:
                 self.watch_user(robot, self._person.body)
 
-    @property
-    def _elapsed_s(self) -> float:
-        return (self._now_ns - self._since_ns) * 1e-9
-
     def _hits_wall(self, pose: Pose2, margin: float = 0.0) -> bool:
         return self._walls is not None and self._walls.hit_by(pose, margin)
 
     def _touch(self, contact: Contact, body: Pose2) -> None:
         self.contacts = (*self.contacts, contact)
-        self._bumper.touch(self._now_ns, self._base.pose.bearing_to(body), "person")
+        self._bumper.touch(self.now_ns, self._base.pose.bearing_to(body), "person")
 
     def _note(self, found: Nearby) -> None:
         """Note a touch; it belongs to the last hit if that was of the same, at the same place."""
-        last, now = self.hits[-1] if self.hits else None, self._now_ns
+        last, now = self.hits[-1] if self.hits else None, self.now_ns
         same = last is not None and last.what == found.what
         if last is None or not same or math.dist((last.x, last.y), (found.x, found.y)) > SAME_M:
             self.hits = (*self.hits, Hit(now, now, found.what, found.x, found.y))
@@ -183,5 +175,5 @@ class Collisions:
     def _hit(self, what: str, before: Pose2) -> None:
         pose = self._base.pose
         moved = math.atan2(pose.y - before.y, pose.x - before.x)
-        self._bumper.touch(self._now_ns, wrap(moved - before.yaw), what)
+        self._bumper.touch(self.now_ns, wrap(moved - before.yaw), what)
         self._base.block(before)

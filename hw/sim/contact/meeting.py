@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from hw.geometry import Pose2
+from hw.geometry import Pose2, wrap
 from hw.model import Footprint
 from hw.samples import USER_RADIUS
 from hw.scene import Thing, named
 from hw.sim.contact.contact import Sweep, first_touch, gap, swept_gap
 from hw.sim.contact.nearby import Nearby
 from hw.truth import BASE, Contact
+
+_ROUNDING = 1e-9
+"""Margin of bounds, m."""
 
 
 class Meeting:
@@ -25,6 +28,7 @@ class Meeting:
         self.least = math.inf
         self.touching = False
         self._footprint = footprint
+        self._corner = footprint.half_diagonal
 
     def gap(self, robot: Pose2, body: Pose2) -> float:
         """The gap between them, m; at most 0 in contact."""
@@ -34,18 +38,30 @@ class Meeting:
         self, robot: Sweep, body: Sweep, now_ns: int, span_s: float, granted: bool = False
     ) -> Contact | None:
         """Both have moved in the last span_s; the contact that began meanwhile, or None."""
-        (before, at), (walked_from, there) = robot, body
-        travel = before.distance_to(at) + walked_from.distance_to(there)
-        # a lower bound of the gap in this step: both have moved by their path lengths at most
-        least = at.distance_to(there) - self._footprint.half_diagonal - self.radius - travel
-        if least > 0.0 and least > self.least:
+        if self._is_far(robot, body):
             self.touching = False
             return None
         found = swept_gap(self._footprint, robot, body, self.radius)
         self.least = min(self.least, found)
         begun = found <= 0.0 and not self.touching
-        self.touching = found <= 0.0 and self.gap(at, there) <= 0.0
+        self.touching = found <= 0.0 and self.gap(robot[1], body[1]) <= 0.0
         return self._contact(robot, body, now_ns, span_s, granted) if begun else None
+
+    def _is_far(self, robot: Sweep, body: Sweep) -> bool:
+        """True if they cannot have touched in this step, nor come as close as before.
+
+        From the gap at the end at most as much is missing as both have moved: their paths, and
+        what the corners have turned.
+        """
+        (a, b), (p, q) = robot, body
+        corner = self._corner
+        travel: float = ((b.x - a.x) ** 2 + (b.y - a.y) ** 2) ** 0.5
+        travel += ((q.x - p.x) ** 2 + (q.y - p.y) ** 2) ** 0.5
+        least = (self.least if self.least > 0.0 else 0.0) + travel + self.radius + _ROUNDING
+        apart: float = ((q.x - b.x) ** 2 + (q.y - b.y) ** 2) ** 0.5
+        if apart - corner > least:
+            return True
+        return self.gap(b, q) + self.radius - corner * abs(wrap(b.yaw - a.yaw)) > least
 
     def _contact(
         self, robot: Sweep, body: Sweep, now_ns: int, span_s: float, granted: bool
@@ -68,12 +84,19 @@ class Bystanders:
 
     def __init__(self, things: Sequence[Thing], footprint: Footprint) -> None:
         self.bodies = tuple(thing.body for thing in things)
-        self._footprint = footprint
+        self._footprint, self._things = footprint, tuple(things)
         self._chairs = tuple(one for one in named(things) if one[1].kind != "person")
         self._people = tuple(
             (thing, Meeting(footprint, who, thing.body.radius))
             for who, thing in named(things)
             if thing.kind == "person"
+        )
+
+    def stand(self, now_ns: int) -> bool:
+        """True if none of them moves, comes or goes from now on."""
+        return all(
+            not thing.walks and thing.leaves is None and thing.appears * 1e9 <= now_ns
+            for thing in self._things
         )
 
     def people(self, now_ns: int) -> tuple[tuple[str, Pose2], ...]:

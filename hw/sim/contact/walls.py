@@ -15,6 +15,7 @@ class Walls:
 
     def __init__(self, room: Room, robot: RobotModel) -> None:
         self._room, self._footprint = room, robot.footprint
+        self._reach = robot.footprint.half_diagonal
         self._clear = 0.0
         self._at = Pose2(math.inf, math.inf)
 
@@ -23,9 +24,8 @@ class Walls:
 
         Without a margin: if it touches a wall.
         """
-        reach = self._footprint.half_diagonal
         at = self._at
-        moved = math.hypot(pose.x - at.x, pose.y - at.y) + reach * abs(pose.yaw - at.yaw)
+        moved = math.hypot(pose.x - at.x, pose.y - at.y) + self._reach * abs(pose.yaw - at.yaw)
         if moved < self._clear - margin:
             return False
         self._at, self._clear = pose, self._distance(pose)

@@ -77,6 +77,11 @@ class SimTrackers:
         self._pending.append(seen)
         return true
 
+    @property
+    def exact(self) -> bool:
+        """True if poses pass as they are and at once, without delay, noise or tracking faults."""
+        return self._delay_ns == 0 and self._noise is None and self._view is None
+
     def samples(self, now_ns: int) -> list[Sample]:
         """Samples that have arrived since the last call."""
         arrived, pending = [], self._pending
@@ -117,10 +122,16 @@ class SimVr:
         if shown != self.shown:
             self.shown, self._still_since = shown, None
 
+    @property
+    def still(self) -> bool:
+        """True while the sign is hidden, and not on its way."""
+        return not (self.shown or self._sign.wanted)
+
     def step(self, now_ns: int) -> None:
         """Look at the person at now_ns."""
         self._now_ns = now_ns
-        self._see_sign()
+        if self._sign.wanted != self.shown:
+            self._see_sign()
         request = self._person.request
         if request is not self._request:
             if request is None:
@@ -216,6 +227,11 @@ class ScriptedOperator:
         self.faults.append(fault)
         self._reported = True
         self.show(f"fault: {fault}")
+
+    @property
+    def still(self) -> bool:
+        """True while there is nothing to do."""
+        return self._stop_line.reason is None and not self._reported
 
     def step(self, now_ns: int) -> None:
         """Look after the robot at now_ns."""

@@ -31,8 +31,8 @@ from states.arm.kinematics.kernels import (
     approaching as approaching,
     approaching_limbs as approaching_limbs,
     free_from as free_from,
-    meets_disc as meets_disc,
     room_within as room_within,
+    seen_from_above as seen_from_above,
 )
 from states.arm.kinematics.kinematics import (
     deviation as deviation,

@@ -281,18 +281,30 @@ def place_capsules(
 
 
 @compiled
-def meets_disc(ends: Array, radii: Array, x: float, y: float, radius: float) -> bool:
-    """True if a capsule, seen from above, touches a disc about (x, y) in the rover frame; m."""
+def seen_from_above(
+    ends: Array,
+    before: Array,
+    radii: Array,
+    half_length: float,
+    half_width: float,
+    x: float,
+    y: float,
+) -> tuple[bool, float, float]:
+    """Whether capsules reach out of a rectangle, their gap to a point, and their shift.
+
+    Rover frame, m; the rectangle is about its origin. The gap to (x, y) is below 0 inside; the
+    shift is the greatest of an end of `ends` (m, 2, 3) since `before`.
+    """
+    beyond, gap, shift = False, np.inf, 0.0
     for i in range(len(radii)):
-        ax, ay = ends[i, 0, 0], ends[i, 0, 1]
-        dx, dy = ends[i, 1, 0] - ax, ends[i, 1, 1] - ay
-        square = dx * dx + dy * dy
-        along = 0.0
-        if square > 0.0:
-            along = min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / square))
-        if math.hypot(x - ax - along * dx, y - ay - along * dy) <= radii[i] + radius:
-            return True
-    return False
+        ax, ay, bx, by = ends[i, 0, 0], ends[i, 0, 1], ends[i, 1, 0], ends[i, 1, 1]
+        for e in range(2):
+            px, py = ends[i, e, 0], ends[i, e, 1]
+            outside = max(abs(px) - half_length, abs(py) - half_width)
+            beyond = beyond or outside + radii[i] > 0.0
+            shift = max(shift, math.hypot(px - before[i, e, 0], py - before[i, e, 1]))
+        gap = min(gap, point_distance(x, y, ax, ay, bx, by) - radii[i])
+    return beyond, gap, shift
 
 
 @compiled
