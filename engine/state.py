@@ -84,7 +84,9 @@ class On:
         if not signals:
             raise ValueError("On() waits for no signal; name some, or yield Until(t) or None")
         self.signals = signals
-        self.until = round(until) if until < NEVER_NS else _never(until)
+        self.until = NEVER_NS
+        if until != NEVER_NS:
+            self.until = round(until) if until < NEVER_NS else _never(until)
         if older is None:
             self.older = NEVER_NS
         elif 0.0 <= older < LONGEST_S:

@@ -230,18 +230,14 @@ class Loop:
         finally:  # a tick that Ctrl-C interrupts counts as well
             if self.taps:
                 self._end(Ticked(now, self.ticks - 1, kind, self.missed - before, read - now))
-        self._over_with(watch)
+        if watch is not None:
+            watch.end(self.grid.period_ns)
+        self.busy = False
         return self.wired.run.outcome
 
     def _end(self, ticked: Ticked) -> None:
         for tap in self.taps:
             tap.tick(ticked)
-
-    def _over_with(self, watch: Stopwatch | None) -> None:
-        """A tick is over."""
-        if watch is not None:
-            watch.end(self.grid.period_ns)
-        self.busy = False
 
     def _begin(self, now: int) -> int:
         """Advance the plant to the latest instant of the grid; returns the tick's instant, ns."""
@@ -261,12 +257,13 @@ class Loop:
 
     def _advance(self, to_ns: int) -> None:
         """Advance the plant to an instant, ns; with a latency it may be beyond it already."""
-        self._plant_ns = max(self._plant_ns, to_ns)
+        if to_ns > self._plant_ns:
+            self._plant_ns = to_ns
         self.plant.advance(self._plant_ns)
 
     def _stamp(self, now: int) -> int:
         """The instant from which commands decided at `now` apply, ns: never ahead of the plant."""
-        return now if self.plant.paced else min(now, self._plant_ns)
+        return now if self.plant.paced or now < self._plant_ns else self._plant_ns
 
     def _decide(self, now: int) -> bool:
         """Run the chart unless it has nothing to do; returns whether it ran."""
@@ -299,7 +296,9 @@ class Loop:
         self.wired.tick(now, self._stamp(now), between=True)
         self._report_errors()
         self._end(Ticked(now, self.ticks, "added"))
-        self._over_with(watch)
+        if watch is not None:
+            watch.end(self.grid.period_ns)
+        self.busy = False
 
     def _report_errors(self) -> None:
         """Report new errors; a part that has raised stops the robot."""

@@ -27,12 +27,27 @@ class WrongSample(TypeError):
 
 @dataclass(slots=True)
 class _Route:
-    """Where the samples of a signal go; `fit` is the newest value that was checked, if any."""
+    """Where the samples of a signal go; `fit` is the newest value that was checked, if any.
+
+    `kind` is the class that its values must have, as far as it is one.
+    """
 
     slot: MeasuredSlot | None
+    kind: type
     listeners: list[Callable[[Sample, int], None]] = field(default_factory=list)
     fit: object = None
     checked: bool = False
+
+
+class _Routes(dict[str, _Route]):
+    """The routes by signal, each made at its first sample or listener."""
+
+    def __init__(self, make: Callable[[str], _Route]) -> None:
+        self._make = make
+
+    def __missing__(self, name: str) -> _Route:
+        route = self[name] = self._make(name)
+        return route
 
 
 class Inlet:
@@ -63,24 +78,21 @@ class Inlet:
         self.taps: list[SampleTap] = []
         self._ahead_ns = ahead_ns
         self.begins = False
-        self._routes: dict[str, _Route] = {}
+        self._routes = _Routes(self._route)
         measured = [s for s in board.declared.values() if isinstance(s, Measured)]
         self._types = {s.name: s.type for s in measured if not s.constant}
-        self._kinds = {name: kind for name, kind in self._types.items() if isinstance(kind, type)}
         self._measured = {s.name for s in measured if board.needs(s.name) and not s.constant}
         for name, listener in hears:
             self.listen(name, listener)
 
     def listen(self, name: str, listener: Callable[[Sample, int], None]) -> None:
         """Call `listener` with the samples of a signal; this causes no part to be polled."""
-        self._route(name).listeners.append(listener)
+        self._routes[name].listeners.append(listener)
 
     def _route(self, name: str) -> _Route:
-        """The route of a signal, made at its first sample or listener."""
-        if name not in self._routes:
-            slot = self.board.inlets[name] if name in self._measured else None
-            self._routes[name] = _Route(slot)
-        return self._routes[name]
+        kind = self._types.get(name)
+        slot = self.board.inlets[name] if name in self._measured else None
+        return _Route(slot, kind if isinstance(kind, type) else object)
 
     @property
     def flowing(self) -> set[str]:
@@ -111,9 +123,9 @@ class Inlet:
             WrongSample: it is not of its type.
         """
         name, stamp, value = sample
-        route = self._routes.get(name) or self._route(name)
+        route = self._routes[name]
         problem: str | WrongSample | None = None
-        if not isinstance(stamp, int):
+        if type(stamp) is not int and not isinstance(stamp, int):
             problem = _wrong(name, f"its stamp is {stamp!r}; wanted: whole ns, as from now()")
         elif stamp > now_ns + self._ahead_ns:
             problem = "its stamp is ahead"
@@ -136,7 +148,7 @@ class Inlet:
 
         The same object is passed on once.
         """
-        route = self._route(sample.name)
+        route = self._routes[sample.name]
         if route.fit is sample.value:
             return
         route.fit, route.checked = sample.value, True
@@ -160,7 +172,7 @@ class Inlet:
 
     def _check(self, name: str, value: object, route: _Route) -> str | WrongSample | None:
         """Why a new value is refused; None if it is not."""
-        if not route.checked or not isinstance(value, self._kinds.get(name, object)):
+        if not route.checked or not isinstance(value, route.kind):
             wrong = self._misfit(name, value)
             if wrong is not None:
                 return _wrong(name, wrong)

@@ -140,8 +140,8 @@ class Board:
         """Register a reader that accepts values up to `age`, ns: repeats of older ones are news."""
         roots = self.slots[name].roots
         for slot in self._measured:
-            if slot.roots & roots:
-                slot.patience = min(slot.patience, age)
+            if slot.roots & roots and age < slot.patience:
+                slot.patience = age
 
     @property
     def chart_now(self) -> int:
@@ -264,8 +264,11 @@ class Board:
 
         Signals that are silent for longer at `since` already do not count; `NEVER_NS` without any.
         """
-        heard = [slot.heard + older for slot in self._measured if slot.roots & mask]
-        return min((at for at in heard if at >= since), default=NEVER_NS - 1) + 1
+        first = NEVER_NS - 1
+        for slot in self._measured:
+            if slot.roots & mask and since <= slot.heard + older < first:
+                first = slot.heard + older
+        return first + 1
 
     def bits(self, names: Iterable[str]) -> int:
         """The measured signals that these depend on, as bits of `fresh`."""

@@ -107,7 +107,7 @@ class DerivedSlot(Slot):
         """The value for the current inputs; what `function` raises is raised to every reader."""
         if self.checked == self.board.version:
             return self.newest
-        inputs = [source.read() for source in self.sources]
+        inputs = [s.read() if s.computed else s.newest for s in self.sources]
         versions = [source.version for source in self.sources]
         if versions != self.seen:
             self._evaluate(inputs)
@@ -143,8 +143,8 @@ class EstimatedSlot(Slot):
     """
 
     __slots__ = (
-        "board", "checked", "estimates", "estimator", "failure", "followers", "idempotent", "names",
-        "needed", "pending", "stamp", "stamps", "taken",
+        "board", "checked", "complete", "estimates", "estimator", "failure", "followers",
+        "idempotent", "names", "needed", "only", "pending", "stamp", "stamps", "taken",
     )  # fmt: skip
 
     def __init__(self, signal: Estimated, sources: list[Slot], board: Versions) -> None:
@@ -154,6 +154,8 @@ class EstimatedSlot(Slot):
         self.idempotent = getattr(self.estimator, "idempotent", False)
         self.names = signal.of
         self.needed = frozenset(signal.needed)
+        self.only = signal.needed[0] if len(self.needed) == 1 else None
+        self.complete = not self.needed  # each needed input has delivered
         self.estimates = [source for source in sources if isinstance(source, EstimatedSlot)]
         self.pending: list[tuple[int, int, int, Stamped]] = []
         self.stamps: dict[str, int] = {}  # the newest of each needed input, ns
@@ -209,9 +211,10 @@ class EstimatedSlot(Slot):
         self.version += 1
         value, stamp = sample
         if name in self.needed:
-            before = self.stamps.setdefault(name, stamp)
-            if stamp > before or before == ALWAYS_NS:
-                self.stamps[name] = stamp
+            stamps = self.stamps
+            if name not in stamps or stamp > stamps[name] or stamps[name] == ALWAYS_NS:
+                stamps[name] = stamp
+                self.complete = self.complete or len(stamps) == len(self.needed)
         if self.idempotent:
             if self.newest is not None and value is self.taken.get(name):
                 self._speak(self.newest.value, interval, stamp)
@@ -221,10 +224,15 @@ class EstimatedSlot(Slot):
         self._speak(self.estimator.value(), interval, stamp)
 
     def _speak(self, value: object, interval: int, arrived: int) -> None:
-        if value is None or len(self.stamps) < len(self.needed):
+        if value is None or not self.complete:
             self.newest = None
             return
-        stamp = self._oldest() if self.stamp is None else self.stamp()
+        if self.stamp is not None:
+            stamp = self.stamp()
+        elif self.only is not None:
+            stamp = self.stamps[self.only]
+        else:
+            stamp = min(self.stamps.values(), default=None)
         before, stamp = self.newest, ALWAYS_NS if stamp is None else stamp
         if before is not None and before.value is value and before.stamp == stamp:
             return  # followers have this sample already
@@ -238,9 +246,6 @@ class EstimatedSlot(Slot):
         estimator: Any = self.estimator
         if self.failure is None:
             estimator.leap(span_ns)
-
-    def _oldest(self) -> int | None:
-        return min(self.stamps.values(), default=None)
 
 
 def _arrival(waiting: tuple[int, int, int, Stamped]) -> tuple[int, int, int]:
