@@ -52,6 +52,16 @@ class GlobalPlanner(Protocol):
         """
         ...
 
+    def first_allowed(
+        self, start: Point, ways: Array, user: Disc | None, slack: float, spare: float
+    ) -> int:
+        """Index of the first of some ways to stop that is allowed; their number if none is.
+
+        A way is a row of (n, 4): on to the place x, y, and then to another, both with `slack`; and
+        of (n, 10): from the first place to each of three more, with `spare` and without the user.
+        """
+        ...
+
     def allows_line(self, line: Array, user: Disc | None = None) -> bool:
         """`allows` from each point of a line (n, 3), x and y first, to the next."""
         ...

@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from hw import compiled
-from states.navigation.exact.clearance import TOLERANCE, Array, is_clear
+from hw.scene import Point
+from states.navigation.exact.clearance import TOLERANCE, Array, Circle, is_clear
 from states.navigation.exact.tangent_search import PathQuery, make_query, shortest
 from states.navigation.exact.tangents import InflatedRoom, Integers, UserDisc, sweep_between
 
@@ -82,11 +83,12 @@ def draw(lines: Array, states: Integers, query: PathQuery) -> Array:
 
 @compiled
 def shortest_path(
-    world: InflatedRoom, user: UserDisc, start: tuple[float, float], goal: tuple[float, float]
+    world: InflatedRoom, user: Circle, ray: Point, start: Point, goal: Point
 ) -> tuple[float, Array]:
-    """Length of the shortest path (infinite if there is none) and its points, see `draw`."""
-    query = make_query(world, user, start, goal)
+    """Length of the shortest path and its points, see `draw`; infinite and none without one."""
+    around = UserDisc(user[0], user[1], user[2], ray[0], ray[1])
+    query = make_query(world, around, start, goal)
     length, lines, states = shortest(query)
     if not math.isfinite(length):
-        return length, np.empty((0, 3))
+        return math.inf, np.empty((0, 3))
     return length, draw(lines, states, query)

@@ -17,9 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hw import compiled
+from hw.scene import Point
 from states.maps import is_inside_rings as is_inside_rings
 
 Array = NDArray[np.float64]
+Circle = tuple[float, float, float]
+"""x, y, radius; m."""
 
 TOLERANCE = 1e-6
 """Depth inside an inflation up to which a place still counts as free, m."""
@@ -93,6 +96,15 @@ def is_clear(x: float, y: float, discs: Array, sides: Array) -> bool:
 def is_free(x: float, y: float, discs: Array, sides: Array) -> bool:
     """True if inside the outer ring, outside all others, and far enough from all sides."""
     return is_inside_rings(x, y, sides) and is_clear(x, y, discs, sides)
+
+
+@compiled
+def is_free_beside(place: Point, user: Circle, discs: Array, sides: Array) -> bool:
+    """`is_free`, and outside the user's disc (radius 0: no user); False for NaN."""
+    x, y = place
+    if math.hypot(x - user[0], y - user[1]) < user[2] - TOLERANCE:
+        return False
+    return math.isfinite(x) and math.isfinite(y) and is_free(x, y, discs, sides)
 
 
 @compiled
@@ -204,19 +216,46 @@ def distance_at_corner(px: float, py: float, x: float, y: float, sides: Array) -
 
 
 @compiled
-def line_comes_no_nearer(line: Array, around: tuple[float, float, float], sides: Array) -> bool:
-    """True if each leg of a line keeps the distances to all sides and to the disc `around`.
+def leg_comes_no_nearer(start: Point, end: Point, user: Circle, sides: Array, slack: float) -> bool:
+    """True if a straight leg keeps the distances to all sides, less `slack`, and to the user.
 
-    The disc is x, y, radius; as in `comes_no_nearer`, a leg that begins too near to something keeps
-    the distance that it begins with.
+    As in `comes_no_nearer`, a leg that begins too near to something keeps the distance that it
+    begins with.
     """
-    x, y, radius = around
+    (px, py), (qx, qy), (x, y, radius) = start, end, user
+    reach = min(radius, math.hypot(px - x, py - y)) - TOLERANCE
+    return passes_disc(px, py, qx, qy, x, y, reach) and comes_no_nearer(
+        px, py, qx, qy, sides, slack
+    )
+
+
+@compiled
+def first_way(
+    start: Point, ways: Array, user: Circle, sides: Array, slack: float, spare: float
+) -> int:
+    """`GlobalPlanner.first_allowed`."""
+    for i in range(len(ways)):
+        there, end = (ways[i, 0], ways[i, 1]), (ways[i, 2], ways[i, 3])
+        if not leg_comes_no_nearer(start, there, user, sides, slack):
+            continue
+        if not leg_comes_no_nearer(there, end, user, sides, slack):
+            continue
+        at = 4
+        while at < ways.shape[1] and comes_no_nearer(
+            ways[i, 0], ways[i, 1], ways[i, at], ways[i, at + 1], sides, spare
+        ):
+            at += 2
+        if at >= ways.shape[1]:
+            return i
+    return len(ways)
+
+
+@compiled
+def line_comes_no_nearer(line: Array, user: Circle, sides: Array) -> bool:
+    """`leg_comes_no_nearer` of each leg of a line, (n, 3) with x and y first."""
     for i in range(len(line) - 1):
-        px, py, qx, qy = line[i, 0], line[i, 1], line[i + 1, 0], line[i + 1, 1]
-        reach = min(radius, math.hypot(px - x, py - y)) - TOLERANCE
-        if not passes_disc(px, py, qx, qy, x, y, reach):
-            return False
-        if not comes_no_nearer(px, py, qx, qy, sides, 0.0):
+        start, end = (line[i, 0], line[i, 1]), (line[i + 1, 0], line[i + 1, 1])
+        if not leg_comes_no_nearer(start, end, user, sides, 0.0):
             return False
     return True
 

@@ -37,6 +37,12 @@ class Path:
         return tuple(self.line[:-1, 2].tolist())
 
     @classmethod
+    def straight(cls, start: Point, end: Point) -> Path:
+        """The path of one leg."""
+        line = np.array(((start[0], start[1], math.inf), (end[0], end[1], math.inf)))
+        return cls(line, math.dist(start, end))
+
+    @classmethod
     def of_points(cls, points: Sequence[Point]) -> Path:
         """A path of straight legs with corners between them."""
         length = math.fsum(math.dist(a, b) for a, b in itertools.pairwise(points))

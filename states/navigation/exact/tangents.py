@@ -14,8 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hw import compiled
+from hw.scene import Point
 from states.navigation.exact.circles import arc_is_free
-from states.navigation.exact.clearance import TOLERANCE, TURN, Array, passes_disc, sees
+from states.navigation.exact.clearance import (
+    TOLERANCE,
+    TURN,
+    Array,
+    Circle,
+    passes_disc,
+    sees,
+)
 
 Integers = NDArray[np.int64]
 
@@ -118,6 +126,20 @@ def link_world(
     return InflatedRoom(
         corners, discs, sides, arc_at, arcs, link_at, link_to[:size].copy(), links[:size].copy()
     )
+
+
+@compiled
+def separating_ray(start: Point, goal: Point, user: Circle, side: int) -> Point:
+    """Unit vector of a ray from the user that paths on `side` must not cross; (0, 0): any side.
+
+    It points to the middle of the arc around the user, from start to goal, on the other side.
+    """
+    if side == 0 or user[2] == 0.0:
+        return 0.0, 0.0
+    first = math.atan2(start[1] - user[1], start[0] - user[0])
+    last = math.atan2(goal[1] - user[1], goal[0] - user[0])
+    other = (TURN - (side * (last - first)) % TURN) / 2.0
+    return math.cos(first - side * other), math.sin(first - side * other)
 
 
 @compiled

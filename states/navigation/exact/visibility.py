@@ -15,32 +15,39 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from hw import example
+from hw import compiled, example
 from hw.scene import Disc, Point
 from states.navigation.exact.arcs import shortest_path
 from states.navigation.exact.circles import blocked_arcs
 from states.navigation.exact.clearance import (
-    TOLERANCE,
-    TURN,
     Array,
+    Circle,
     are_free,
     check_radius,
-    comes_no_nearer,
     distance_to_nearest,
-    is_free,
+    first_way,
+    is_free_beside,
+    leg_comes_no_nearer,
     line_comes_no_nearer,
-    passes_disc,
 )
 from states.navigation.exact.nearest_free import nearest_free, notches
 from states.navigation.exact.path import Path
-from states.navigation.exact.tangents import InflatedRoom, UserDisc, goes_straight, link_world
+from states.navigation.exact.tangents import (
+    InflatedRoom,
+    UserDisc,
+    goes_straight,
+    link_world,
+    separating_ray,
+)
 
 Ring = Sequence[Point]
 
 LEAST_RADIUS = 1e-3
 """Least inflation, m, so that paths neither touch polygons nor lead between touching ones."""
 
-NOBODY = Disc(0.0, 0.0, 0.0)
+NOBODY = (0.0, 0.0, 0.0)
+NO_WAY, STRAIGHT, AROUND = 0, 1, 2
+"""What `first_look` finds."""
 
 
 class ExactPlanner:
@@ -96,26 +103,31 @@ class ExactPlanner:
         +1 the path passes the user counter-clockwise (who is then on its left), with -1 clockwise,
         with 0 on the shorter side.
         """
-        start, goal = as_floats(start), as_floats(goal)
+        start, goal = (float(start[0]), float(start[1])), (float(goal[0]), float(goal[1]))
         disc = as_disc(user)
-        begin = start if self.is_free(start, user) else self.nearest_free(start, user)
-        if begin is None or not self.is_free(goal, user):
+        is_free = is_free_beside(start, disc, self._discs, self._sides)
+        begin = start if is_free else self.nearest_free(start, user)
+        if begin is None:
             return None
-        walls = UserDisc(disc.x, disc.y, disc.radius, *separating_ray(begin, goal, disc, side))
-        path = self._straight(begin, goal, walls) or self._around(begin, goal, walls)
-        if path is None or begin == start:
+        way, ray = first_look(begin, goal, disc, side, self._discs, self._sides)
+        if way == NO_WAY:
+            return None
+        if way == STRAIGHT:
+            path = Path.straight(begin, goal)
+        else:
+            length, line = shortest_path(self._world, disc, ray, begin, goal)
+            if len(line) == 0:
+                return None
+            path = Path(line, float(length))
+        if begin == start:
             return path
         leaving = np.array(((*start, math.inf),))
         return Path(np.concatenate((leaving, path.line)), path.length + math.dist(start, begin))
 
     def is_free(self, place: Point, user: Disc | None = None) -> bool:
         """True if the robot's centre may be here; False for NaN."""
-        x, y = as_floats(place)
-        if user is not None and math.dist((x, y), (user.x, user.y)) < user.radius - TOLERANCE:
-            return False
-        if not (math.isfinite(x) and math.isfinite(y)):
-            return False
-        return bool(is_free(x, y, self._discs, self._sides))
+        at = float(place[0]), float(place[1])
+        return bool(is_free_beside(at, as_disc(user), self._discs, self._sides))
 
     def are_free(self, places: Array) -> NDArray[np.bool_]:
         """`is_free` of each of the places (n, 2), m, without the user: (n,)."""
@@ -129,41 +141,32 @@ class ExactPlanner:
         The robot may start too near to something: it may then move along or away from that, but
         not nearer to it. `slack` is subtracted from the required distances to walls, m.
         """
-        start, end = as_floats(start), as_floats(end)
-        if user is not None and user.radius > 0.0:
-            x, y = float(user.x), float(user.y)
-            reach = min(float(user.radius), math.dist(start, (x, y))) - TOLERANCE
-            if not passes_disc(*start, *end, x, y, reach):
-                return False
-        return bool(comes_no_nearer(*start, *end, self._sides, float(slack)))
+        begin, there = (float(start[0]), float(start[1])), (float(end[0]), float(end[1]))
+        return bool(leg_comes_no_nearer(begin, there, as_disc(user), self._sides, float(slack)))
+
+    def first_allowed(
+        self, start: Point, ways: Array, user: Disc | None, slack: float, spare: float
+    ) -> int:
+        """Index of the first of some ways that is allowed, see `GlobalPlanner`."""
+        place = float(start[0]), float(start[1])
+        return int(first_way(place, ways, as_disc(user), self._sides, slack, float(spare)))
 
     def allows_line(self, line: Array, user: Disc | None = None) -> bool:
         """`allows` from each point of a line (n, 3), x and y first, to the next."""
-        disc = as_disc(user)
-        around = disc.x, disc.y, disc.radius
-        return bool(line_comes_no_nearer(line, around, self._sides))
+        return bool(line_comes_no_nearer(line, as_disc(user), self._sides))
 
     def nearest_free(self, place: Point, user: Disc | None = None) -> Point | None:
         """The nearest free place that `allows` lets the robot go straight to, or None."""
-        place, disc = as_floats(place), as_disc(user)
-        if not (math.isfinite(place[0]) and math.isfinite(place[1])):
+        x, y = float(place[0]), float(place[1])
+        if not (math.isfinite(x) and math.isfinite(y)):
             return None
-        around = np.array((disc.x, disc.y, disc.radius))
-        found = nearest_free(*place, self._discs, self._sides, self._notches, around)
+        around = np.array(as_disc(user))
+        found = nearest_free(x, y, self._discs, self._sides, self._notches, around)
         return (float(found[0]), float(found[1])) if len(found) else None
 
     def clearance(self, place: Point) -> float:
         """Distance to the nearest side of any ring, not inflated, m."""
-        return float(distance_to_nearest(*as_floats(place), self._sides))
-
-    def _straight(self, start: Point, goal: Point, user: UserDisc) -> Path | None:
-        if not goes_straight(*start, *goal, user, self._discs, self._sides):
-            return None
-        return Path.of_points((start, goal))
-
-    def _around(self, start: Point, goal: Point, user: UserDisc) -> Path | None:
-        length, line = shortest_path(self._world, user, start, goal)
-        return Path(line, float(length)) if math.isfinite(length) else None
+        return float(distance_to_nearest(float(place[0]), float(place[1]), self._sides))
 
 
 def as_floats(place: Point) -> Point:
@@ -171,11 +174,11 @@ def as_floats(place: Point) -> Point:
     return float(place[0]), float(place[1])
 
 
-def as_disc(user: Disc | None) -> Disc:
-    """The user's disc as floats, of radius 0 if there is no user."""
+def as_disc(user: Disc | None) -> Circle:
+    """The user's disc as floats: x, y, radius; of radius 0 if there is no user."""
     if user is None:
         return NOBODY
-    return Disc(float(user.x), float(user.y), float(user.radius))
+    return float(user.x), float(user.y), float(user.radius)
 
 
 def _discs(sides: Array) -> Array:
@@ -210,17 +213,21 @@ def _world(discs: Array, sides: Array) -> InflatedRoom:
     return link_world(corners, discs, sides, np.array(arc_at), flat)
 
 
-def separating_ray(start: Point, goal: Point, user: Disc, side: int) -> Point:
-    """Unit vector of a ray from the user that paths on `side` must not cross; (0, 0): any side.
+@compiled
+def first_look(
+    start: Point, goal: Point, user: Circle, side: int, discs: Array, sides: Array
+) -> tuple[int, Point]:
+    """Whether there is a straight way (`STRAIGHT`), maybe another one (`AROUND`), or `NO_WAY`.
 
-    It points to the middle of the arc around the user, from start to goal, on the other side.
+    From a free start. Besides, the ray from the user that it must not cross.
     """
-    if side == 0 or user.radius == 0.0:
-        return 0.0, 0.0
-    first = math.atan2(start[1] - user.y, start[0] - user.x)
-    last = math.atan2(goal[1] - user.y, goal[0] - user.x)
-    other = (TURN - (side * (last - first)) % TURN) / 2.0
-    return math.cos(first - side * other), math.sin(first - side * other)
+    ray = separating_ray(start, goal, user, side)
+    if not is_free_beside(goal, user, discs, sides):
+        return NO_WAY, ray
+    walls = UserDisc(user[0], user[1], user[2], ray[0], ray[1])
+    if goes_straight(start[0], start[1], goal[0], goal[1], walls, discs, sides):
+        return STRAIGHT, ray
+    return AROUND, ray
 
 
 @example
@@ -233,6 +240,7 @@ def _example() -> None:
     planner.plan((1.0, 1.0), (2.0, 2.0))
     planner.allows((1.0, 1.0), (2.0, 2.0))
     planner.allows_line(np.ones((2, 3)))
+    planner.first_allowed((1.0, 1.0), np.ones((1, 10)), user, 0.001, 0.1)
     planner.clearance((1.0, 1.0))
     planner.are_free(np.ones((2, 2)))
     planner.among((column,)).plan((0.1, 0.1), (7.2, 7.4))

@@ -93,8 +93,8 @@ class GridPlanner(ABC):
         if begin is None or not self.is_free(goal, user):
             return None
         ray = separating_ray(begin, goal, disc, side)
-        x, y = self._in_cells((disc.x, disc.y))
-        around = UserDisc(x, y, disc.radius / self.grid.resolution, *ray)
+        x, y = self._in_cells(disc[:2])
+        around = UserDisc(x, y, disc[2] / self.grid.resolution, *ray)
         found = self._search(np.array([self._in_cells(begin), self._in_cells(goal)]), around)
         if len(found) == 0:
             return None
@@ -135,13 +135,27 @@ class GridPlanner(ABC):
         cell = self.grid.cell(*start)
         if cell is None:
             return False
-        reach = min(disc.radius, math.dist(start, (disc.x, disc.y))) - TOLERANCE
-        if not passes_disc(*start, *end, disc.x, disc.y, reach):
+        reach = min(disc[2], math.dist(start, disc[:2])) - TOLERANCE
+        if not passes_disc(*start, *end, *disc[:2], reach):
             return False
         ends = (*self._in_cells(start), *self._in_cells(end))
         if self._free[cell]:
             return bool(line_is_free(self._free, *ends))
         return bool(comes_no_nearer(self.distances, *ends, float(slack) + TOLERANCE))
+
+    def first_allowed(
+        self, start: Point, ways: Array, user: Disc | None, slack: float, spare: float
+    ) -> int:
+        """Index of the first of some ways that is allowed, see `GlobalPlanner`."""
+        for i, way in enumerate(ways.tolist()):
+            there, end, *held = zip(way[::2], way[1::2], strict=True)
+            if (
+                self.allows(start, there, user, slack)
+                and self.allows(there, end, user, slack)
+                and all(self.allows(there, place, None, spare) for place in held)
+            ):
+                return i
+        return len(ways)
 
     def allows_line(self, line: Array, user: Disc | None = None) -> bool:
         """`allows` from each point of a line (n, 3), x and y first, to the next."""
@@ -157,8 +171,8 @@ class GridPlanner(ABC):
         # differences below a cell's diagonal are within the resolution
         nearest = self.distances[at] - math.sqrt(2.0) * self.grid.resolution
         passable = self._free | (self.distances >= nearest)
-        x, y = self._in_cells((disc.x, disc.y))
-        around = np.array((x, y, disc.radius / self.grid.resolution))
+        x, y = self._in_cells(disc[:2])
+        around = np.array((x, y, disc[2] / self.grid.resolution))
         found = _nearest_free(self._free, passable, *self._in_cells(place), around)
         return self._in_map(found) if found[0] >= 0.0 else None
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from hw import compiled
 from states.navigation.exact import Array, sweep_between, tangent
-from states.navigation.local.speed_profile import SpeedLimits, travel_time
+from states.navigation.local.speed_profile import SpeedLimits, pace_of, travel_time
 
 ARC_PARTS = 8
 """Number of tangents by which an arc is drawn."""
@@ -134,6 +134,12 @@ def time_from(line: Array, vx: float, vy: float, pace: SpeedLimits) -> float:
     if along < 0.0:
         loss -= 2.0 * along / pace.acceleration
     return float(loss + travel_time(line, max(0.0, along), pace))
+
+
+@compiled
+def time_along(line: Array, vx: float, vy: float, rates: Array) -> float:
+    """`time_from` with the limits of a drive, see `speed_profile.pace_of`."""
+    return time_from(line, vx, vy, pace_of(rates))
 
 
 @compiled
@@ -269,3 +275,29 @@ def fastest_turns(line: Array, motion: tuple[float, float], pace: SpeedLimits) -
         new = widened(line, 1, turn, tried[i, 1:])
         tried[i, 0] = math.inf if new is None else time_from(new, motion[0], motion[1], pace)
     return tried[np.argsort(tried[:, 0])]
+
+
+@compiled
+def circles_for(
+    line: Array, vx: float, vy: float, rates: Array, before: Array
+) -> tuple[int, Array, float]:
+    """Circles for the next bend of a line or, without one, for the turn onto it.
+
+    `before` is the turn (+1 ccw) and circle of the last cycle (4,).
+
+    Returns:
+        The index of the first point after the circle; the sense of turning and the circles, (k, 5):
+        turn, x, y, radius, time, the fastest first; and the time without any of them.
+    """
+    pace, motion, bend = pace_of(rates), (vx, vy), first_bend(line)
+    if bend is None:
+        rest, dx, dy = 1, line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
+        turn = math.copysign(1.0, vx * dy - vy * dx)
+        circles = fastest_turns(line, motion, pace)
+    else:
+        rest, turn = bend.rest, bend.turn
+        circle = before[1:] if before[0] == turn else np.zeros(3)
+        circles = fastest_circles(line, bend, motion, pace, circle)
+    found = np.empty((len(circles), 5))
+    found[:, 0], found[:, 1:4], found[:, 4] = turn, circles[:, 1:], circles[:, 0]
+    return rest, found, time_from(line, vx, vy, pace)

@@ -10,12 +10,22 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import replace
 
-from hw import DriveMode, Pose2, Twist2, wrap
+import numpy as np
+
+from hw import STILL, DriveMode, Pose2, Twist2
 from hw.scene import NO_ZONES, Disc, Point
-from states.navigation.exact import Path
-from states.navigation.local.corner_rounding import time_from
-from states.navigation.local.reckoning import ReckonedPlace, ReckonedPose
-from states.navigation.local.speed_profile import SpeedLimits
+from states.navigation.exact import NOBODY, Path
+from states.navigation.local.corner_rounding import time_along
+from states.navigation.local.cycle import (
+    IN_BASE,
+    IN_MAP,
+    NONE,
+    braked,
+    perceive,
+    rotated,
+    ways_to_stop,
+)
+from states.navigation.local.reckoning import DELAY, track_of
 from states.navigation.planner_interfaces import DriveStatus, GlobalPlanner, Limits, Tolerance
 
 USER_MARGIN = 0.01
@@ -24,10 +34,6 @@ SIGMAS = 3.0
 """Standard deviations of the robot's position that are added to USER_MARGIN."""
 SPREAD = 9.0
 """Growth of a walking user's predicted disc, in standard deviations of the pose per second."""
-BEND_SHARE = 0.9
-"""Share of the acceleration that bends are planned with; the rest is for corrections."""
-CORNER_ERROR = 0.03
-"""Deviation within which corners of paths found on grids are rounded, m."""
 SWITCH_GAIN = 0.10
 """Share of the time by which the other side of the user has to be faster to be taken."""
 ZONE_SHARE = 0.8
@@ -36,17 +42,10 @@ SLACK = 0.02
 """Depth inside an inflation up to which the robot keeps to its path, m."""
 LEAVING_MARGIN = 0.5
 """A robot inside the user's disc drives this far beyond its edge, m, so that it leaves at speed."""
-EDGE_OF_DISC = 1e-6
-"""Rounding of a disc that ends at the goal, m."""
 EDGE = {"omni": 0.001, "differential": 0.01}
 """Accuracy with which a base can follow the edge of an inflation, m, by drive mode."""
-ASIDE = 0.35
-"""The user is seen from the robot's nearest side in a direction that differs by this from that seen
-from its centre, rad."""
 CRAWL = 0.05
 """Below this speed a differential base may turn as if on the spot, m/s."""
-LOST_TRACK = 0.3
-"""If measured and sent velocity differ by more, m/s, planning starts from the measured one."""
 
 
 class LocalPlanner(ABC):
@@ -78,16 +77,15 @@ class LocalPlanner(ABC):
         self.planner = planner
         self.zones = NO_ZONES
         self.spare, self.reach = math.inf, 0.0
-        self._tight = False
         self._limits = self._own_limits = limits
         self._tolerance = tolerance
-        self._pace = SpeedLimits(
-            float(limits.speed), float(limits.acceleration), BEND_SHARE, CORNER_ERROR
+        self._rates = np.array(
+            (limits.speed, limits.acceleration, limits.turn_rate, limits.turn_acceleration), float
         )
         self._side = 0
         self._sent: Twist2 | None = None  # in the map
-        self._reckoned = ReckonedPose(latency)
-        self._reckoned_user = ReckonedPlace()
+        self._track, self._user_place = track_of(latency), np.zeros(3)
+        self._seen, self._aim = np.zeros(14), np.zeros(6)
         self._user_velocity, self._margin, self._spread = (0.0, 0.0), USER_MARGIN, 0.0
 
     def go_to(self, goal: Pose2) -> None:
@@ -100,13 +98,20 @@ class LocalPlanner(ABC):
             return
         self.goal = Pose2.checked(goal.x, goal.y, goal.yaw)
         self.status, self._side = "driving", 0
+        tolerance = self._tolerance
+        self._aim[:3] = self.goal.x, self.goal.y, self.goal.yaw
+        self._aim[3:] = tolerance.position, tolerance.yaw, tolerance.speed
         self._begin()
 
     def release(self) -> None:
         """Forget goal, velocity and positions: something else drives the base from now on."""
         self.goal, self._sent, self.path, self.status = None, None, None, "driving"
-        self._reckoned = ReckonedPose(self._reckoned.delay)
-        self._reckoned_user = ReckonedPlace()
+        self._track, self._user_place = track_of(self.delay), np.zeros(3)
+
+    @property
+    def delay(self) -> float:
+        """How late the wheels follow what was sent, as estimated so far, s."""
+        return float(self._track[DELAY])
 
     def command(  # noqa: PLR0913 - most are optional
         self,
@@ -137,18 +142,12 @@ class LocalPlanner(ABC):
         """
         if self.goal is None:
             raise ValueError("no goal: call go_to first")
-        pose = Pose2.checked(pose.x, pose.y, pose.yaw)
-        measured = Twist2.checked(twist.vx, twist.vy, twist.wz).rotated(pose.yaw)
-        given = admitted.rotated(pose.yaw) if admitted else self._sent or measured
-        lost = _apart(given, measured) > LOST_TRACK
-        now = measured if lost else given
-        pose = self._reckoned.update(pose, measured, now, dt, lost=lost)
-        self._heed_zones(pose, now, dt)
+        self._margin, self._spread = _margin(sigma), SPREAD * sigma
         self._user_velocity = (float(user_velocity[0]), float(user_velocity[1]))
-        user = self._reckoned_disc(user, dt)
-        self._margin = _margin(sigma)
-        self._spread = SPREAD * sigma
-        if self._has_arrived(pose, now):
+        dt = float(dt)
+        pose, now, user = self._perceived(pose, twist, user, admitted, dt)
+        self._heed_zones(pose, now, dt)
+        if self.status == "arrived":
             wanted = self._braked(now, dt)
         else:
             wanted = self._wanted(pose, now, user, dt)
@@ -160,7 +159,7 @@ class LocalPlanner(ABC):
         turn = 0.5 * (now.wz + safe.wz) * dt
         if self.mode == "differential":
             return self._along_heading(pose, now, safe, dt)
-        return safe.rotated(-(pose.yaw + 0.5 * turn))
+        return Twist2(*rotated(safe.vx, safe.vy, -(pose.yaw + 0.5 * turn)), safe.wz)
 
     def _along_heading(self, pose: Pose2, now: Twist2, safe: Twist2, dt: float) -> Twist2:
         """The command (base frame) of a differential base for a velocity in the map."""
@@ -172,17 +171,27 @@ class LocalPlanner(ABC):
         self._sent = command.rotated(heading)
         return command
 
-    def _reckoned_disc(self, user: Disc | None, dt: float) -> Disc | None:
-        """The disc at the user's reckoned place; a goal outside of it as measured stays outside."""
-        if user is None:
-            self._reckoned_user = ReckonedPlace()
-            return None
-        place = self._reckoned_user.update((user.x, user.y), self._user_velocity, dt)
-        assert self.goal is not None
-        goal, radius = (self.goal.x, self.goal.y), user.radius
-        if math.dist((user.x, user.y), goal) >= radius - EDGE_OF_DISC:
-            radius = min(radius, math.dist(place, goal))
-        return Disc(*place, radius)
+    def _perceived(
+        self, pose: Pose2, twist: Twist2, user: Disc | None, admitted: Twist2 | None, dt: float
+    ) -> tuple[Pose2, Twist2, Disc | None]:
+        """Reckoned pose, velocity in the map, and the user's disc; sets whether it has arrived."""
+        if not math.isfinite(pose.x + pose.y + pose.yaw + twist.vx + twist.vy + twist.wz):
+            Pose2.checked(pose.x, pose.y, pose.yaw)
+            Twist2.checked(twist.vx, twist.vy, twist.wz)
+        given = admitted or self._sent or STILL
+        disc = (0.0, 0.0, -1.0) if user is None else (user.x, user.y, user.radius)
+        self._seen[:] = (
+            pose.x, pose.y, pose.yaw, twist.vx, twist.vy, twist.wz,
+            given.vx, given.vy, given.wz, *disc, *self._user_velocity,
+        )  # fmt: skip
+        frame = IN_BASE if admitted else IN_MAP if self._sent else NONE
+        before = self.status == "arrived"
+        at, now, around, arrived = perceive(
+            self._track, self._user_place, self._seen, frame, self._aim, dt, before
+        )
+        if arrived or before:
+            self.status = "arrived" if arrived else "driving"
+        return Pose2(*at), Twist2(*now), None if user is None else Disc(*around)
 
     def _heed_zones(self, pose: Pose2, now: Twist2, dt: float) -> None:
         """Limit the speed to that of the zones ahead, braking in time for them."""
@@ -193,7 +202,7 @@ class LocalPlanner(ABC):
         speed = min(own.speed, allowed)
         if speed != self._limits.speed:
             self._limits = replace(own, speed=speed)
-            self._pace = self._pace._replace(speed=float(speed))
+            self._rates[0] = speed
 
     @abstractmethod
     def _begin(self) -> None:
@@ -205,23 +214,7 @@ class LocalPlanner(ABC):
 
     def _braked(self, now: Twist2, dt: float) -> Twist2:
         """The velocity in the map after one period of braking."""
-        scale = max(0.0, 1.0 - self._limits.acceleration * dt / now.speed) if now.speed else 0.0
-        slower = self._limits.turn_acceleration * dt
-        return Twist2(scale * now.vx, scale * now.vy, now.wz - max(-slower, min(slower, now.wz)))
-
-    def _has_arrived(self, pose: Pose2, now: Twist2) -> bool:
-        assert self.goal is not None
-        tolerance = self._tolerance
-        away, turned = pose.distance_to(self.goal), abs(wrap(self.goal.yaw - pose.yaw))
-        if self.status == "arrived":
-            if away <= 2.0 * tolerance.position and turned <= 2.0 * tolerance.yaw:
-                return True
-            self.status = "driving"
-        near = away <= tolerance.position and turned <= tolerance.yaw
-        if near and now.speed <= tolerance.speed and abs(now.wz) <= tolerance.speed:
-            self.status = "arrived"
-            return True
-        return False
+        return Twist2(*braked((now.vx, now.vy, now.wz), self._rates, dt))
 
     def _best_path(self, start: Point, goal: Point, user: Disc | None, now: Twist2) -> Path | None:
         """The path on the faster side of the user; the last side if it is nearly as fast."""
@@ -233,7 +226,7 @@ class LocalPlanner(ABC):
                 return shortest
         paths = {side: self.planner.plan(start, goal, user, side) for side in (1, -1)}
         times = {
-            side: time_from(path.line, now.vx, now.vy, self._pace)
+            side: time_along(path.line, now.vx, now.vy, self._rates)
             for side, path in paths.items()
             if path is not None
         }
@@ -259,83 +252,26 @@ class LocalPlanner(ABC):
                 return Path.of_points((start, place))
         return None
 
-    def _turn(self, pose: Pose2, now: Twist2, dt: float, yaw: float | None = None) -> float:
-        """The turn rate for the end of this period that ends at `yaw` (None: the goal's), rad/s.
-
-        The largest rate w that can still be braked: w^2 / (2 a) is covered while braking and half
-        of w dt in this period, so w = sqrt((a dt / 2)^2 + 2 a rest) - a dt / 2.
-        """
-        assert self.goal is not None
-        limits = self._limits
-        error = wrap((self.goal.yaw if yaw is None else yaw) - pose.yaw)
-        if self.status != "driving":
-            error = 0.0
-        half = 0.5 * limits.turn_acceleration * dt
-        rest = max(0.0, abs(error) - 0.5 * math.copysign(1.0, error) * now.wz * dt)
-        rate = math.sqrt(half * half + 2.0 * limits.turn_acceleration * rest) - half
-        wanted = math.copysign(min(limits.turn_rate, rate), error)
-        return max(now.wz - 2.0 * half, min(now.wz + 2.0 * half, wanted))
-
     def _clear(
         self, pose: Pose2, now: Twist2, wanted: Twist2, user: Disc | None, dt: float
     ) -> Twist2:
         """The largest share of the wanted change of velocity from which braking hits nothing.
 
         If even braking comes too near to something, the turn rate is braked, too: turning could
-        swing a corner of the robot towards it. Nearer to a wall than its `reach` it does not turn.
+        swing a corner of the robot towards it. Nearer to a wall than its `reach` it does not turn,
+        and may come no nearer anyway; it has to get out. Elsewhere no wall is touched either should
+        the safety chain hold the robot off the user.
         """
-        stopped = braked = self._braked(now, dt)
-        self._tight = self.planner.clearance((pose.x, pose.y)) < self.reach
-        if self._tight:
-            wanted = Twist2(wanted.vx, wanted.vy, stopped.wz)
-        if self.mode == "omni" or now.speed <= CRAWL:
-            braked = Twist2(braked.vx, braked.vy, wanted.wz)
-        for part in (1.0, 0.75, 0.5, 0.25):
-            vx = braked.vx + part * (wanted.vx - braked.vx)
-            vy = braked.vy + part * (wanted.vy - braked.vy)
-            if self._can_brake(pose, now, (vx, vy), user, dt):
-                return Twist2(vx, vy, wanted.wz)
-        rests = self._can_brake(pose, now, (stopped.vx, stopped.vy), user, dt)
-        return braked if rests else stopped
-
-    def _can_brake(
-        self, pose: Pose2, now: Twist2, velocity: Point, user: Disc | None, dt: float
-    ) -> bool:
-        vx, vy = velocity
-        start = (pose.x, pose.y)
-        then = (pose.x + 0.5 * (now.vx + vx) * dt, pose.y + 0.5 * (now.vy + vy) * dt)
-        # braking covers v^2 / 2a: the velocity times this time
-        time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
-        end = (then[0] + vx * time, then[1] + vy * time)
-        slack = EDGE[self.mode]
-        return (
-            self.planner.allows(start, then, user, slack)
-            and self.planner.allows(then, end, user, slack)
-            and self._can_be_held(then, velocity, user)
+        place, disc = (pose.x, pose.y), NOBODY if user is None else (user.x, user.y, user.radius)
+        tight = self.planner.clearance(place) < self.reach
+        turns = self.mode == "omni" or now.speed <= CRAWL
+        held = not (user is None or tight or self.spare == math.inf)
+        motion, aim = (now.vx, now.vy, now.wz), (wanted.vx, wanted.vy, wanted.wz)
+        velocities, ways = ways_to_stop(
+            place, motion, aim, disc, self._rates, dt, turns, tight, held
         )
-
-    def _can_be_held(self, place: Point, velocity: Point, user: Disc | None) -> bool:
-        """True if no wall is touched either should the safety chain hold the robot off the user.
-
-        The chain takes out the part of the velocity that closes the gap; the rest leads elsewhere.
-        Nearer to a wall than its `reach` the robot may come no nearer anyway, and has to get out.
-        """
-        if user is None or self.spare == math.inf or self._tight:
-            return True
-        at = math.atan2(user.y - place[1], user.x - place[0])
-        for off in (0.0, ASIDE, -ASIDE):
-            nx, ny = math.cos(at + off), math.sin(at + off)
-            toward = max(0.0, velocity[0] * nx + velocity[1] * ny)
-            vx, vy = velocity[0] - toward * nx, velocity[1] - toward * ny
-            time = 0.5 * math.hypot(vx, vy) / self._limits.acceleration
-            end = (place[0] + vx * time, place[1] + vy * time)
-            if not self.planner.allows(place, end, None, self.spare):
-                return False
-        return True
-
-
-def _apart(a: Twist2, b: Twist2) -> float:
-    return math.dist((a.vx, a.vy, a.wz), (b.vx, b.vy, b.wz))
+        first = self.planner.first_allowed(place, ways, user, EDGE[self.mode], self.spare)
+        return Twist2(*velocities[first].tolist())
 
 
 def _margin(sigma: float) -> float:

@@ -11,18 +11,17 @@ import math
 
 import numpy as np
 
-from hw import STILL, Pose2, Twist2, example, wrap
+from hw import STILL, Pose2, Twist2, compiled, example, wrap
 from hw.scene import Disc
 from states.navigation.exact import Array, ExactPlanner, Path
 from states.navigation.local.corner_rounding import (
     ARC_PARTS,
-    fastest_circles,
-    fastest_turns,
-    first_bend,
-    time_from,
+    circles_for,
+    time_along,
     widened,
 )
-from states.navigation.local.local_planner import BEND_SHARE, EDGE, SLACK, LocalPlanner
+from states.navigation.local.cycle import turn_rate
+from states.navigation.local.local_planner import EDGE, SLACK, LocalPlanner
 from states.navigation.local.predicted_gap import (
     HORIZON,
     least_gap_braking,
@@ -30,7 +29,14 @@ from states.navigation.local.predicted_gap import (
     predicted_disc,
     steps_aside,
 )
-from states.navigation.local.speed_profile import SpeedLimits, heading_after, next_speed
+from states.navigation.local.reckoning import Triple
+from states.navigation.local.speed_profile import (
+    BEND_SHARE,
+    SpeedLimits,
+    heading_after,
+    next_speed,
+    pace_of,
+)
 from states.navigation.planner_interfaces import Limits, Tolerance
 
 STANDING = 0.1
@@ -38,16 +44,20 @@ STANDING = 0.1
 LOOKS_AHEAD = (0.5, 1.0, 1.5, 2.0)
 """Times ahead, s: paths around the user's position after each of them are candidates."""
 
-NO_CIRCLE = (0.0, np.zeros(3))
+NO_CIRCLE = np.zeros(4)
 
 
 class ProfilePlanner(LocalPlanner):
     """Shortest path, widened bends, speed by forward and backward pass; see `LocalPlanner`."""
 
-    _circle = NO_CIRCLE  # sense of turning and circle of the bend that is being driven
+    _circle: Array = NO_CIRCLE  # sense of turning and circle of the bend that is being driven
 
     def _begin(self) -> None:
         self._circle = NO_CIRCLE
+
+    @property
+    def _pace(self) -> SpeedLimits:
+        return pace_of(self._rates)
 
     def _wanted(self, pose: Pose2, now: Twist2, user: Disc | None, dt: float) -> Twist2:
         line = self._line(pose, now, user)
@@ -150,63 +160,43 @@ class ProfilePlanner(LocalPlanner):
                 line = Path.of_points((place, aside)).line
                 choices.append(_Choice(self._least_gap(pose, now, user, line), line, self))
         choices.append(_Choice(self._least_gap(pose, now, user, None), None, self))
-        best = max(choices, key=lambda choice: choice.rank(now, self._pace))
+        best = max(choices, key=lambda choice: choice.rank(now, self._rates))
         best.restore(self)
         return best.line
 
     def _widen(self, line: Array, now: Twist2, user: Disc | None) -> Array:
         """The line with its next bend, or the turn onto it, along the fastest free circle."""
         before, self._circle = self._circle, NO_CIRCLE
-        motion = (now.vx, now.vy)
-        bend = first_bend(line)
-        if bend is None:
-            (ax, ay, _), (bx, by, _) = line[:2].tolist()
-            rest, turn = 1, math.copysign(1.0, now.vx * (by - ay) - now.vy * (bx - ax))
-            circles = fastest_turns(line, motion, self._pace)
-        else:
-            rest, turn = bend.rest, bend.turn
-            circle = before[1] if before[0] == turn else NO_CIRCLE[1]
-            circles = fastest_circles(line, bend, motion, self._pace, circle)
-        plain, refused = time_from(line, *motion, self._pace), math.inf
-        for time, *circle in circles.tolist():
+        rest, circles, plain = circles_for(line, now.vx, now.vy, self._rates, before)
+        refused = math.inf
+        for circle in circles:
+            turn, _, _, radius, time = circle.tolist()
             if time >= plain:
                 break
-            if circle[2] >= refused:
+            if radius >= refused:
                 continue
-            new = widened(line, rest, turn, np.array(circle))
+            new = widened(line, rest, turn, circle[1:4])
             if new is not None and self.planner.allows_line(new[: ARC_PARTS + 4], user):
-                self._circle = (turn, np.array(circle))
+                self._circle = circle[:4]
                 return new
-            refused = 0.9 * circle[2]
+            refused = 0.9 * radius
         return line
 
     def _drive(self, pose: Pose2, now: Twist2, line: Array, dt: float) -> Twist2:
-        reach = self._limits.acceleration * dt
-        heading = heading_after(line, now.speed * dt)
-        ux, uy = math.cos(heading), math.sin(heading)
-        along = ux * now.vx + uy * now.vy
-        across = ux * now.vy - uy * now.vx
-        speed = next_speed(line, max(0.0, along), self._pace, dt)
-        forward, sideways = speed - along, -across
-        if forward > 0.0:
-            # return to the line first; what is left of the acceleration changes the speed
-            sideways = max(-reach, min(reach, sideways))
-            forward = min(forward, math.sqrt(reach * reach - sideways * sideways))
-        else:
-            # brake first: near the goal corrections of an uncertain direction would use it up
-            scale = min(1.0, reach / max(1e-12, math.hypot(forward, sideways)))
-            forward, sideways = scale * forward, scale * sideways
-        vx = now.vx + forward * ux - sideways * uy
-        vy = now.vy + forward * uy + sideways * ux
-        scale = min(1.0, self._limits.speed / max(1e-9, math.hypot(vx, vy)))
-        return Twist2(vx * scale, vy * scale, self._turn(pose, now, dt))
+        assert self.goal is not None
+        error = wrap(self.goal.yaw - pose.yaw) if self.status == "driving" else 0.0
+        return Twist2(*velocity_along(line, (now.vx, now.vy, now.wz), error, self._rates, dt))
+
+    def _turn(self, pose: Pose2, now: Twist2, dt: float, yaw: float) -> float:
+        error = wrap(yaw - pose.yaw) if self.status == "driving" else 0.0
+        return turn_rate(error, now.wz, self._rates, dt)
 
     def _steer(self, pose: Pose2, now: Twist2, line: Array, dt: float) -> Twist2:
         """The same for a base that drives only along its heading (R2)."""
         assert self.goal is not None
         ahead = (math.cos(pose.yaw), math.sin(pose.yaw))
         along = ahead[0] * now.vx + ahead[1] * now.vy
-        speed, turning = 0.0, self._turn(pose, now, dt)
+        speed, turning = 0.0, self._turn(pose, now, dt, self.goal.yaw)
         if pose.distance_to(self.goal) > 0.5 * self._tolerance.position:
             heading = heading_after(line, now.speed * dt)
             error = abs(wrap(heading - pose.yaw))
@@ -230,6 +220,32 @@ def _along(line: Array, motion: Twist2) -> float:
     return (dx * motion.vx + dy * motion.vy) / length if length else motion.speed
 
 
+@compiled
+def velocity_along(line: Array, now: Triple, error: float, rates: Array, dt: float) -> Triple:
+    """The velocity in the map for the end of this period, on a line from the robot's place.
+
+    `now` is that at its beginning, `error` the turn that is left; `rates` as in `cycle`.
+    """
+    vx, vy, wz = now
+    reach, pace = rates[1] * dt, pace_of(rates)
+    heading = heading_after(line, math.hypot(vx, vy) * dt)
+    ux, uy = math.cos(heading), math.sin(heading)
+    along, across = ux * vx + uy * vy, ux * vy - uy * vx
+    speed = next_speed(line, max(0.0, along), pace, dt)
+    forward, sideways = speed - along, -across
+    if forward > 0.0:
+        # return to the line first; what is left of the acceleration changes the speed
+        sideways = max(-reach, min(reach, sideways))
+        forward = min(forward, math.sqrt(reach * reach - sideways * sideways))
+    else:
+        # brake first: near the goal corrections of an uncertain direction would use it up
+        scale = min(1.0, reach / max(1e-12, math.hypot(forward, sideways)))
+        forward, sideways = scale * forward, scale * sideways
+    vx, vy = vx + forward * ux - sideways * uy, vy + forward * uy + sideways * ux
+    scale = min(1.0, rates[0] / max(1e-9, math.hypot(vx, vy)))
+    return vx * scale, vy * scale, turn_rate(error, wz, rates, dt)
+
+
 class _Choice:
     """A candidate line (None: brake), its gap, and the planner's state that goes with it."""
 
@@ -238,8 +254,8 @@ class _Choice:
         self.side, self.circle = planner._side, planner._circle
         self._path, self._status = planner.path, planner.status
 
-    def rank(self, now: Twist2, pace: SpeedLimits) -> tuple[float, float]:
-        time = math.inf if self.line is None else time_from(self.line, now.vx, now.vy, pace)
+    def rank(self, now: Twist2, rates: Array) -> tuple[float, float]:
+        time = math.inf if self.line is None else time_along(self.line, now.vx, now.vy, rates)
         return round(min(0.0, self.gap), 2), -time
 
     def restore(self, planner: ProfilePlanner) -> None:

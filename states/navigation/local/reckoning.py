@@ -5,14 +5,20 @@ exactly, and a pose reckoned from them moves as smoothly as the plan; measured p
 it, by a tenth of the difference per cycle at 30 Hz, so that replanning gives the same plan again.
 Differences beyond noise (the robot was pushed, or relocalized) are corrected at once. m, s, rad; in
 the map.
+
+What is remembered stands in arrays, which compiled functions update: the track of the robot, with
+what the delay of the wheels is estimated from at its beginning, and the place of the user.
 """
 
 from __future__ import annotations
 
 import math
 
-from hw import STILL, Pose2, Twist2, wrap
+import numpy as np
+
+from hw import compiled
 from hw.scene import Point
+from states.navigation.exact import TURN, Array
 
 MEMORY = 1.0 / 3.0
 """Time constant with which measured poses are averaged, s."""
@@ -27,8 +33,28 @@ DOUBT = 7e-4
 LONGEST_DELAY = 0.3
 """Upper limit of the estimated delay, s."""
 
+PRIOR, DELAY, PRODUCTS, SQUARES, MISSING, CHANGED = 0, 1, 2, 3, 4, 6
+"""Where an array with what the delay is estimated from has these; the last two are vectors."""
+COUNT, POSE, SENT, MEASURED = 8, 9, 12, 15
+"""And where that of a robot has, beyond these, the number of cycles, the last pose, the velocity
+sent, and the position measured."""
+Triple = tuple[float, float, float]
+"""A pose or a velocity."""
 
-def share_of(error: float, count: int, dt: float) -> float:
+
+@compiled
+def wrapped(angle: float) -> float:
+    """`hw.wrap`, with the remainder that numba knows."""
+    if -math.pi < angle <= math.pi:
+        return angle
+    left = float(np.fmod(angle, TURN))
+    if left > math.pi:
+        return left - TURN
+    return left + TURN if left <= -math.pi else left
+
+
+@compiled
+def share_of(error: float, count: float, dt: float) -> float:
     """Gain with which the count-th measurement corrects a difference, m or rad, 0 to 1.
 
     The first measurements are averaged. A larger error is brought down to what an error of BAND
@@ -40,105 +66,90 @@ def share_of(error: float, count: int, dt: float) -> float:
     return share
 
 
-class DelayEstimator:
-    """Estimates how late the wheels follow what was sent, s, dead time and lag together.
+@compiled
+def forget_delay(delay: Array) -> None:
+    """Start again from the prior delay: the missing distance had another cause."""
+    delay[DELAY] = delay[PRIOR]
+    delay[PRODUCTS : CHANGED + 2] = 0.0
+
+
+@compiled
+def estimate_delay(delay: Array, missing: Point, changed: Point, dt: float) -> None:
+    """Estimate how late the wheels follow what was sent, s, dead time and lag together.
 
     Over any interval the distance driven falls short of the distance sent by the delay times the
     change of velocity: missing = delay * changed. The delay is the least-squares solution over
     exponentially forgotten sums, sum(missing . changed) / sum(changed . changed), regularised
-    towards the `prior` delay.
+    towards the prior delay. This adds a cycle of dt s: its missing distance, m, and its change of
+    velocity, m/s.
     """
-
-    def __init__(self, prior: float) -> None:
-        self._prior = prior
-        self.forget()
-
-    def forget(self) -> None:
-        """Start again from the prior delay: the missing distance had another cause."""
-        self.delay = self._prior
-        self._missing = self._changed = (0.0, 0.0)
-        self._products = self._squares = 0.0
-
-    def update(self, missing: Point, changed: Point, dt: float) -> None:
-        """Add a cycle of dt s: its missing distance, m, and its change of velocity, m/s."""
-        kept = math.exp(-dt / LEAK)
-        mx, my = self._missing = _sum(self._missing, missing, kept)
-        cx, cy = self._changed = _sum(self._changed, changed, kept)
-        kept = math.exp(-dt / FORGOTTEN)
-        self._products = kept * self._products + dt * (mx * cx + my * cy)
-        self._squares = kept * self._squares + dt * (cx * cx + cy * cy)
-        found = (self._products + DOUBT * self._prior) / (self._squares + DOUBT)
-        self.delay = min(LONGEST_DELAY, max(0.0, found))
+    kept = math.exp(-dt / LEAK)
+    mx, my = kept * delay[MISSING] + missing[0], kept * delay[MISSING + 1] + missing[1]
+    cx, cy = kept * delay[CHANGED] + changed[0], kept * delay[CHANGED + 1] + changed[1]
+    delay[MISSING], delay[MISSING + 1], delay[CHANGED], delay[CHANGED + 1] = mx, my, cx, cy
+    kept = math.exp(-dt / FORGOTTEN)
+    delay[PRODUCTS] = kept * delay[PRODUCTS] + dt * (mx * cx + my * cy)
+    delay[SQUARES] = kept * delay[SQUARES] + dt * (cx * cx + cy * cy)
+    found = (delay[PRODUCTS] + DOUBT * delay[PRIOR]) / (delay[SQUARES] + DOUBT)
+    delay[DELAY] = min(LONGEST_DELAY, max(0.0, found))
 
 
-def _sum(old: Point, new: Point, kept: float) -> Point:
-    return kept * old[0] + new[0], kept * old[1] + new[1]
+def track_of(delay: float) -> Array:
+    """The track of a robot that has not been seen; `delay`, s, is a first guess of the wheels'."""
+    track = np.zeros(MEASURED + 2)
+    track[PRIOR] = track[DELAY] = delay
+    return track
 
 
-class ReckonedPose:
-    """The robot's pose, integrated from the velocities sent; `delay`, s, is a first guess."""
+@compiled
+def reckon_pose(track: Array, measured: Triple, twist: Triple, sent: Triple, dt: float) -> Triple:
+    """The pose at the instant from which the velocity sent now acts.
 
-    def __init__(self, delay: float) -> None:
-        self._delay = DelayEstimator(delay)
-        self._count = 0
-        self._pose = self._measured = Pose2(0.0, 0.0)
-        self._sent = STILL
-
-    @property
-    def delay(self) -> float:
-        """The estimated delay of the wheels, s."""
-        return self._delay.delay
-
-    def update(
-        self, measured: Pose2, twist: Twist2, sent: Twist2, dt: float, *, lost: bool = False
-    ) -> Pose2:
-        """The pose at the instant from which the velocity sent now acts.
-
-        Args:
-            measured: map_from_base.
-            twist: measured velocity, in the map.
-            sent: velocity that the base should have by now, in the map.
-            dt: time since the last cycle, s.
-            lost: the base did not follow; start again from the measured pose.
-        """
-        if lost:
-            self._delay.forget()
-            self._count = 0
-        before, self._sent = self._sent, sent
-        self._count += 1
-        if self._count > 1:
-            middle = _mean(before, sent)
-            gone = measured.x - self._measured.x, measured.y - self._measured.y
-            missing = dt * middle.vx - gone[0], dt * middle.vy - gone[1]
-            self._delay.update(missing, (sent.vx - before.vx, sent.vy - before.vy), dt)
-            self._pose = self._pose.moved(middle, dt)
-        self._measured = measured
-        seen = measured.moved(twist, self.delay)
-        pose, count = self._pose, self._count
-        ex, ey, turn = seen.x - pose.x, seen.y - pose.y, wrap(seen.yaw - pose.yaw)
-        share, turned = share_of(math.hypot(ex, ey), count, dt), share_of(abs(turn), count, dt)
-        self._pose = Pose2(pose.x + share * ex, pose.y + share * ey, wrap(pose.yaw + turned * turn))
-        return self._pose
+    `measured` is map_from_base, `twist` the measured velocity and `sent` the one that the base
+    should have by now, both in the map; `dt` is the time since the last cycle, s.
+    """
+    track[COUNT] += 1.0
+    count = track[COUNT]
+    x, y, yaw = track[POSE], track[POSE + 1], track[POSE + 2]
+    if count > 1.0:
+        last_x, last_y, last_turn = track[SENT], track[SENT + 1], track[SENT + 2]
+        vx, vy = 0.5 * (last_x + sent[0]), 0.5 * (last_y + sent[1])
+        wz = 0.5 * (last_turn + sent[2])
+        gone_x, gone_y = measured[0] - track[MEASURED], measured[1] - track[MEASURED + 1]
+        missing, changed = (
+            (dt * vx - gone_x, dt * vy - gone_y),
+            (sent[0] - last_x, sent[1] - last_y),
+        )
+        estimate_delay(track, missing, changed, dt)
+        x, y, yaw = x + dt * vx, y + dt * vy, wrapped(yaw + dt * wz)
+    track[MEASURED], track[MEASURED + 1] = measured[0], measured[1]
+    track[SENT], track[SENT + 1], track[SENT + 2] = sent
+    late = track[DELAY]
+    ex, ey = measured[0] + late * twist[0] - x, measured[1] + late * twist[1] - y
+    turn = wrapped(wrapped(measured[2] + late * twist[2]) - yaw)
+    share, turned = share_of(math.hypot(ex, ey), count, dt), share_of(abs(turn), count, dt)
+    found = x + share * ex, y + share * ey, wrapped(yaw + turned * turn)
+    track[POSE], track[POSE + 1], track[POSE + 2] = found
+    return found
 
 
-class ReckonedPlace:
-    """The user's position, integrated from their velocity and corrected by measured positions."""
-
-    def __init__(self) -> None:
-        self._count = 0
-        self._place = (0.0, 0.0)
-
-    def update(self, measured: Point, velocity: Point, dt: float) -> Point:
-        """The position now; `velocity` in m/s, `dt` since the last cycle, s."""
-        self._count += 1
-        x, y = self._place
-        if self._count > 1:
-            x, y = x + dt * velocity[0], y + dt * velocity[1]
-        ex, ey = measured[0] - x, measured[1] - y
-        share = share_of(math.hypot(ex, ey), self._count, dt)
-        self._place = (x + share * ex, y + share * ey)
-        return self._place
+@compiled
+def lose_track(track: Array) -> None:
+    """The base did not follow: start again from the next measured pose."""
+    forget_delay(track)
+    track[COUNT] = 0.0
 
 
-def _mean(a: Twist2, b: Twist2) -> Twist2:
-    return Twist2(0.5 * (a.vx + b.vx), 0.5 * (a.vy + b.vy), 0.5 * (a.wz + b.wz))
+@compiled
+def reckon_place(place: Array, measured: Point, velocity: Point, dt: float) -> Point:
+    """The user's position, integrated from their velocity and corrected by measured positions.
+
+    `place` has the last one and the number of cycles so far.
+    """
+    place[2] += 1.0
+    if place[2] > 1.0:
+        place[0], place[1] = place[0] + dt * velocity[0], place[1] + dt * velocity[1]
+    ex, ey = measured[0] - place[0], measured[1] - place[1]
+    share = share_of(math.hypot(ex, ey), place[2], dt)
+    place[0], place[1] = place[0] + share * ex, place[1] + share * ey
+    return place[0], place[1]

@@ -18,6 +18,10 @@ import numpy as np
 from hw import compiled
 from states.navigation.exact import Array, turn_between
 
+BEND_SHARE = 0.9
+"""Share of the acceleration that bends are planned with; the rest is for corrections."""
+CORNER_ERROR = 0.03
+"""Deviation within which corners of paths found on grids are rounded, m."""
 TOO_FAST = 4.0
 """Penalty factor for starting too fast to brake in time: times the time that slowing down takes."""
 
@@ -33,6 +37,12 @@ class SpeedLimits(NamedTuple):
     acceleration: float
     bend_share: float
     corner_error: float
+
+
+@compiled
+def pace_of(rates: Array) -> SpeedLimits:
+    """That of a drive with these limits: speed, acceleration, … (4,)."""
+    return SpeedLimits(rates[0], rates[1], BEND_SHARE, CORNER_ERROR)
 
 
 @compiled

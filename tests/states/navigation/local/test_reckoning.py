@@ -5,14 +5,82 @@ from __future__ import annotations
 import math
 import random
 
+import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
 from hw.geometry import STILL, Pose2, Twist2, wrap
-from states.navigation.local.reckoning import BAND, DelayEstimator, ReckonedPlace, ReckonedPose
+from states.navigation.local.reckoning import (
+    BAND,
+    DELAY,
+    estimate_delay,
+    lose_track,
+    reckon_place,
+    reckon_pose,
+    track_of,
+)
+from tests.states.navigation.local import plain_reckoning
 
 DT = 1.0 / 30.0
 speeds = st.floats(-1.5, 1.5)
+
+
+class ReckonedPose:
+    """A robot's track."""
+
+    def __init__(self, delay: float) -> None:
+        self.track = track_of(delay)
+
+    @property
+    def delay(self) -> float:
+        return float(self.track[DELAY])
+
+    def update(
+        self, measured: Pose2, twist: Twist2, sent: Twist2, dt: float, *, lost: bool = False
+    ) -> Pose2:
+        if lost:
+            lose_track(self.track)
+        triples = (
+            (float(measured.x), float(measured.y), float(measured.yaw)),
+            *((float(v.vx), float(v.vy), float(v.wz)) for v in (twist, sent)),
+        )
+        return Pose2(*reckon_pose(self.track, *triples, dt))
+
+
+class ReckonedPlace:
+    """A user's place."""
+
+    def __init__(self) -> None:
+        self.place = np.zeros(3)
+
+    def update(self, measured: tuple[float, float], velocity: tuple[float, float], dt: float):
+        return reckon_place(self.place, measured, velocity, dt)
+
+
+poses = st.builds(Pose2, st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(-math.pi, math.pi))
+twists = st.builds(Twist2, speeds, speeds, speeds)
+
+
+@settings(deadline=None, max_examples=50)
+@given(
+    delay=st.floats(0.0, 0.3),
+    cycles=st.lists(st.tuples(poses, twists, twists, st.booleans()), min_size=1, max_size=20),
+)
+def test_a_robot_is_where_the_plain_rule_has_it_to_the_last_bit(delay, cycles) -> None:
+    found, plain = ReckonedPose(delay), plain_reckoning.ReckonedPose(delay)
+    for pose, twist, sent, lost in cycles:
+        expected = plain.update(pose, twist, sent, DT, lost=lost)
+        assert found.update(pose, twist, sent, DT, lost=lost) == expected
+        assert found.delay == plain.delay
+
+
+@settings(deadline=None, max_examples=50)
+@given(cycles=st.lists(st.tuples(poses, twists), min_size=1, max_size=20))
+def test_a_user_is_where_the_plain_rule_has_them_to_the_last_bit(cycles) -> None:
+    found, plain = ReckonedPlace(), plain_reckoning.ReckonedPlace()
+    for pose, twist in cycles:
+        seen = (pose.x, pose.y), (twist.vx, twist.vy), DT
+        assert found.update(*seen) == plain.update(*seen)
 
 
 def evenly(pose: Pose2, before: Twist2, after: Twist2) -> Pose2:
@@ -94,9 +162,9 @@ def test_delay_and_lag_of_the_wheels_are_found(lag: float, delay: int, noise: fl
 
 
 def test_what_was_told_counts_until_something_else_is_found() -> None:
-    estimator = DelayEstimator(0.05)
-    estimator.update((0.0, 0.0), (0.0, 0.0), DT)
-    assert estimator.delay == pytest.approx(0.05)
+    track = track_of(0.05)
+    estimate_delay(track, (0.0, 0.0), (0.0, 0.0), DT)
+    assert track[DELAY] == pytest.approx(0.05)
     assert followed(0.1, 0, told=0.25) == pytest.approx(0.083, abs=0.02)
 
 
