@@ -201,11 +201,12 @@ class UserFar(Monitor):
         self.beyond, self.ahead = beyond, ahead
 
     def run(self, ctx: Context) -> Run:
+        news = On(*CHANGES)
         while True:
             now = situation(ctx)
             if now is not None and distance_soon(now, self.ahead) > self.beyond:
                 return "far"
-            yield On(*CHANGES)
+            yield news
 
 
 class Approach(Action):

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from typing import Any
 
+from behaviors.escape import in_zone
+from behaviors.profile import EscapeSettings
 from behaviors.refuge import KEEPS, SLOWLY, is_outside, refuge, way_out
 from behaviors.situation import CHANGES, SETTINGS, WAYS, Situation, settings_of, situation
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration, Length, Speed
 from hw import Pose2, UserPose
 from hw.scene import Point
-from states.environment import BASE_REFUSAL, USER_VELOCITY
+from states.environment import BASE_REFUSAL, USER_VELOCITY, extrapolated_state
 from states.navigation import DRIVES, command_of, user_disc
 
 NEAR, NEAR_S = 1.9, 1.0
@@ -54,10 +56,10 @@ class Cornered(Monitor):
     def run(self, ctx: Context, shown: UserPose | None = None) -> Run:
         if self.patience <= 0.0:
             yield Until(NEVER_NS)
-        due = NEVER_NS
+        due, news, escape = NEVER_NS, On(*CHANGES), settings_of(ctx).escape
         while True:
-            now = None if _walks(ctx) else situation(ctx, "escape")
-            if now is None or not self._is_close(now, shown):
+            now = situation(ctx, "escape") if self._is_close(ctx, escape, shown) else None
+            if now is None:
                 due = NEVER_NS
             elif due == NEVER_NS:
                 soon = NEAR_S if now.distance < NEAR else self.patience
@@ -66,17 +68,20 @@ class Cornered(Monitor):
                 if way_out(now) is None:
                     return "cornered"
                 due = ctx.after(LOOK_S)
-            yield On(*CHANGES, until=due)
+            yield news if due == NEVER_NS else On(*CHANGES, until=due)
 
-    def _is_close(self, now: Situation, shown: UserPose | None) -> bool:
-        if shown is not None and shown.body.distance_to(now.user.body) <= self.moved:
+    def _is_close(self, ctx: Context, escape: EscapeSettings, shown: UserPose | None) -> bool:
+        """True if the user stands, and the robot is in a zone of theirs, and not as `shown`."""
+        velocity = ctx.value(USER_VELOCITY)
+        if velocity is None or velocity.speed >= escape.moving:
             return False
-        return not is_outside(now)
-
-
-def _walks(ctx: Context) -> bool:
-    velocity = ctx.value(USER_VELOCITY)
-    return velocity is not None and velocity.speed >= settings_of(ctx).escape.moving
+        robot, person = extrapolated_state.robot(ctx), extrapolated_state.user(ctx)
+        if robot is None or person is None:
+            return False
+        user = person[0]
+        if shown is not None and shown.body.distance_to(user.body) <= self.moved:
+            return False
+        return in_zone(escape, user, robot[0], escape.hysteresis)
 
 
 class Leave(Action):

@@ -77,13 +77,18 @@ def is_required(
         return True
     if escape.trigger == "zones":
         return False
+    if _is_far(user, base, velocity):
+        return False
     ways: Ways = {"escape": planner}
     return _is_caught(Situation(environment, settings, base, twist, user, velocity, ways))
 
 
+def _is_far(user: UserPose, base: Pose2, velocity: Twist2, calm: float = 0.0) -> bool:
+    """True if the user is too far away to catch the robot soon."""
+    return user.body.distance_to(base) > CATCH_FROM + (CATCH_S + calm) * velocity.speed
+
+
 def _is_caught(now: Situation, calm: float = 0.0) -> bool:
-    if now.distance > CATCH_FROM + (CATCH_S + calm) * now.velocity.speed:
-        return False
     from behaviors.dodge import is_caught
 
     free = free_poses(now.settings, now.planners["escape"], now.user, now.pose)
@@ -116,6 +121,8 @@ def is_safe(
         if will_be_reached(environment, later, user.body, base, velocity, driven):
             return False
     if escape.trigger == "zones":
+        return True
+    if _is_far(user, base, velocity, CALM_S):
         return True
     ways: Ways = {"escape": planner}
     now = Situation(environment, settings, base, twist, user, velocity, ways)
@@ -199,8 +206,9 @@ class EscapeRequired(Monitor):
     reads = {ESCAPE_REQUIRED: OLD_S}
 
     def run(self, ctx: Context) -> Run:
+        news = On(ESCAPE_REQUIRED)
         while not ctx.value(ESCAPE_REQUIRED):
-            yield On(ESCAPE_REQUIRED)
+            yield news
         return "required"
 
 

@@ -19,8 +19,8 @@ WATCHED = 4.5
 """… and then crowds a robot nearer than this, m. Clearing the path of a user at 1.5 m/s by 1.27 m
 takes 1.27 + 1.5 (1.6 + 0.15 + 0.3) = 4.3 m: the drive, the reaction, and the delay of the velocity
 estimate. The remaining distance is gained while the user turns."""
-SETTLED_S = 1.0
-"""After standing this long, s, a turn is read as the start of a walk; otherwise only within
+SETTLED_NS = 1_000_000_000
+"""After standing this long a turn is read as the start of a walk; otherwise only within
 TURN_ROOM."""
 SLACK = 0.2
 """Hysteresis: the robot makes room until the user is farther away than `room` by this, m."""
@@ -31,7 +31,7 @@ WATCHES: Mapping[str, float | None] = {**READS, USER_STANDS_SINCE: None}
 def watched_from(ctx: Context) -> float:
     """How near to the robot, m, a standing user crowds it by turning towards it."""
     since = ctx.value(USER_STANDS_SINCE)
-    settled = since is not None and ctx.now - since >= round(SETTLED_S * 1e9)
+    settled = since is not None and ctx.now - since >= SETTLED_NS
     return WATCHED if settled else TURN_ROOM
 
 
@@ -43,11 +43,14 @@ def is_crowded(
     Walking means faster than `walking`, m/s; or they stand, and turn towards the robot, nearer
     than `watched`, m. Distances are to where it would come to rest.
     """
-    speed, rest, body = now.velocity.speed, now.rest, now.user.body
-    distance, rate = rest.distance_to(body), now.velocity.wz
+    speed, rate, body = now.velocity.speed, now.velocity.wz, now.user.body
+    if speed <= walking and abs(rate) <= TURNING:
+        return False
+    rest = now.rest
+    distance = rest.distance_to(body)
     if speed <= walking:
-        turns = abs(rate) > TURNING and distance < watched
         contact = now.settings.escape.contact
+        turns = distance < watched
         return turns and turns_at_it(body.bearing_to(rest), distance, rate, contact)
     spare = distance - room
     if spare < 0.0:
@@ -76,12 +79,13 @@ class UserCrowds(Monitor):
     def run(self, ctx: Context) -> Run:
         if self.room <= 0.0:
             yield Until(NEVER_NS)
+        news = On(*CHANGES)
         while True:
             now = situation(ctx)
             watched = watched_from(ctx)
             if now is not None and is_crowded(now, self.room, self.ahead, self.walking, watched):
                 return "crowded"
-            yield On(*CHANGES)
+            yield news
 
 
 class MakeRoom(Action):

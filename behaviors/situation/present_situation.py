@@ -85,8 +85,11 @@ class Situation:
 
 def situation(ctx: Context, *subsystems: SubsystemName) -> Situation | None:
     """The current situation with these planners; None while any of it is unknown or too old."""
-    robot, user = extrapolated_state.robot(ctx), extrapolated_state.user(ctx)
-    if robot is None or user is None or user.velocity is None:
+    robot, person = extrapolated_state.robot(ctx), extrapolated_state.user(ctx)
+    if robot is None or person is None:
+        return None
+    (pose, twist, share), (user, velocity, admissible) = robot, person
+    if velocity is None:
         return None
     planners = {}
     for name in subsystems:
@@ -94,13 +97,6 @@ def situation(ctx: Context, *subsystems: SubsystemName) -> Situation | None:
         if planner is None:
             return None
         planners[name] = planner
-    return Situation(
-        environment=environment_of(ctx),
-        settings=settings_of(ctx),
-        pose=robot.pose,
-        twist=robot.twist,
-        user=user.pose,
-        velocity=user.velocity,
-        planners=planners,
-        share=min(robot.share, user.share),
-    )
+    share = min(share, admissible)
+    environment, settings = environment_of(ctx), settings_of(ctx)
+    return Situation(environment, settings, pose, twist, user, velocity, planners, share)

@@ -6,6 +6,7 @@ during a run; costmaps, planners and distance fields are built when first needed
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -207,9 +208,10 @@ class Environment:
 
     def standstill(self, pose: Pose2, twist: Twist2) -> Pose2:
         """Where the robot comes to rest if it brakes now: v^2 / 2a ahead; `twist` in base frame."""
-        motion = twist.rotated(pose.yaw)
-        stretch = motion.speed / (2.0 * self.limits.base_acceleration)
-        return Pose2(pose.x + stretch * motion.vx, pose.y + stretch * motion.vy, pose.yaw)
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        vx, vy = c * twist.vx - s * twist.vy, s * twist.vx + c * twist.vy
+        stretch = math.hypot(vx, vy) / (2.0 * self.limits.base_acceleration)
+        return Pose2(pose.x + stretch * vx, pose.y + stretch * vy, pose.yaw)
 
     @cached_property
     def walls(self) -> NDArray[np.float64]:

@@ -30,20 +30,10 @@ READS: Mapping[str, float | None] = {
 """`reads` of a state that asks for robot and user."""
 
 
-class RobotNow(NamedTuple):
-    """The robot now: map_from_base, velocity in the base frame, admissible share of the speed."""
-
-    pose: Pose2
-    twist: Twist2
-    share: float
-
-
-class UserNow(NamedTuple):
-    """The user now: pose, velocity in the map (None: unknown), admissible share of the speed."""
-
-    pose: UserPose
-    velocity: Twist2 | None
-    share: float
+RobotNow = tuple[Pose2, Twist2, float]
+"""The robot now: map_from_base, velocity in the base frame, admissible share of the speed."""
+UserNow = tuple[UserPose, Twist2 | None, float]
+"""The user now: pose, velocity in the map (None: unknown), admissible share of the speed."""
 
 
 def robot(ctx: SignalReader) -> RobotNow | None:
@@ -51,13 +41,12 @@ def robot(ctx: SignalReader) -> RobotNow | None:
     pose, twist = ctx.value(BASE_POSE), ctx.value(BASE_TWIST)
     if pose is None or twist is None:
         return None
-    age = ctx.age(BASE_POSE)
-    oldest = max(age, ctx.age(BASE_TWIST))
-    if oldest <= LATE_S:
-        return RobotNow(pose, twist, 1.0)
+    age, late = ctx.age(BASE_POSE), ctx.age(BASE_TWIST)
+    if age <= LATE_S and late <= LATE_S:
+        return pose, twist, 1.0
     if age > LATE_S:
         pose = pose.moved(twist.rotated(pose.yaw), age)
-    return RobotNow(pose, twist, share_at(oldest))
+    return pose, twist, share_at(max(age, late))
 
 
 def user(ctx: SignalReader) -> UserNow | None:
@@ -67,14 +56,14 @@ def user(ctx: SignalReader) -> UserNow | None:
         return None
     age = ctx.age(USER_POSE)
     if age <= LATE_S:
-        return UserNow(pose, velocity, 1.0)
+        return pose, velocity, 1.0
     motion = velocity or STILL
     later = replace(
         pose,
         body=pose.body.moved(motion, age),
         head_yaw=wrap(pose.head_yaw + motion.wz * age),
     )
-    return UserNow(later, velocity, share_at(age))
+    return later, velocity, share_at(age)
 
 
 class RobotAndUser(NamedTuple):
@@ -96,12 +85,13 @@ def around(ctx: SignalReader) -> RobotAndUser | None:
     here, there = robot(ctx), user(ctx)
     if here is None:
         return None
+    pose, twist, share = here
     if there is None:
         known = ctx.age(USER_POSE) < math.inf
-        return None if known else RobotAndUser(here.pose, here.twist, None, (0.0, 0.0), here.share)
-    walk = there.velocity or STILL
-    share = min(here.share, there.share)
-    return RobotAndUser(here.pose, here.twist, there.pose, (walk.vx, walk.vy), share)
+        return None if known else RobotAndUser(pose, twist, None, (0.0, 0.0), share)
+    person, velocity, admissible = there
+    walk = velocity or STILL
+    return RobotAndUser(pose, twist, person, (walk.vx, walk.vy), min(share, admissible))
 
 
 def share_at(age: float) -> float:

@@ -62,6 +62,10 @@ class GlobalPlanner(Protocol):
         """
         ...
 
+    def allows_each(self, start: Point, ends: Array, user: Disc | None = None) -> bool:
+        """`allows` from the start to each of some places (n, 2)."""
+        ...
+
     def allows_line(self, line: Array, user: Disc | None = None) -> bool:
         """`allows` from each point of a line (n, 3), x and y first, to the next."""
         ...

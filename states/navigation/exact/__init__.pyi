@@ -6,6 +6,7 @@ from states.navigation.exact.clearance import (
     TURN as TURN,
     Array as Array,
     Circle as Circle,
+    Triple as Triple,
     check_radius as check_radius,
     distance_to_nearest as distance_to_nearest,
     distance_to_segment as distance_to_segment,
@@ -13,6 +14,7 @@ from states.navigation.exact.clearance import (
     lines_cross as lines_cross,
     passes_disc as passes_disc,
     turn_between as turn_between,
+    wrapped as wrapped,
 )
 from states.navigation.exact.path import (
     Path as Path,

@@ -23,6 +23,8 @@ from states.maps import is_inside_rings as is_inside_rings
 Array = NDArray[np.float64]
 Circle = tuple[float, float, float]
 """x, y, radius; m."""
+Triple = tuple[float, float, float]
+"""A pose or a velocity."""
 
 TOLERANCE = 1e-6
 """Depth inside an inflation up to which a place still counts as free, m."""
@@ -38,6 +40,17 @@ def check_radius(radius: float) -> None:
     """
     if not 0.0 <= radius < math.inf:
         raise ValueError(f"inflation of {radius:g} m; a finite length of 0 m or more is needed")
+
+
+@compiled
+def wrapped(angle: float) -> float:
+    """`hw.wrap`, with the remainder that numba knows."""
+    if -math.pi < angle <= math.pi:
+        return angle
+    left = float(np.fmod(angle, TURN))
+    if left > math.pi:
+        return left - TURN
+    return left + TURN if left <= -math.pi else left
 
 
 @compiled
@@ -248,6 +261,15 @@ def first_way(
         if at >= ways.shape[1]:
             return i
     return len(ways)
+
+
+@compiled
+def rays_come_no_nearer(start: Point, ends: Array, user: Circle, sides: Array) -> bool:
+    """`leg_comes_no_nearer` of the straight legs from one place to each of some ends (n, 2)."""
+    for i in range(len(ends)):
+        if not leg_comes_no_nearer(start, (ends[i, 0], ends[i, 1]), user, sides, 0.0):
+            return False
+    return True
 
 
 @compiled

@@ -29,6 +29,7 @@ from states.navigation.exact.clearance import (
     is_free_beside,
     leg_comes_no_nearer,
     line_comes_no_nearer,
+    rays_come_no_nearer,
 )
 from states.navigation.exact.nearest_free import nearest_free, notches
 from states.navigation.exact.path import Path
@@ -151,6 +152,11 @@ class ExactPlanner:
         place = float(start[0]), float(start[1])
         return int(first_way(place, ways, as_disc(user), self._sides, slack, float(spare)))
 
+    def allows_each(self, start: Point, ends: Array, user: Disc | None = None) -> bool:
+        """`allows` from the start to each of some places (n, 2)."""
+        place = float(start[0]), float(start[1])
+        return bool(rays_come_no_nearer(place, ends, as_disc(user), self._sides))
+
     def allows_line(self, line: Array, user: Disc | None = None) -> bool:
         """`allows` from each point of a line (n, 3), x and y first, to the next."""
         return bool(line_comes_no_nearer(line, as_disc(user), self._sides))
@@ -240,6 +246,7 @@ def _example() -> None:
     planner.plan((1.0, 1.0), (2.0, 2.0))
     planner.allows((1.0, 1.0), (2.0, 2.0))
     planner.allows_line(np.ones((2, 3)))
+    planner.allows_each((1.0, 1.0), np.ones((1, 2)))
     planner.first_allowed((1.0, 1.0), np.ones((1, 10)), user, 0.001, 0.1)
     planner.clearance((1.0, 1.0))
     planner.are_free(np.ones((2, 2)))

@@ -157,6 +157,10 @@ class GridPlanner(ABC):
                 return i
         return len(ways)
 
+    def allows_each(self, start: Point, ends: Array, user: Disc | None = None) -> bool:
+        """`allows` from the start to each of some places (n, 2)."""
+        return all(self.allows(start, (x, y), user) for x, y in ends.tolist())
+
     def allows_line(self, line: Array, user: Disc | None = None) -> bool:
         """`allows` from each point of a line (n, 3), x and y first, to the next."""
         points = [(x, y) for x, y, _ in line.tolist()]

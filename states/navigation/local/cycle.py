@@ -12,13 +12,11 @@ import numpy as np
 
 from hw import compiled
 from hw.scene import Point
-from states.navigation.exact import Array, Circle
+from states.navigation.exact import Array, Circle, Triple, wrapped
 from states.navigation.local.reckoning import (
-    Triple,
     lose_track,
     reckon_place,
     reckon_pose,
-    wrapped,
 )
 
 LOST_TRACK = 0.3

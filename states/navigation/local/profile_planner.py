@@ -13,7 +13,7 @@ import numpy as np
 
 from hw import STILL, Pose2, Twist2, compiled, example, wrap
 from hw.scene import Disc
-from states.navigation.exact import Array, ExactPlanner, Path
+from states.navigation.exact import Array, ExactPlanner, Path, Triple
 from states.navigation.local.corner_rounding import (
     ARC_PARTS,
     circles_for,
@@ -29,7 +29,6 @@ from states.navigation.local.predicted_gap import (
     predicted_disc,
     steps_aside,
 )
-from states.navigation.local.reckoning import Triple
 from states.navigation.local.speed_profile import (
     BEND_SHARE,
     SpeedLimits,

@@ -18,7 +18,7 @@ import numpy as np
 
 from hw import compiled
 from hw.scene import Point
-from states.navigation.exact import TURN, Array
+from states.navigation.exact import Array, Triple, wrapped
 
 MEMORY = 1.0 / 3.0
 """Time constant with which measured poses are averaged, s."""
@@ -38,19 +38,6 @@ PRIOR, DELAY, PRODUCTS, SQUARES, MISSING, CHANGED = 0, 1, 2, 3, 4, 6
 COUNT, POSE, SENT, MEASURED = 8, 9, 12, 15
 """And where that of a robot has, beyond these, the number of cycles, the last pose, the velocity
 sent, and the position measured."""
-Triple = tuple[float, float, float]
-"""A pose or a velocity."""
-
-
-@compiled
-def wrapped(angle: float) -> float:
-    """`hw.wrap`, with the remainder that numba knows."""
-    if -math.pi < angle <= math.pi:
-        return angle
-    left = float(np.fmod(angle, TURN))
-    if left > math.pi:
-        return left - TURN
-    return left + TURN if left <= -math.pi else left
 
 
 @compiled

@@ -52,13 +52,14 @@ def test_older_poses_are_taken_on_with_the_velocity_in_the_map(context: Any) -> 
     user, robot = extrapolated_state.user(ctx), extrapolated_state.robot(ctx)
     assert user is not None
     assert robot is not None
+    (person, _, slowed), (pose, _, share) = user, robot
 
-    assert (user.pose.body.x, user.pose.body.y) == pytest.approx((5.9, 4.05))
-    assert user.pose.body.yaw == pytest.approx(3.1)
-    assert user.pose.head_yaw == pytest.approx(-2.9)
-    assert (robot.pose.x, robot.pose.y) == pytest.approx((3.0, 4.08))
-    assert robot.pose.yaw == pytest.approx(math.pi / 2 + 0.04)
-    assert (user.share, robot.share) == pytest.approx((0.5, 0.7))
+    assert (person.body.x, person.body.y) == pytest.approx((5.9, 4.05))
+    assert person.body.yaw == pytest.approx(3.1)
+    assert person.head_yaw == pytest.approx(-2.9)
+    assert (pose.x, pose.y) == pytest.approx((3.0, 4.08))
+    assert pose.yaw == pytest.approx(math.pi / 2 + 0.04)
+    assert (slowed, share) == pytest.approx((0.5, 0.7))
 
 
 @pytest.mark.requirement(149)
@@ -203,9 +204,9 @@ def test_what_decisions_go_by_is_where_the_user_is_now() -> None:
     def compare() -> None:
         now, sample = extrapolated_state.user(monitor.context), monitor.context.sample("user.pose")
         body = loop.plant.person.body
-        if now is not None and now.velocity is not None and now.velocity.speed > 0.9:
+        if now is not None and now[1] is not None and now[1].speed > 0.9:
             assert sample is not None
-            taken.append(now.pose.body.distance_to(body))
+            taken.append(now[0].body.distance_to(body))
             raw.append(sample.value.body.distance_to(body))
 
     watch(loop, 60.0, compare)
