@@ -237,7 +237,7 @@ class Approach(Action):
                 driver.planner = now.planners["chase"]
                 driver.go_to(goal)
                 disc = user_disc(now.user, now.environment.navigation.chase)
-                command = command_of(ctx, driver, now.around, disc)
+                command = command_of(ctx, driver, now.around, disc, now.environment.period)
                 if driver.status == "arrived":
                     return "near"  # within the tolerance of the drive
                 base.drive(command, "chase")

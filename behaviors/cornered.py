@@ -175,9 +175,8 @@ def _drive_to(
                 if found not in (None, place):
                     place = found
                     driver.go_to(Pose2(*place, begun.pose.yaw))
-            command = command_of(
-                ctx, driver, now.around, user_disc(now.user, navigation.named(KEEPS))
-            )
+            disc, period = user_disc(now.user, navigation.named(KEEPS)), now.environment.period
+            command = command_of(ctx, driver, now.around, disc, period)
             if driver.status == "arrived":
                 return until is None
             if driver.path is None:

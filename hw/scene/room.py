@@ -37,8 +37,10 @@ class Disc:
 
     def grown(self, margin: float, *places: Point) -> Disc:
         """Grown by up to `margin`, m, but not over one of the places."""
-        nearest = min(math.dist(place, (self.x, self.y)) for place in places)
-        return Disc(self.x, self.y, max(self.radius, min(self.radius + margin, nearest)))
+        radius = self.radius + margin
+        for place in places:
+            radius = min(radius, math.dist(place, (self.x, self.y)))
+        return Disc(self.x, self.y, max(self.radius, radius))
 
 
 _corners = reader_of(tuple[PlanePoint, ...])

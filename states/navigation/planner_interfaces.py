@@ -57,8 +57,9 @@ class GlobalPlanner(Protocol):
     ) -> int:
         """Index of the first of some ways to stop that is allowed; their number if none is.
 
-        A way is a row of (n, 4): on to the place x, y, and then to another, both with `slack`; and
-        of (n, 10): from the first place to each of three more, with `spare` and without the user.
+        A way is a row of (n, 10): on to the place x, y, and then to another, both with `slack`;
+        and, unless `spare` is infinite, from the first place to each of three more, with `spare`
+        and without the user.
         """
         ...
 

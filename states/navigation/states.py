@@ -25,7 +25,6 @@ from states.environment import (
 from states.subsystems import SUBSYSTEMS, Subsystem, SubsystemName
 
 if TYPE_CHECKING:
-    from states.environment import Environment
     from states.navigation.local import LocalPlanner
     from states.navigation.planner_interfaces import GlobalPlanner
 
@@ -92,34 +91,32 @@ class DriveTo(Action):
             return "lost"
         driver = driver_of(environment, self.subsystem, planner, keeping, self.mode)
         driver.go_to(goal)
-        progress, give_up = GoalProgress(self.patience), NEVER_NS
+        progress = GoalProgress(self.patience)
         base, touches = ctx.part("base"), self.subsystem == "haptic"
-        own = ctx.value(BASE_MODE)
-        if self.mode != own:
+        own, kept = (environment.navigation.named(name) for name in (self.subsystem, keeping))
+        before = ctx.value(BASE_MODE)
+        if self.mode != before:
             base.use(self.mode)
         if touches:
             base.grant(goal)
         try:
             while (now := extrapolated_state.around(ctx)) is not None and planner is not None:
                 driver.planner = planner
-                disc = self._disc(environment, keeping, planner, now, goal)
-                command = command_of(ctx, driver, now, disc)
+                disc = self._disc(own, kept, planner, now, goal)
+                command = command_of(ctx, driver, now, disc, environment.period)
                 if driver.status == "arrived":
                     return "arrived"
                 left = math.inf if driver.path is None else driver.path.length
-                give_up = min(give_up, ctx.after(NO_PATH_S)) if driver.path is None else NEVER_NS
-                if ctx.now >= give_up:
-                    return "no_path"
-                turn = abs(wrap(goal.yaw - now.pose.yaw))
-                if driver.path is not None and not progress.made(ctx, left, turn):
-                    return "stuck"
+                failure = progress.failure(ctx, left, goal.yaw - now.pose.yaw)
+                if failure is not None:
+                    return failure
                 base.drive(command, self.subsystem, left)
                 yield ctx.value(BASE_REFUSAL)
                 planner = planner_of(ctx, keeping)
         finally:
             base.release(self.subsystem)
-            if own not in (self.mode, None):
-                base.use(own)
+            if before not in (self.mode, None):
+                base.use(before)
             if touches:
                 base.grant(None)
         return "lost"
@@ -138,20 +135,18 @@ class DriveTo(Action):
 
     def _disc(
         self,
-        environment: Environment,
-        keeping: SubsystemName,
+        own: Subsystem,
+        kept: Subsystem,
         planner: GlobalPlanner,
         now: extrapolated_state.RobotAndUser,
         goal: Pose2,
     ) -> Disc | None:
         """The disc around the user to keep out of: the wide one if there is a path around it."""
-        own = environment.navigation.named(self.subsystem)
-        if keeping == self.subsystem or now.user is None:
+        if kept is own or now.user is None:
             return user_disc(now.user, own)
-        tight = environment.navigation.named(keeping)
-        wide = wide_disc(now.user, own, tight, goal)
+        wide = wide_disc(now.user, own, kept, goal)
         path = planner.plan((now.pose.x, now.pose.y), (goal.x, goal.y), wide)
-        return user_disc(now.user, tight) if path is None else wide
+        return user_disc(now.user, kept) if path is None else wide
 
 
 def first_pose(ctx: Context) -> Generator[Yielded, None, None]:
@@ -162,16 +157,23 @@ def first_pose(ctx: Context) -> Generator[Yielded, None, None]:
 
 
 def command_of(
-    ctx: SignalReader, driver: LocalPlanner, now: extrapolated_state.RobotAndUser, user: Disc | None
+    ctx: SignalReader,
+    driver: LocalPlanner,
+    now: extrapolated_state.RobotAndUser,
+    user: Disc | None,
+    period: float,
 ) -> Twist2:
-    """A local planner's command (base frame) for the present poses and their uncertainty."""
+    """A local planner's command (base frame) for the present poses and their uncertainty.
+
+    `period` is the time between ticks, s.
+    """
     sigma = ctx.value(BASE_POSE_SIGMA)
     held = ctx.value(BASE_REFUSAL) is not None
     return driver.command(
         now.pose,
         now.twist,
         user,
-        environment_of(ctx).period,
+        period,
         now.walking,
         sigma=0.0 if sigma is None else sigma.position,
         admitted=now.twist if held else ctx.value(BASE_ADMITTED),
@@ -197,16 +199,22 @@ class GoalProgress:
     def __init__(self, patience: Duration) -> None:
         self._patience = patience
         self._least = math.inf
-        self._until = 0
+        self._until, self._give_up = 0, NEVER_NS
 
-    def made(self, ctx: Context, length: float, turn: float) -> bool:
-        """False once path (m) and turn (rad) have not become less for the whole patience."""
-        left = length + turn
+    def failure(self, ctx: Context, length: float, turn: float) -> str | None:
+        """`no_path` once the length of the path, m, has been infinite for NO_PATH_S.
+
+        `stuck` once path and turn, rad, have not become less for the whole patience.
+        """
+        if length == math.inf:
+            self._give_up = min(self._give_up, ctx.after(NO_PATH_S))
+            return "no_path" if ctx.now >= self._give_up else None
+        self._give_up, left = NEVER_NS, length + abs(wrap(turn))
         nearer = left < self._least - self.STEP
         detour = left > self._least + self.LONGER
         if nearer or detour:
             self._least, self._until = left, ctx.after(self._patience)
-        return ctx.now <= self._until
+        return None if ctx.now <= self._until else "stuck"
 
 
 def is_there(pose: Pose2, twist: Twist2, goal: Pose2, subsystem: Subsystem) -> bool:

@@ -253,12 +253,12 @@ def first_way(
             continue
         if not leg_comes_no_nearer(there, end, user, sides, slack):
             continue
-        at = 4
-        while at < ways.shape[1] and comes_no_nearer(
+        at = 4 if spare < math.inf else 10
+        while at < 10 and comes_no_nearer(
             ways[i, 0], ways[i, 1], ways[i, at], ways[i, at + 1], sides, spare
         ):
             at += 2
-        if at >= ways.shape[1]:
+        if at == 10:
             return i
     return len(ways)
 

@@ -149,11 +149,11 @@ class GridPlanner(ABC):
         """Index of the first of some ways that is allowed, see `GlobalPlanner`."""
         for i, way in enumerate(ways.tolist()):
             there, end, *held = zip(way[::2], way[1::2], strict=True)
-            if (
-                self.allows(start, there, user, slack)
-                and self.allows(there, end, user, slack)
-                and all(self.allows(there, place, None, spare) for place in held)
+            if not (
+                self.allows(start, there, user, slack) and self.allows(there, end, user, slack)
             ):
+                continue
+            if spare == math.inf or all(self.allows(there, at, None, spare) for at in held):
                 return i
         return len(ways)
 

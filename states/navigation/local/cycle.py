@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from hw import compiled
 from hw.scene import Point
 from states.navigation.exact import Array, Circle, Triple, wrapped
@@ -133,21 +131,19 @@ def ways_to_stop(  # noqa: PLR0913 - what a cycle knows
     dt: float,
     turns: bool,
     tight: bool,
-    held: bool,
-) -> tuple[Array, Array]:
-    """The velocities that may be sent, the best first, and where braking from each ends.
+    velocities: Array,
+    ways: Array,
+) -> None:
+    """Write the velocities that may be sent, the best first, and where braking from each ends.
 
-    They are the shares of the wanted change of velocity, then braking with the wanted turn rate (if
-    the base `turns` as it likes), then braking the turn, too: (6, 3). Where it is `tight` the turn
-    is always braked: a corner of the robot could swing towards a wall.
+    The former, (6, 3), are the shares of the wanted change of velocity, then braking with the
+    wanted turn rate (if the base `turns` as it likes), then braking the turn, too. Where it is
+    `tight` the turn is always braked: a corner of the robot could swing towards a wall.
 
-    Returns:
-        These, and a way for each but the last, (5, 4) or, with `held`, (5, 10): where the robot is
-        after the period, where it stands after braking then, and where if the safety chain takes
-        out the part of the velocity that closes the gap to the user, whom it may see on either
-        side of the direction from the robot's centre.
+    A way, of each but the last, (5, 10), has x, y after the period, where the robot stands after
+    braking then, and where if the safety chain takes out the part of the velocity that closes the
+    gap to the user, whom it may see on either side of the direction from the robot's centre.
     """
-    velocities, ways = np.empty((6, 3)), np.empty((5, 10 if held else 4))
     bx, by, bw = braked(now, rates, dt)
     turn = bw if tight else wanted[2]
     for i in range(6):
@@ -163,9 +159,7 @@ def ways_to_stop(  # noqa: PLR0913 - what a cycle knows
         x, y = place[0] + 0.5 * (now[0] + vx) * dt, place[1] + 0.5 * (now[1] + vy) * dt
         ways[i, 0], ways[i, 1] = x, y
         ways[i, 2], ways[i, 3] = standstill(x, y, vx, vy, rates)
-        if held:
-            held_back(ways[i], vx, vy, user, rates)
-    return velocities, ways
+        held_back(ways[i], vx, vy, user, rates)
 
 
 @compiled

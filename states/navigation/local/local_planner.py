@@ -86,6 +86,7 @@ class LocalPlanner(ABC):
         self._sent: Twist2 | None = None  # in the map
         self._track, self._user_place = track_of(latency), np.zeros(3)
         self._seen, self._aim = np.zeros(14), np.zeros(6)
+        self._velocities, self._ways = np.zeros((6, 3)), np.zeros((5, 10))
         self._user_velocity, self._margin, self._spread = (0.0, 0.0), USER_MARGIN, 0.0
 
     def go_to(self, goal: Pose2) -> None:
@@ -142,11 +143,14 @@ class LocalPlanner(ABC):
         """
         if self.goal is None:
             raise ValueError("no goal: call go_to first")
-        self._margin, self._spread = _margin(sigma), SPREAD * sigma
+        if not 0.0 <= sigma < math.inf:
+            raise ValueError(f"sigma is {sigma}; it must be 0 m or more")
+        self._margin, self._spread = USER_MARGIN + SIGMAS * sigma, SPREAD * sigma
         self._user_velocity = (float(user_velocity[0]), float(user_velocity[1]))
         dt = float(dt)
         pose, now, user = self._perceived(pose, twist, user, admitted, dt)
-        self._heed_zones(pose, now, dt)
+        if self.zones.speed:
+            self._heed_zones(pose, now, dt)
         if self.status == "arrived":
             wanted = self._braked(now, dt)
         else:
@@ -195,8 +199,6 @@ class LocalPlanner(ABC):
 
     def _heed_zones(self, pose: Pose2, now: Twist2, dt: float) -> None:
         """Limit the speed to that of the zones ahead, braking in time for them."""
-        if not self.zones.speed:
-            return
         own, x, y = self._own_limits, pose.x + now.vx * dt, pose.y + now.vy * dt
         allowed = self.zones.speed_at(x, y, ZONE_SHARE * own.acceleration)
         speed = min(own.speed, allowed)
@@ -265,16 +267,9 @@ class LocalPlanner(ABC):
         place, disc = (pose.x, pose.y), NOBODY if user is None else (user.x, user.y, user.radius)
         tight = self.planner.clearance(place) < self.reach
         turns = self.mode == "omni" or now.speed <= CRAWL
-        held = not (user is None or tight or self.spare == math.inf)
+        spare = math.inf if tight or user is None else self.spare
         motion, aim = (now.vx, now.vy, now.wz), (wanted.vx, wanted.vy, wanted.wz)
-        velocities, ways = ways_to_stop(
-            place, motion, aim, disc, self._rates, dt, turns, tight, held
-        )
-        first = self.planner.first_allowed(place, ways, user, EDGE[self.mode], self.spare)
+        velocities, ways = self._velocities, self._ways
+        ways_to_stop(place, motion, aim, disc, self._rates, dt, turns, tight, velocities, ways)
+        first = self.planner.first_allowed(place, ways, user, EDGE[self.mode], spare)
         return Twist2(*velocities[first].tolist())
-
-
-def _margin(sigma: float) -> float:
-    if not 0.0 <= sigma < math.inf:
-        raise ValueError(f"sigma is {sigma}; it must be 0 m or more")
-    return USER_MARGIN + SIGMAS * sigma
