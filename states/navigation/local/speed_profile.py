@@ -76,12 +76,16 @@ def reachable_speed(speed: float, step: float, radius: float, pace: SpeedLimits)
     """The speed from which `speed` can be reached by braking over `step` (or vice versa), m/s.
 
     On a straight v^2 grows by 2 a s. On the friction circle of a bend dv^2/ds =
-    2 sqrt(a^2 - v^4 / r^2), so v^2 = a r sin(2 s / r + c).
+    2 sqrt(a^2 - v^4 / r^2), so v^2 = a r sin(2 s / r + c), up to the top of the sine. With
+    acos(u)^2 <= pi^2 / 2 (1 - u) < 5 (1 - u) most bends are known to get there without its arc.
     """
     if radius == math.inf:
         return math.sqrt(speed * speed + 2.0 * pace.acceleration * step)
     top = pace.bend_share * pace.acceleration * radius
-    phase = math.asin(min(1.0, speed * speed / top)) + 2.0 * step / radius
+    share, turned = min(1.0, speed * speed / top), 2.0 * step / radius
+    if turned * turned > 5.0 * (1.0 - share):
+        return math.sqrt(top)
+    phase = math.asin(share) + turned
     return math.sqrt(top * math.sin(min(0.5 * math.pi, phase)))
 
 
@@ -105,15 +109,22 @@ def point_speed(line: Array, i: int, pace: SpeedLimits) -> float:
 @compiled
 def braking_speeds(line: Array, pace: SpeedLimits, end_speed: float) -> Array:
     """Backward pass: largest speed at each point that bends and the end ahead allow, m/s."""
+    return braking_passes(line, pace, end_speed)[0]
+
+
+@compiled
+def braking_passes(line: Array, pace: SpeedLimits, end_speed: float) -> Array:
+    """`braking_speeds`, and the lengths of the steps from each point but the last, (2, n)."""
     count = len(line)
-    speeds = np.empty(count)
-    speeds[-1] = end_speed
+    passes = np.empty((2, count))
+    passes[0, -1] = end_speed
     for i in range(count - 2, -1, -1):
         radius, step = line[i, 2], step_length(line, i)
-        speeds[i] = min(
-            point_speed(line, i, pace), reachable_speed(speeds[i + 1], step, radius, pace)
+        passes[0, i] = min(
+            point_speed(line, i, pace), reachable_speed(passes[0, i + 1], step, radius, pace)
         )
-    return speeds
+        passes[1, i] = step
+    return passes
 
 
 @compiled
@@ -139,11 +150,11 @@ def stretch_time(step: float, start: float, end: float, radius: float, pace: Spe
 @compiled
 def travel_time(line: Array, speed: float, pace: SpeedLimits) -> float:
     """Time from the first point to a stop at the last, starting at `speed` along the line, s."""
-    speeds = braking_speeds(line, pace, 0.0)
+    speeds, steps = braking_passes(line, pace, 0.0)
     total = TOO_FAST * max(0.0, speed - speeds[0]) / pace.acceleration
     now = min(speed, float(speeds[0]))
     for i in range(len(line) - 1):
-        radius, step = line[i, 2], step_length(line, i)
+        radius, step = line[i, 2], steps[i]
         following = min(speeds[i + 1], reachable_speed(now, step, radius, pace))
         total += stretch_time(step, now, following, radius, pace)
         now = following

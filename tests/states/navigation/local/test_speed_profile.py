@@ -7,7 +7,11 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from states.navigation.local.speed_profile import SpeedLimits, stretch_time
+from states.navigation.local.speed_profile import (
+    SpeedLimits,
+    reachable_speed,
+    stretch_time,
+)
 
 PACE = SpeedLimits(1.5, 0.8, 0.7, 0.05)
 
@@ -27,3 +31,29 @@ def test_the_time_of_a_straight_is_that_of_its_speed_profile(
         total += way / pieces / math.sqrt(min(up, down, 1.5 * 1.5))
 
     assert stretch_time(way, start, end, math.inf, PACE) == pytest.approx(total, rel=0.02, abs=1e-9)
+
+
+@given(share=st.floats(0.0, 1.2), step=st.floats(0.0, 2.0), radius=st.floats(0.01, 5.0))
+@settings(deadline=None, max_examples=300)
+def test_the_speed_after_a_stretch_of_a_bend_is_that_by_the_sine_to_the_last_bit(
+    share: float, step: float, radius: float
+) -> None:
+    top = 0.7 * 0.8 * radius
+    speed = share * math.sqrt(top)
+    phase = math.asin(min(1.0, speed * speed / top)) + 2.0 * step / radius
+
+    expected = math.sqrt(top * math.sin(min(0.5 * math.pi, phase)))
+    assert reachable_speed(speed, step, radius, PACE) == expected
+
+
+@given(short=st.floats(1e-9, 1e-3), part=st.floats(0.99, 1.01), radius=st.floats(0.01, 5.0))
+@settings(deadline=None, max_examples=300)
+def test_so_it_is_where_the_sine_just_reaches_its_top(
+    short: float, part: float, radius: float
+) -> None:
+    top = 0.7 * 0.8 * radius
+    speed, step = math.sqrt((1.0 - short) * top), 0.5 * radius * part * math.sqrt(5.0 * short)
+    phase = math.asin(min(1.0, speed * speed / top)) + 2.0 * step / radius
+
+    expected = math.sqrt(top * math.sin(min(0.5 * math.pi, phase)))
+    assert reachable_speed(speed, step, radius, PACE) == expected
