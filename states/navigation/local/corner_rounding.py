@@ -285,9 +285,8 @@ def circles_for(
 
     `before` is the turn (+1 ccw) and circle of the last cycle (4,).
 
-    Returns:
-        The index of the first point after the circle; the sense of turning and the circles, (k, 5):
-        turn, x, y, radius, time, the fastest first; and the time without any of them.
+    Returned: the index of the first point after the circle; the circles, (k, 5): turn, x, y,
+    radius, time, the fastest first; and the time without any of them.
     """
     pace, motion, bend = pace_of(rates), (vx, vy), first_bend(line)
     if bend is None:

@@ -109,7 +109,8 @@ def point_speed(line: Array, i: int, pace: SpeedLimits) -> float:
 @compiled
 def braking_speeds(line: Array, pace: SpeedLimits, end_speed: float) -> Array:
     """Backward pass: largest speed at each point that bends and the end ahead allow, m/s."""
-    return braking_passes(line, pace, end_speed)[0]
+    speeds: Array = braking_passes(line, pace, end_speed)[0]
+    return speeds
 
 
 @compiled
