@@ -94,28 +94,55 @@ def _check_of_attributes(kind: type) -> SampleCheck:
 
 
 def _check_of_fields(kind: type) -> SampleCheck:
-    """Numeric fields are summed in one expression; the others are looked into.
+    """Numeric fields, also those of dataclasses in fields, are summed in one expression.
 
-    A sum is finite only if all its terms are.
+    A sum is finite only if all its terms are. The other fields are looked into, and so is each that
+    is not of its declared class.
     """
+    sums, parts, inner = _terms(kind, "v")
+    names: dict[str, Any] = {"isfinite": math.isfinite, "finite": _finite}
+    plain = _conjunction(sums, [*parts, *(_looked_into(place) for place, _ in inner)])
+    if inner:
+        classes = [f"{place}.__class__ is class{n}" for n, (place, _) in enumerate(inner)]
+        names |= {f"class{n}": cls for n, (_, cls) in enumerate(inner)}
+        whole = [*sums, *(term for place, cls in inner for term in _terms(cls, place)[0])]
+        plain = f"({_conjunction(whole, parts)}) if {' and '.join(classes)} else ({plain})"
+    check: SampleCheck = eval(f"lambda v, left: {plain}", names)
+    return check
+
+
+def _terms(kind: type, value: str) -> tuple[list[str], list[str], list[tuple[str, type]]]:
+    """Numbers to sum, conditions, and fields that are dataclasses of numbers, with their class."""
     try:
         hints = get_type_hints(kind)
     except Exception:  # noqa: BLE001  a name imported for type checkers only, or no type at all
         hints = {}
-    sums, parts = [], []
+    sums, parts, inner = [], [], []
     for field in dataclasses.fields(kind):
-        hint = hints.get(field.name)
+        hint, place = hints.get(field.name), f"{value}.{field.name}"
         if hint in (float, int):
-            sums.append(f"v.{field.name}")
+            sums.append(place)
         elif get_origin(hint) is tuple and set(get_args(hint)) <= {float, int, ...}:
-            sums.append(f"sum(v.{field.name})")
+            sums.append(f"sum({place})")
+        elif isinstance(hint, type) and dataclasses.is_dataclass(hint) and _is_numbers(hint):
+            inner.append((place, hint))
         elif hint not in (str, bool):
-            parts.append(f"(v.{field.name} is None or finite(v.{field.name}, left))")
+            parts.append(_looked_into(place))
+    return sums, parts, inner
+
+
+def _is_numbers(kind: type) -> bool:
+    sums, parts, inner = _terms(kind, "v")
+    return bool(sums) and not parts and not inner
+
+
+def _looked_into(place: str) -> str:
+    return f"({place} is None or finite({place}, left))"
+
+
+def _conjunction(sums: list[str], parts: list[str]) -> str:
     terms = [f"isfinite({' + '.join(sums)})"] if sums else []
-    expression = " and ".join(terms + parts) or "True"
-    names = {"isfinite": math.isfinite, "finite": _finite}
-    check: SampleCheck = eval(f"lambda v, left: {expression}", names)
-    return check
+    return " and ".join(terms + parts) or "True"
 
 
 def _is_scan(scan: Scan, _: int) -> bool:

@@ -266,7 +266,8 @@ def displacement_of(velocity: Twist2, time: float) -> Pose2:
     turn = velocity.wz * time
     along, across = 1.0, 0.5 * turn
     if abs(turn) >= 1e-9:
-        along, across = math.sin(turn) / turn, 2.0 * math.sin(0.5 * turn) ** 2 / turn
+        sine = math.sin(0.5 * turn)
+        along, across = math.sin(turn) / turn, 2.0 * (sine * sine) / turn
     x, y = velocity.vx * time, velocity.vy * time
     return Pose2(along * x - across * y, across * x + along * y, wrap(turn))
 

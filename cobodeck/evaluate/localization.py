@@ -12,7 +12,7 @@ from cobodeck.evaluate.metrics import PoseSource
 from engine.signals import Board, EstimatedSlot, compute
 from hw import Pose2, Truth, wrap
 from hw.motion import PoseHistory
-from states.localization import LocalizationEstimator, PoseEstimate
+from states.localization import LocalizationEstimator, Localizes, PoseEstimate
 
 Errors: TypeAlias = "array[float]"
 """As plain doubles: a day at 30 Hz has 2.6 million of each."""
@@ -35,6 +35,10 @@ class LocalizationWatch:
         slot = board.slots[ESTIMATE]
         assert isinstance(slot, EstimatedSlot)
         self._plant, self._slot = plant, slot
+        estimator = slot.estimator
+        self._localizer: Localizes | None = (
+            estimator.localizer if isinstance(estimator, LocalizationEstimator) else None
+        )
         self._truths = PoseHistory(Pose2.between, KEPT_NS)
         self._before: tuple[int, Pose2] | None = None
         self._stamp: int | None = None
@@ -92,10 +96,10 @@ class LocalizationWatch:
 
     def _listen(self, elapsed: int) -> None:
         """Take status and drift from the localizer."""
-        estimator = self._slot.estimator
-        if isinstance(estimator, LocalizationEstimator):
-            self._status_ns[estimator.localizer.status] += elapsed
-            drift = estimator.localizer.drift
+        localizer = self._localizer
+        if localizer is not None:
+            self._status_ns[localizer.status] += elapsed
+            drift = localizer.drift
             self._drift = self._drift if drift is None else str(drift)
 
     def _compare(self, estimate: PoseEstimate, true: Pose2, truth: Truth) -> None:

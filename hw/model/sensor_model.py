@@ -64,14 +64,11 @@ class WhiteNoise:
     def user(self, pose: UserPose, stamp_ns: int) -> UserPose:
         """The measured pose of a person with this stamp."""
         chance = random.Random(f"{self._stream}{stamp_ns}")
-        return replace(
-            pose,
-            body=added(pose.body, self._plane(chance)),
-            head_yaw=wrap(pose.head_yaw + chance.gauss(0.0, 0.5 * self._sigma)),
-            head=self._moved(pose.head, chance),
-            left_hand=self._moved(pose.left_hand, chance),
-            right_hand=self._moved(pose.right_hand, chance),
-        )
+        body = added(pose.body, self._plane(chance))
+        head_yaw = wrap(pose.head_yaw + chance.gauss(0.0, 0.5 * self._sigma))
+        parts = pose.head, pose.left_hand, pose.right_hand
+        head, left, right = [part and self._moved(part, chance) for part in parts]
+        return UserPose(body, head_yaw, head, left, right)
 
     def _plane(self, chance: random.Random) -> Pose2:
         sigma = self._sigma
@@ -79,9 +76,7 @@ class WhiteNoise:
             chance.gauss(0.0, sigma), chance.gauss(0.0, sigma), chance.gauss(0.0, 0.5 * sigma)
         )
 
-    def _moved(self, pose: Pose3 | None, chance: random.Random) -> Pose3 | None:
-        if pose is None:
-            return None
+    def _moved(self, pose: Pose3, chance: random.Random) -> Pose3:
         x, y, z = (value + chance.gauss(0.0, self._sigma) for value in (pose.x, pose.y, pose.z))
         return replace(pose, x=x, y=y, z=z)
 

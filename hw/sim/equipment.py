@@ -10,6 +10,7 @@ from hw.model import RobotModel, SensorErrors, Tracking
 from hw.people.walking import Person
 from hw.samples import USER_RADIUS
 from hw.scene import Body, Point, Scene
+from hw.sim import sensors
 from hw.sim.sensors import (
     PersonView,
     Shapes,
@@ -18,8 +19,6 @@ from hw.sim.sensors import (
     SimOdometry,
     SimulatedTrackers,
     Track,
-    coverage,
-    rays,
 )
 from hw.sim.sim_base import SimBase
 from hw.sim.slip import SlipperyFloor
@@ -41,7 +40,7 @@ class Equipment:
         seed: int,
         bodies: Sequence[Body] = (),
     ) -> None:
-        compile_examples((rays, coverage))
+        compile_examples((sensors,))
         self._person = person
         self._body = Track(base.pose)
         wheels, floor = self._body, None
@@ -53,7 +52,7 @@ class Equipment:
             bodies = (Body(USER_RADIUS, PERSON_HEIGHT, self._walker), *bodies)
         room = None if scene is None else scene.room
         shapes, sensing = Shapes(room, bodies), robot.sensing.moved(errors.mount_error)
-        seen = coverage.Coverage(room, shapes, errors.vive)
+        seen = sensors.coverage.Coverage(room, shapes, errors.vive)
         calibrated = None if scene is None else scene.calibration
         tracking = Tracking.of(sensing) if calibrated is None else calibrated.poses()
         everywhere = scene is None or scene.tracking == "everywhere"

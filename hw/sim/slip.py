@@ -54,7 +54,8 @@ class SlipperyFloor:
 
     def _patch(self, way: float) -> list[float]:
         self._way += way
-        return self._patches.row(int(self._way / self._slip.patch))
+        row: list[float] = self._patches.row(int(self._way / self._slip.patch)).tolist()
+        return row
 
 
 def _lag(slip: Slip, before: float, after: float) -> float:

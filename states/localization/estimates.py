@@ -67,10 +67,13 @@ class LocalizationEstimator:
     def update(self, signal: str, sample: StampedPlace) -> None:
         """Take one sample of one of `SENSED`."""
         self.localizer.update(signal, sample.stamp, sample.value)
-        pose, sigma, before = self.localizer.pose, self.localizer.sigma, self._value
+        pose, before = self.localizer.pose, self._value
         if pose is None:
             self._value = None
-        elif before is None or pose is not before.pose or sigma != before.sigma:
+            return
+        sigma = self.localizer.sigma
+        same = before is not None and before.pose is pose
+        if before is None or not same or (before.sigma is not sigma and before.sigma != sigma):
             self._value = PoseEstimate(pose, sigma)
 
     def value(self) -> PoseEstimate | None:
@@ -107,8 +110,9 @@ class SigmaOf:
     def update(self, _signal: str, sample: StampedPlace) -> None:
         """Take one estimate."""
         assert isinstance(sample.value, PoseEstimate)
-        if self._value != sample.value.sigma:
-            self._value = sample.value.sigma
+        sigma = sample.value.sigma
+        if self._value is not sigma and self._value != sigma:
+            self._value = sigma
 
     def value(self) -> PoseSigma | None:
         """Standard deviations of position and yaw."""

@@ -54,14 +54,17 @@ LocalizerStatus = Literal[
 
 DOUBT = covariance_of(PoseSigma(0.5, 0.3))
 """Added to the covariance while the scans do not support the pose."""
+_ONES = np.eye(3)
 
 
 class Localizer:
     """Estimates map_from_base from `base.odometry`, `base.imu`, `base.scan` and `rover.tracker`.
 
     `start` is the given start pose, known to `start_sigma`; without it the whole floor is searched.
-    Samples are taken in the order of arrival. `counts` has the number of matches, of scans skipped
-    at rest, of tracker poses used and of poses found by a search.
+    Samples are taken in the order of arrival. `pose` is map_from_base at `stamp_ns`, the stamp of
+    the newest wheel sample or scan: the same object while the base rests, None while unknown.
+    `counts` has the number of matches, of scans skipped at rest, of tracker poses used and of poses
+    found by a search.
     """
 
     def __init__(
@@ -83,7 +86,8 @@ class Localizer:
         self._matcher = PoseMatcher(field_, self._values, self.counts)
         self._health = MatchHealth(self._values)
         self._search = Search(field_, self._values.particles, self._values.matching)
-        self._stamp_ns: int | None = None
+        self.pose: Pose2 | None = None
+        self.stamp_ns: int | None = None
         self._known: tuple[Pose2, Array] | None = None
         self._sigma: PoseSigma | None = None
         self._resting = False
@@ -91,24 +95,15 @@ class Localizer:
         self._check_ns = self._stood = 0
 
     @property
-    def pose(self) -> Pose2 | None:
-        """map_from_base at `stamp_ns`, the same object while the base rests; None while unknown."""
-        mode = self._health.mode
-        if self._known is None or mode == "lost" or (mode == "starting" and self._is_ambiguous):
-            return None
-        return self._known[0]
-
-    @property
-    def stamp_ns(self) -> int | None:
-        """Stamp of the pose: that of the newest wheel sample or scan."""
-        return self._stamp_ns
-
-    @property
     def covariance(self) -> Array:
         """Covariance (3, 3) of x, y in the map, m2, and yaw, rad2; infinite if unknown."""
         if self.pose is None:
             return np.diag([math.inf] * 3)
-        assert self._known is not None  # there is a pose
+        return self._spread()
+
+    def _spread(self) -> Array:
+        """The covariance; there has to be a pose."""
+        assert self._known is not None
         known: Array = self._known[1] + self._matcher.floor + self._wheels.by_scale
         return known + DOUBT if self._health.mode == "doubtful" else known
 
@@ -117,7 +112,7 @@ class Localizer:
         """Standard deviations of the pose; the same object while nothing has changed."""
         if self.pose is None:
             return UNKNOWN
-        self._sigma = self._sigma or sigma_of(self.covariance)
+        self._sigma = self._sigma or sigma_of(self._spread())
         return self._sigma
 
     @property
@@ -150,14 +145,19 @@ class Localizer:
         """Take one sample; one with NaN or infinite numbers is ignored."""
         if not is_finite(value):
             return
-        if isinstance(value, Odometry):
-            self._take_odometry(stamp_ns, value.pose)
-        elif isinstance(value, Scan):
-            self._take_scan(stamp_ns, value)
-        elif isinstance(value, ImuReading):
-            self._wheels.gyro.add_reading(stamp_ns, value.rates[2], self._wheels.standing)
-        elif isinstance(value, TrackerPose):
-            self._take_tracker(stamp_ns, value)
+        match value:
+            case Odometry():
+                self._take_odometry(stamp_ns, value.pose)
+            case Scan():
+                self._take_scan(stamp_ns, value)
+            case ImuReading():
+                self._wheels.gyro.add_reading(stamp_ns, value.rates[2], self._wheels.standing)
+                return  # it says nothing until the wheels do
+            case TrackerPose():
+                self._take_tracker(stamp_ns, value)
+        mode = self._health.mode
+        unknown = mode == "lost" or (mode == "starting" and self._is_ambiguous)
+        self.pose = None if self._known is None or unknown else self._known[0]
 
     # wheels
 
@@ -169,7 +169,7 @@ class Localizer:
             self._begin_at_start(stamp_ns, self._start)
         if self._resting:
             if wheels.still:
-                self._stamp_ns = stamp_ns
+                self.stamp_ns = stamp_ns
                 return
             self._end_rest(before or stamp_ns)
         if self._fusion.begun and not wheels.watch.wrong:
@@ -191,10 +191,11 @@ class Localizer:
 
     def _move_on(self, stamp_ns: int) -> None:
         """Move the published pose on to the newest stamp."""
-        newest = stamp_ns if self._stamp_ns is None else max(stamp_ns, self._stamp_ns)
+        before = self.stamp_ns
+        newest = stamp_ns if before is None or stamp_ns > before else before
         if self._fusion.begun:
             self._known, self._sigma = self._fusion.at(newest), None
-        self._stamp_ns = newest
+        self.stamp_ns = newest
 
     # scans
 
@@ -230,10 +231,11 @@ class Localizer:
         unsure = health.is_blind(stamp_ns) and not is_sure(predictions[0][1], AROUND)
         unsure |= self._wheels.watch.contradicted
         found = self._matcher.follow(cloud, predictions, health, unsure=unsure)
-        pose = found.map_from_base
-        if found.is_healthy(self._values.matching):
+        pose, fair = found.map_from_base, found.is_fair(self._values.matching)
+        healthy = fair and found.is_healthy(self._values.matching)
+        if healthy:
             self._weigh(found, *predictions[0])
-        if found.is_fair(self._values.matching):
+        if fair:
             # predictions without wheels are poor: a match far from one is no reason for doubt
             gated = self._wheels.believed and leaps(found, *predictions[0])
             self._fusion.scan(stamp_ns, pose, found.information, gated=gated)
@@ -244,7 +246,7 @@ class Localizer:
             # a base that drives is not carried away: elsewhere it needs more evidence
             given = not self._wheels.standing
             self._search.anywhere(None if here is None else here[0], given=given)
-        if found.is_healthy(self._values.matching):
+        if healthy:
             self._wheels.compare(stamp_ns, pose)
             self._settle(stamp_ns)
 
@@ -252,7 +254,7 @@ class Localizer:
         """Let a match tell by how much its prediction was off."""
         pose = found.map_from_base
         off = (pose.x - predicted.x, pose.y - predicted.y, wrap(pose.yaw - predicted.yaw))
-        own = inverse(found.information + np.eye(3)) + self._matcher.floor
+        own = inverse(found.information + _ONES) + self._matcher.floor
         self._wheels.weigh(np.array(off), covariance + own)
 
     def _predictions(self, stamp_ns: int) -> list[Prediction]:
@@ -289,12 +291,12 @@ class Localizer:
         if (
             self._wheels.trail.standing < STOOD
             or self.status != "tracking"
-            or self._stamp_ns is None
+            or self.stamp_ns is None
         ):
             self._stood = 0
             return
         self._stood += 1
-        known = self._fusion.at(self._stamp_ns)
+        known = self._fusion.at(self.stamp_ns)
         assert known is not None  # it has just been corrected
         if self._stood >= self._values.rest_scans or is_sure(known[1], self._values.rest_sigma):
             self._resting, self._known, self._sigma = True, known, None
@@ -308,7 +310,7 @@ class Localizer:
             return True
         if found.is_healthy(self._values.matching):
             self._wheels.watch.moved_at_rest(cloud.stamp_ns)
-            self._known = found.map_from_base, inverse(found.information + np.eye(3))
+            self._known = found.map_from_base, inverse(found.information + _ONES)
         self._end_rest(cloud.stamp_ns)
         return False
 
@@ -348,7 +350,7 @@ class Localizer:
             self._health.confirmed(stamp_ns)
             return
         self._health.relocated(stamp_ns, found)
-        covariance = inverse(found.information + np.eye(3))
+        covariance = inverse(found.information + _ONES)
         self._begin(stamp_ns, found.map_from_base, covariance, velocity)
         self._wheels.relocated()
 

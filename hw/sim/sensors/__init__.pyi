@@ -1,6 +1,5 @@
 from hw.sim.sensors import (
     coverage as coverage,
-    rays as rays,
 )
 from hw.sim.sensors.devices import (
     ScriptedOperator as ScriptedOperator,

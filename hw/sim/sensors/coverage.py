@@ -34,32 +34,31 @@ class Coverage:
     """Lines of sight past walls, which reach to the ceiling, and past bodies, which do not.
 
     Without a room a device is visible everywhere. Without a tracked area the stations hang in the
-    corners of the room, and no place is near a border.
+    corners of the room, and no place is near a border. `border` has the area's sides, (n, 4).
     """
 
     def __init__(self, room: Room | None, shapes: Shapes, errors: ViveErrors) -> None:
         self._shapes, self._least = shapes, 0 if room is None else errors.stations
         area = None if room is None else room.tracked_area
-        self._border = np.array([] if area is None else edges(area)).reshape(-1, 4)
+        self.border: Floats = np.array([] if area is None else edges(area)).reshape(-1, 4)
         self._stations = np.empty((0, 3))
         if room is not None:
             xs, ys = zip(*(area or room.outer), strict=True)
             corners = [(x, y) for x in (min(xs), max(xs)) for y in (min(ys), max(ys))]
             self._stations = np.array([(*corner, errors.station_height) for corner in corners])
 
-    def visibility(
-        self, x: float, y: float, z: float, time_ns: int, also: Column = NOTHING
-    ) -> tuple[bool, float]:
-        """Whether enough stations see this place (m), and its distance to the area's border, m.
+    def visibility(self, x: float, y: float, z: float, time_ns: int) -> tuple[bool, float]:
+        """Whether enough stations see this place (m), and its distance to the area's border, m."""
+        inside, to_border = within(x, y, self.border)
+        return inside and self.sees(x, y, z, time_ns), to_border
+
+    def sees(self, x: float, y: float, z: float, time_ns: int, also: Column = NOTHING) -> bool:
+        """Whether enough stations see this place in the area, m.
 
         `also` blocks lines of sight in addition to the bodies that are there.
         """
         cylinders, segments = self._shapes.cylinders(time_ns), self._shapes.segments
-        inside, border = within(x, y, self._border)
-        if not inside:
-            return False, border
-        count = count_seeing(x, y, z, self._stations, segments, cylinders, also)
-        return count >= self._least, border
+        return count_seeing(x, y, z, self._stations, segments, cylinders, also) >= self._least
 
 
 @compiled

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 from hw.geometry import Pose3, wrap
@@ -92,7 +91,8 @@ class SimTrackers:
 
 def _between(a: UserPose, b: UserPose, share: float) -> UserPose:
     turned = wrap(a.head_yaw + share * wrap(b.head_yaw - a.head_yaw))
-    return replace(b, body=wrapped(a.body, b.body, share), head_yaw=turned)
+    body = wrapped(a.body, b.body, share)
+    return UserPose(body, turned, b.head, b.left_hand, b.right_hand)
 
 
 class SimVr:

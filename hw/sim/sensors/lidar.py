@@ -8,7 +8,7 @@ import numpy as np
 
 from hw.model import LidarErrors, LidarModel
 from hw.samples import Sample, Scan
-from hw.sim.sensors.rays import beams, cast, measured
+from hw.sim.sensors.rays import scan
 from hw.sim.sensors.scanned_shapes import Shapes
 from hw.sim.sensors.streams import Rhythm, Stream
 from hw.sim.sensors.track import Track
@@ -49,21 +49,23 @@ class _Scanner:
         self._sweep_ns = round((model.beams - 1) * model.beam_time * 1e9)
         self._rhythm = Rhythm(model.rate, seed, source, self._sweep_ns + round(errors.delay * 1e9))
         self._stream = Stream(seed, source)
-        self._name, self._model, self._shapes, self._errors = name, model, shapes, errors
+        self._name, self._beams, self._shapes = name, model.beams, shapes
         self._mount = np.array([model.mount.x, model.mount.y, model.mount.yaw])
-        self._limits = np.array([model.min_range, model.max_range])
+        limits = np.array([model.min_range, model.max_range])
+        self._limits = limits, errors.noise, errors.outliers
+        self._turns = model.start, model.step, model.beam_time
 
     def samples(self, track: Track, now_ns: int) -> list[Sample]:
-        due = self._rhythm.due(now_ns, track.oldest_ns)
+        if now_ns < self._rhythm.next_ns:
+            return []
+        due = self._rhythm.due(now_ns)
         return [Sample("base.scan", stamp, self._scan(track, n, stamp)) for n, stamp in due]
 
     def _scan(self, track: Track, number: int, stamp_ns: int) -> Scan:
-        model, errors, end_ns = self._model, self._errors, stamp_ns + self._sweep_ns
-        start, step, n = model.start, model.step, model.beams
-        rays = beams(track.knots(stamp_ns, end_ns), self._mount, start, step, model.beam_time, n)
-        shapes = self._shapes
-        exact = cast(rays, shapes.segments, shapes.discs(stamp_ns, end_ns), start, step)
+        end_ns, n, (start, step, spacing) = stamp_ns + self._sweep_ns, self._beams, self._turns
+        bodies = self._shapes.segments, self._shapes.discs(stamp_ns, end_ns)
         chance = self._stream.at(number)
-        noise, lots = chance.standard_normal(n), chance.random(n)
-        ranges = measured(exact, noise, lots, self._limits, errors.noise, errors.outliers)
-        return Scan(self._name, start, step, tuple(ranges.tolist()), model.beam_time)
+        ranges, span = chance.standard_normal(n), (stamp_ns, end_ns)
+        chances = ranges, chance.random(n)
+        scan(track.past, span, self._mount, self._turns, bodies, chances, self._limits)
+        return Scan(self._name, start, step, tuple(ranges.tolist()), spacing)

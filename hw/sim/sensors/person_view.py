@@ -77,11 +77,12 @@ class PersonView:
         off, body = self._device.off, self._reported_from_map @ pose.body
         turn = off.yaw + self._reported_from_map.yaw
         dx, dy = self._device.bias(to_border)
-        return replace(
-            pose,
-            body=Pose2(body.x + off.x + dx, body.y + off.y + dy, wrap(body.yaw + off.yaw)),
-            head_yaw=wrap(pose.head_yaw + turn),
-            head=None if pose.head is None else self.reported(pose.head),
-            left_hand=None if pose.left_hand is None else self.reported(pose.left_hand),
-            right_hand=None if pose.right_hand is None else self.reported(pose.right_hand),
+        parts = pose.head, pose.left_hand, pose.right_hand
+        head, left, right = [part and self.reported(part) for part in parts]
+        return UserPose(
+            Pose2(body.x + off.x + dx, body.y + off.y + dy, wrap(body.yaw + off.yaw)),
+            wrap(pose.head_yaw + turn),
+            head,
+            left,
+            right,
         )

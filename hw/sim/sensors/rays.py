@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hw.jit import compiled, example
+from hw.sim.sensors.track import PastPoses, knots
 
 Floats = NDArray[np.float64]
 _TURN = 2.0 * math.pi
@@ -181,8 +182,37 @@ def measured(
     return found
 
 
+@compiled
+def scan(
+    past: PastPoses,
+    span: tuple[int, int],
+    mount: Floats,
+    turns: tuple[float, float, float],
+    bodies: tuple[Floats, Floats],
+    chances: tuple[Floats, Floats],
+    errors: tuple[Floats, float, float],
+) -> None:
+    """Write ranges (n,) of one sweep, m, in place of the normal numbers.
+
+    See `beams`, `cast`, `measured`.
+
+    Args:
+        past: poses of the base, of a `Track`.
+        span: instants of the first and the last beam, ns.
+        mount: base_from_sensor as x, y, yaw.
+        turns: direction of the first beam, rad, and from beam to beam angle, rad, and time, s.
+        bodies: segments and discs.
+        chances: (n,) standard normal numbers, and as many from 0 to 1.
+        errors: least and greatest range, standard deviation, share of outliers.
+    """
+    (start, step, spacing), (normal, lots), (limits, sigma, outliers) = turns, chances, errors
+    rays = beams(knots(past, span[0], span[1]), mount, start, step, spacing, len(normal))
+    exact = cast(rays, bodies[0], bodies[1], start, step)
+    normal[:] = measured(exact, normal, lots, limits, sigma, outliers)
+
+
 @example
 def _example() -> None:
-    rays = beams(np.zeros((2, 4)), np.zeros(3), 0.0, 0.1, 0.01, 4)
-    ranges = cast(rays, np.ones((1, 4)), np.ones((1, 5)), 0.0, 0.1)
-    measured(ranges, np.zeros(4), np.zeros(4), np.array([0.0, 1.0]), 0.0, 0.0)
+    past, bodies = (np.zeros((2, 4)), 0, 2), (np.ones((1, 4)), np.ones((1, 5)))
+    errors = np.array([0.0, 1.0]), 0.0, 0.0
+    scan(past, (0, 1), np.zeros(3), (0.0, 0.1, 0.01), bodies, (np.zeros(4), np.zeros(4)), errors)

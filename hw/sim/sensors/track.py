@@ -3,48 +3,136 @@
 Between two recorded instants it is assumed to move straight and to turn uniformly. The base records
 each cycle of its loop (dt = 10 ms), so with an acceleration a the error is at most a dt^2 / 8: 0.04
 mm at 3 m/s2.
+
+They are rows of one array, (n, 4): stamp in ns (exact up to 2^53 ns, 104 days), x, y in the map
+(m), and the yaw, not wrapped (rad), so that it can be interpolated.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from hw.geometry import Pose2, unwrap
-from hw.motion import PoseHistory
+from hw.geometry import Pose2
+from hw.jit import compiled, example
 
+Rows = NDArray[np.float64]
+PastPoses = tuple[Rows, int, int]
+"""Rows of poses, the first that is known, and the one after the newest."""
 TrackPose = tuple[float, float, float]
 """x, y in the map (m) and the yaw, not wrapped (rad)."""
 KEPT_NS = 5_000_000_000
 """Longest look back, ns; sensors look back over a second and their delay at most."""
+_ROOM = 2048
+"""Rows for which there is room at first."""
 
 
-class Track(PoseHistory[TrackPose]):
-    """Poses at rising times; the yaw is not wrapped, so that it can be interpolated."""
+class Track:
+    """Poses at rising times, the newest `KEPT_NS` and the one before them; see the module."""
 
-    __slots__ = ()
+    __slots__ = ("past",)
 
     def __init__(self, start: Pose2) -> None:
-        super().__init__(_between, KEPT_NS, [(0, (start.x, start.y, start.yaw))])
+        rows: Rows = np.zeros((_ROOM, 4))
+        rows[0, 1:] = start.x, start.y, start.yaw
+        self.past: PastPoses = rows, 0, 1
 
     def note(self, now_ns: int, pose: Pose2) -> None:
-        """Record the pose at now_ns; a second one of the same instant replaces the first."""
-        rows = self._rows
-        last_ns, last = rows[-1]
-        place = (pose.x, pose.y, unwrap(pose.yaw, last[2]))
-        if place == last and now_ns > last_ns and len(rows) > 1 and place == rows[-2][1]:
-            self.newest = rows[-1] = now_ns, place  # still standing
+        """Record the pose at now_ns, which does not go back; the last one of an instant counts."""
+        rows, _, end = self.past
+        if end == len(rows):
+            self._make_room()
+            rows = self.past[0]
+        self.past = rows, *noted(self.past, now_ns, pose.x, pose.y, pose.yaw)
+
+    def held(self, stamp_ns: int) -> TrackPose:
+        """The pose at a stamp; beyond the ends the one at that end."""
+        return held(self.past, stamp_ns)
+
+    def _make_room(self) -> None:
+        """Move what is known to the start of an array of twice its length, or more."""
+        rows, first, end = self.past
+        known = rows[first:end]
+        more = np.zeros((max(_ROOM, 2 * len(known)), 4))
+        more[: len(known)] = known
+        self.past = more, 0, len(known)
+
+
+@compiled
+def noted(past: PastPoses, now_ns: int, x: float, y: float, yaw: float) -> tuple[int, int]:
+    """Add a pose after the newest, in place; there must be room. Returns the new ends."""
+    rows, first, end = past
+    last = rows[end - 1]
+    turn = yaw - last[3]
+    if not -math.pi < turn <= math.pi:  # as `unwrap` does
+        turn = np.fmod(turn, 2.0 * math.pi)
+        if turn > math.pi:
+            turn -= 2.0 * math.pi
+        elif turn <= -math.pi:
+            turn += 2.0 * math.pi
+    yaw = last[3] + turn
+    still = x == last[1] and y == last[2] and yaw == last[3]
+    if end > 1:
+        before = rows[end - 2]
+        still = still and x == before[1] and y == before[2] and yaw == before[3]
+    if now_ns <= last[0] or (still and end > 1):
+        end -= 1  # the last of an instant counts; who stands on takes no room
+    rows[end, 0], rows[end, 1], rows[end, 2], rows[end, 3] = max(last[0], now_ns), x, y, yaw
+    oldest = now_ns - KEPT_NS
+    while first + 1 < end and rows[first + 1, 0] < oldest:
+        first += 1
+    return first, end + 1
+
+
+@compiled
+def held(past: PastPoses, stamp_ns: int) -> TrackPose:
+    """The pose of a track at a stamp; beyond the ends the one at that end."""
+    rows, first, end = past
+    n = end - 1
+    if stamp_ns >= rows[n, 0]:
+        return rows[n, 1], rows[n, 2], rows[n, 3]
+    low = first
+    while low < n:
+        middle = (low + n) // 2
+        if rows[middle, 0] < stamp_ns:
+            low = middle + 1
         else:
-            self.insert(now_ns, place)
+            n = middle
+    if rows[n, 0] == stamp_ns or n == first:
+        return rows[n, 1], rows[n, 2], rows[n, 3]
+    a, b = rows[n - 1], rows[n]
+    share = (stamp_ns - a[0]) / (b[0] - a[0])
+    return (
+        a[1] + share * (b[1] - a[1]),
+        a[2] + share * (b[2] - a[2]),
+        a[3] + share * (b[3] - a[3]),
+    )
 
-    def knots(self, start_ns: int, end_ns: int) -> NDArray[np.float64]:
-        """(n, 4): s after start_ns, x, y, yaw, from start to end; linear in between, n >= 2."""
-        rows = [(0.0, *self.held(start_ns))]
-        rows += [((at - start_ns) * 1e-9, *place) for at, place in self.inside(start_ns, end_ns)]
-        rows.append(((end_ns - start_ns) * 1e-9, *self.held(end_ns)))
-        return np.array(rows)
+
+@compiled
+def knots(past: PastPoses, start_ns: int, end_ns: int) -> Rows:
+    """(n, 4): s after start_ns, x, y, yaw, from start to end; linear in between, n >= 2."""
+    rows, first, end = past
+    low = end
+    while low > first and rows[low - 1, 0] > start_ns:
+        low -= 1
+    high = low
+    while high < end and rows[high, 0] < end_ns:
+        high += 1
+    found = np.empty((high - low + 2, 4))
+    found[0, 0], found[-1, 0] = 0.0, (end_ns - start_ns) * 1e-9
+    found[0, 1], found[0, 2], found[0, 3] = held(past, start_ns)
+    found[-1, 1], found[-1, 2], found[-1, 3] = held(past, end_ns)
+    for n in range(low, high):
+        found[n - low + 1, 0] = (rows[n, 0] - start_ns) * 1e-9
+        found[n - low + 1, 1:] = rows[n, 1:]
+    return found
 
 
-def _between(a: TrackPose, b: TrackPose, share: float) -> TrackPose:
-    (x, y, yaw), (x2, y2, yaw2) = a, b
-    return x + share * (x2 - x), y + share * (y2 - y), yaw + share * (yaw2 - yaw)
+@example
+def _example() -> None:
+    past = np.zeros((2, 4)), 0, 1
+    noted(past, 1, 0.0, 0.0, 0.0)
+    held(past, 1)

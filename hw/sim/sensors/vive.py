@@ -9,12 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import numpy as np
+
 from hw.geometry import Pose2, Pose3
+from hw.jit import compiled, example
 from hw.model import RobotModel, TrackerModel, Tracking, ViveErrors
 from hw.samples import Sample, TrackerPose
-from hw.sim.sensors.coverage import Column, Coverage
+from hw.sim.sensors.coverage import Column, Coverage, Floats, within
 from hw.sim.sensors.streams import Normals, Rhythm, Stream
-from hw.sim.sensors.track import Track
+from hw.sim.sensors.track import PastPoses, Track, TrackPose, held
 
 ARM_RADIUS, ARM_HEIGHT = 0.2, 0.6
 """The folded arm as a cylinder about base_link, m; its height is above the mount. It may hide a
@@ -51,7 +54,8 @@ class Device:
     def bias(self, to_border: float) -> tuple[float, float]:
         """Position error at this distance from the border of the tracked area, m."""
         errors = self._errors
-        size = errors.edge_bias * max(0.0, 1.0 - to_border / errors.edge)
+        near = 1.0 - to_border / errors.edge
+        size = errors.edge_bias * near if near > 0.0 else 0.0
         return size * self._side[0], size * self._side[1]
 
     def _is_lost(self, time: float) -> bool:
@@ -59,7 +63,8 @@ class Device:
         slot = int(time / self._errors.lost_every)
         if slot != self._slot:
             self._slot, self._gaps = slot, [self._gap(slot - 1), self._gap(slot)]
-        return any(start <= time < end for start, end in self._gaps)
+        (start, end), (later, its_end) = self._gaps
+        return start <= time < end or later <= time < its_end
 
     def _gap(self, slot: int) -> tuple[float, float]:
         if slot < 0:
@@ -96,24 +101,29 @@ class SimulatedTrackers:
         self._arm = 0.0 if robot.arm is None else robot.arm.mount.xyz[2] + ARM_HEIGHT
         tracking = tracking or Tracking.of(robot.sensing)
         self._vive_from_map = (tracking.map_from_vive.flat() @ errors.restart).inverse()
-        self._mounts = tracking.mounts
+        self._next_ns = 0
         lag = round(errors.delay * 1e9)
-        self._rhythms, self._devices, self._noise = {}, {}, {}
+        self._rhythms: dict[str, Rhythm] = {}
+        self._devices, self._mounts, self._noise = {}, {}, {}
         for name in trackers.keys() & tracking.mounts.keys():
             model = trackers[name]
             source = f"rover.tracker/{name}"
             self._rhythms[name] = Rhythm(model.rate, seed, source, lag)
             self._devices[name] = Device(errors, seed, source)
+            mount = tracking.mounts[name]
+            self._mounts[name] = mount.x, mount.y, mount.z, mount.yaw
             self._noise[name] = Normals(seed, source, 6)
 
     def samples(self, now_ns: int) -> list[Sample]:
         """Samples that have arrived since the last call, by stamps."""
-        known = self._track.oldest_ns
-        due = sorted(
-            (stamp, name, number)
-            for name, rhythm in self._rhythms.items()
-            for number, stamp in rhythm.due(now_ns, known)
-        )
+        if now_ns < self._next_ns:
+            return []
+        due = []
+        for name, rhythm in self._rhythms.items():
+            for number, stamp in rhythm.due(now_ns):
+                due.append((stamp, name, number))
+        due.sort()
+        self._next_ns = min([rhythm.next_ns for rhythm in self._rhythms.values()], default=now_ns)
         found = []
         for stamp, name, number in due:
             pose = self._look(name, number, stamp)
@@ -123,18 +133,22 @@ class SimulatedTrackers:
 
     def _look(self, name: str, number: int, stamp_ns: int) -> Pose3 | None:
         """vive_from_tracker at an instant; None while it is not tracked."""
-        mount, device = self._mounts[name], self._devices[name]
-        base = Pose2(*self._track.held(stamp_ns))
-        x, y = base.transform(mount.x, mount.y)
-        arm = Column(base.x, base.y, ARM_RADIUS, self._arm)
-        covered, to_border = self._coverage.visibility(x, y, mount.z, stamp_ns, arm)
+        device, (mx, my, height, turn) = self._devices[name], self._mounts[name]
+        (base_x, base_y, yaw), x, y, inside, to_border = placed(
+            self._track.past, stamp_ns, mx, my, self._coverage.border
+        )
+        if not inside:
+            device.tracked = False
+            return None
+        arm = Column(base_x, base_y, ARM_RADIUS, self._arm)
+        covered = self._coverage.sees(x, y, height, stamp_ns, arm)
         alone = not any(other.tracked for other in self._devices.values() if other is not device)
         if not device.seen(stamp_ns, covered=covered, alone=alone):
             return None
         dx, dy = device.bias(to_border)
         x, y = self._vive_from_map.transform(x + dx, y + dy)
-        yaw = base.yaw + mount.yaw + self._vive_from_map.yaw
-        return self._noisy(name, number, (x, y, mount.z), yaw)
+        yaw = yaw + turn + self._vive_from_map.yaw
+        return self._noisy(name, number, (x, y, height), yaw)
 
     def _noisy(
         self, name: str, number: int, place: tuple[float, float, float], yaw: float
@@ -145,7 +159,7 @@ class SimulatedTrackers:
         tilt, (1, p, q, 0).
         """
         off, sigma, half = self._devices[name].off, self._errors.noise, self._errors.turn_noise / 2
-        a, b, c, roll, pitch, turn = self._noise[name].row(number)
+        a, b, c, roll, pitch, turn = self._noise[name].row(number).tolist()
         angle = 0.5 * (yaw + off.yaw) + half * turn
         w, z, p, q = math.cos(angle), math.sin(angle), half * roll, half * pitch
         unit = 1.0 / math.sqrt(1.0 + p * p + q * q)  # upright, then tilted by the small (p, q)
@@ -158,3 +172,31 @@ class SimulatedTrackers:
             unit * z,
             unit * w,
         )
+
+
+@compiled
+def placed(
+    past: PastPoses, stamp_ns: int, x: float, y: float, border: Floats
+) -> tuple[TrackPose, float, float, bool, float]:
+    """Where a tracker at (x, y) on the base is at an instant, m, and whether within the border.
+
+    Args:
+        past: of the base's track.
+        stamp_ns: the instant.
+        x: of the tracker in the base frame, m; y likewise.
+        y: see x.
+        border: (n, 4) sides of the area.
+
+    Returns:
+        The base's pose; x, y of the tracker in the map; what `within` returns of it.
+    """
+    base = held(past, stamp_ns)
+    c, s = math.cos(base[2]), math.sin(base[2])
+    x, y = base[0] + c * x - s * y, base[1] + s * x + c * y
+    inside, to_border = within(x, y, border)
+    return base, x, y, inside, to_border
+
+
+@example
+def _example() -> None:
+    placed((np.zeros((1, 4)), 0, 1), 0, 0.0, 0.0, np.arange(4.0).reshape(1, 4))

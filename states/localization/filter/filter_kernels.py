@@ -81,10 +81,9 @@ def spatial_step(
 
 
 @compiled
-def covariance_of(state: Array) -> Array:
-    """P = U D Uᵀ (n, n) of a state, exactly symmetric."""
+def write_covariance(state: Array, whole: Array) -> None:
+    """Write P = U D Uᵀ (n, n) of a state, exactly symmetric."""
     n = state.shape[1]
-    whole = np.empty((n, n))
     for i in range(n):
         for j in range(i, n):
             total = 0.0
@@ -93,7 +92,6 @@ def covariance_of(state: Array) -> Array:
                 right = 1.0 if k == j else state[1 + j, k]
                 total += left * state[1 + k, k] * right
             whole[i, j] = whole[j, i] = total
-    return whole
 
 
 @compiled

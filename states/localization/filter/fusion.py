@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from hw import Pose2, PoseSigma, Twist2
+from hw import Pose2, PoseSigma, Twist2, compiled
 from states.localization.filter.measurement_sources import (
     Measurement,
     MeasurementSource,
@@ -34,6 +34,11 @@ TRACKERS_ALIKE = 5.0
 """Correlation time of tracker errors, s: each acquisition has an offset of its own."""
 UNKNOWN = PoseSigma(math.inf, math.inf)
 """Standard deviations while the pose is unknown."""
+_STANDING, _MOVING, _TURNING = (
+    np.diag([speed**2, speed**2, turn**2])
+    for speed, turn in (STANDING, MOVING, (MOVING[0], TURNING))
+)
+_NOWHERE = NOWHERE * np.eye(3)
 POSE = ("x", "y", "yaw")
 SCANS = ("scan", "leaping scan")
 """Matches near their prediction, and those that leap away from it: gated at first."""
@@ -82,18 +87,17 @@ class Fusion:
         rate: float | None = None,
     ) -> None:
         """Correct by the velocity in the base frame; a gyroscope's `rate`, rad/s, replaces wz."""
-        speed, turn = STANDING if standing else MOVING
-        wz = velocity.wz
+        wz, covariance = velocity.wz, _STANDING if standing else _MOVING
         if rate is not None and not standing:
-            wz, turn = rate, TURNING
-        values, variances = (velocity.vx, velocity.vy, wz), (speed**2, speed**2, turn**2)
-        self._filter.correct(Measurement(stamp_ns, "wheels", values, variances))
+            wz, covariance = rate, _TURNING
+        values = velocity.vx, velocity.vy, wz
+        self._filter.correct(Measurement(stamp_ns, "wheels", values, covariance))
 
     def scan(
         self, stamp_ns: int, map_from_base: Pose2, information: Array, *, gated: bool
     ) -> Verdict:
         """Correct by a match and its information (3, 3); beyond the gate it must be repeated."""
-        covariance = inverse(information + NOWHERE * np.eye(3))
+        covariance = inverse(information + _NOWHERE)
         return self._correct(stamp_ns, SCANS[gated], map_from_base, covariance)
 
     def trackers(self, stamp_ns: int, map_from_base: Pose2, sigma: PoseSigma) -> Verdict:
@@ -105,8 +109,8 @@ class Fusion:
         known = self._filter.at(stamp_ns)
         if known is None:
             return None
-        x, y, yaw = known[0][:3].tolist()
-        return Pose2(x, y, yaw), known[1][:3, :3]
+        mean, covariance = known
+        return Pose2(float(mean[0]), float(mean[1]), float(mean[2])), covariance[:3, :3]
 
     def _correct(self, stamp_ns: int, source: str, pose: Pose2, covariance: Array) -> Verdict:
         values = (pose.x, pose.y, pose.yaw)
@@ -124,9 +128,14 @@ def sigma_of(covariance: Array) -> PoseSigma:
 
     The worst variance is the larger eigenvalue of the 2x2 block of x and y.
     """
-    (xx, xy, _), (_, yy, _), (_, _, yaw) = covariance.tolist()
+    return PoseSigma(*_deviations(covariance))
+
+
+@compiled
+def _deviations(covariance: Array) -> tuple[float, float]:
+    xx, xy, yy, yaw = covariance[0, 0], covariance[0, 1], covariance[1, 1], covariance[2, 2]
     worst = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
-    return PoseSigma(math.sqrt(max(0.0, worst)), math.sqrt(max(0.0, yaw)))
+    return math.sqrt(worst if worst > 0.0 else 0.0), math.sqrt(yaw if yaw > 0.0 else 0.0)
 
 
 def inverse(matrix: Array) -> Array:

@@ -19,7 +19,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from states.localization.filter.filter_kernels import Array, News, covariance_of
+from states.localization.filter.filter_kernels import Array, News, write_covariance
 from states.localization.filter.measurement_sources import (
     FilterConfig,
     KnownSource,
@@ -144,7 +144,7 @@ class KalmanFilter:
         if place == 0:
             return None
         entry = entries[place - 1]
-        state = np.empty_like(entry.state)
+        state: Array = np.empty(entry.state.shape)
         dt = (stamp_ns - entry.key[0]) * 1e-9
         self._step(entry.state, dt, self._noise, _NO_NEWS, state)
         return state
@@ -202,7 +202,7 @@ class KalmanFilter:
         at, last = known.order, before.last[known.order]
         factor = 1.0 if last is None else _factor(known.source.correlation, stamp - last)
         dt = (stamp - before.key[0]) * 1e-9
-        entry.state = np.empty_like(before.state)
+        entry.state = np.empty(before.state.shape)
         entry.rejections, entry.last = before.rejections, before.last
         news = News(known.axes, known.gates, entry.values, entry.covariance, factor, trusted=False)
         square, m = self._step(before.state, dt, self._noise, news, entry.state)
@@ -230,15 +230,17 @@ class KalmanFilter:
         if not entries:
             return
         oldest = entries[-1].key[0] - self._history_ns
-        gone = max(len(entries) - LONGEST, 0)
-        while gone + 1 < len(entries) and entries[gone + 1].key[0] <= oldest:
+        count = len(entries)
+        gone = count - LONGEST if count > LONGEST else 0
+        while gone + 1 < count and entries[gone + 1].key[0] <= oldest:
             gone += 1
         if gone:
             del entries[:gone]
 
 
 def _covariance(state: Array) -> Array:
-    whole: Array = covariance_of(state)
+    whole: Array = np.empty((state.shape[1], state.shape[1]))
+    write_covariance(state, whole)
     return whole
 
 
@@ -247,9 +249,10 @@ def _key_of(entry: _Entry) -> tuple[int, int]:
 
 
 def _with(numbers: tuple[int, ...], places: tuple[int, ...], value: int) -> tuple[int, ...]:
-    if all(numbers[place] == value for place in places):
-        return numbers
-    return tuple(value if at in places else number for at, number in enumerate(numbers))
+    for place in places:
+        if numbers[place] != value:
+            return tuple(value if at in places else n for at, n in enumerate(numbers))
+    return numbers
 
 
 def _factor(correlation: float, elapsed_ns: int) -> float:

@@ -55,15 +55,16 @@ def cloud_of(
     ranges = np.array(scan.ranges[::every], dtype=np.float64)
     lidar = sensing.lidars.get(scan.sensor)
     least, most = (0.0, FARTHEST) if lidar is None else (lidar.min_range, lidar.max_range)
+    span = span_ns(scan)
     points = points_of(
         ranges,
         (scan.start, every * scan.step),
         (least, most),
         _values(sensing.mount(scan.sensor)),
         (motion.vx, motion.vy, motion.wz),
-        (-0.5e-9 * span_ns(scan), every * scan.beam_time),
+        (-0.5e-9 * span, every * scan.beam_time),
     )
-    return Cloud(middle_ns(scan, stamp_ns), points)
+    return Cloud(stamp_ns + span // 2, points)
 
 
 def _values(pose: Pose2) -> tuple[float, float, float]:

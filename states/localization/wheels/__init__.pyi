@@ -2,6 +2,12 @@ from states.localization.wheels.drift import (
     Drift as Drift,
     TrackerComparison as TrackerComparison,
 )
+from states.localization.wheels.steps import (
+    Planar as Planar,
+    composed as composed,
+    place_of as place_of,
+    wrapped as wrapped,
+)
 from states.localization.wheels.tracker_feed import (
     TrackerFeed as TrackerFeed,
 )

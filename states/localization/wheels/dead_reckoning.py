@@ -28,6 +28,7 @@ import numpy as np
 
 from hw import Pose2, compiled
 from states.localization.filter import ProcessNoise
+from states.localization.wheels.steps import Planar, composed, place_of, step
 from states.maps import Array
 
 USUAL, WORST = 4.0, 100.0
@@ -46,6 +47,7 @@ UNSEEN = (0.3, 0.3)
 """Standard deviation of the motion during a reset of the odometry, m and rad."""
 NOTHING = np.zeros((3, 3))
 NOTHING.flags.writeable = False
+_ONES = np.eye(3)
 
 
 class DeadReckoning:
@@ -54,9 +56,9 @@ class DeadReckoning:
     def __init__(self, noise: ProcessNoise) -> None:
         metre, radian = noise.per_metre, noise.per_radian
         self._noise = (metre[0], metre[2], radian[0], radian[2])
-        self._pose: Pose2 | None = None
+        self._pose: Planar | None = None
         self._covariance, self._lever = np.zeros((3, 3)), np.zeros(3)
-        self._odom_from_base = Pose2(0.0, 0.0)
+        self._odom_from_base = (0.0, 0.0, 0.0)
         self.slip = USUAL
         self._pace = (0.0, 0.0)
 
@@ -82,13 +84,14 @@ class DeadReckoning:
         `information` (3, 3) is that of the match which has corrected it; None: the pose is new, and
         owes nothing to the wheels.
         """
-        lever = np.zeros(3)
+        lever, odom = np.zeros(3), place_of(odom_from_base)
         if information is not None and self._pose is not None:
-            _, before, lever = self._after(self._odom_from_base.inverse() @ odom_from_base)
+            _, before, lever = self._after(step(self._odom_from_base, odom))
             gain = (before + self._by_scale(lever)) @ information
-            lever = np.asarray(np.linalg.solve(np.eye(3) + gain, lever), np.float64)
-        self._pose, self._covariance, self._lever = map_from_base, np.array(covariance), lever
-        self._odom_from_base = odom_from_base
+            lever = np.asarray(np.linalg.solve(_ONES + gain, lever), np.float64)
+        self._pose, self._lever = place_of(map_from_base), lever
+        self._covariance = np.array(covariance)
+        self._odom_from_base = odom
 
     @property
     def by_scale(self) -> Array:
@@ -106,14 +109,13 @@ class DeadReckoning:
 
         `turn` is the angle by the gyroscope since the last one, rad.
         """
-        moved = self._odom_from_base.inverse() @ odom_from_base
-        yaw = moved.yaw if turn is None else turn
-        unseen = self._unseen(math.hypot(moved.x, moved.y), abs(yaw), elapsed)
+        odom = place_of(odom_from_base)
+        x, y, yaw = step(self._odom_from_base, odom)
+        yaw = yaw if turn is None else turn
+        unseen = self._unseen(math.hypot(x, y), abs(yaw), elapsed)
         if self._pose is not None:
-            self._pose, self._covariance, self._lever = self._after(
-                Pose2(moved.x, moved.y, yaw), unseen
-            )
-        self._odom_from_base = odom_from_base
+            self._pose, self._covariance, self._lever = self._after((x, y, yaw), unseen)
+        self._odom_from_base = odom
 
     def _unseen(self, length: float, angle: float, elapsed: float) -> tuple[float, float]:
         """Length, m, and angle, rad, beyond those of a step, over a gap; else note the pace."""
@@ -127,38 +129,43 @@ class DeadReckoning:
 
     def restart(self, odom_from_base: Pose2) -> None:
         """Take the first odometry pose after a reset: the motion since the last one is unknown."""
-        self._odom_from_base = odom_from_base
+        self._odom_from_base = place_of(odom_from_base)
         self._covariance += np.diag([UNSEEN[0] ** 2, UNSEEN[0] ** 2, UNSEEN[1] ** 2])
 
     def at(self, odom_from_base: Pose2) -> tuple[Pose2, Array] | None:
         """map_from_base and its covariance at an odometry pose; None if never corrected."""
         if self._pose is None:
             return None
-        pose, covariance, lever = self._after(self._odom_from_base.inverse() @ odom_from_base)
-        return pose, covariance + self._by_scale(lever)
+        moved = step(self._odom_from_base, place_of(odom_from_base))
+        place, covariance, lever = self._after(moved)
+        return Pose2(*place), covariance + self._by_scale(lever)
 
     def _after(
-        self, moved: Pose2, unseen: tuple[float, float] = (0.0, 0.0)
-    ) -> tuple[Pose2, Array, Array]:
+        self, moved: Planar, unseen: tuple[float, float] = (0.0, 0.0)
+    ) -> tuple[Planar, Array, Array]:
         """Pose, covariance and lever after a step."""
         assert self._pose is not None
-        pose, covariance, lever = self._pose @ moved, self._covariance.copy(), self._lever.copy()
-        step = (pose.x - self._pose.x, pose.y - self._pose.y, moved.yaw)
-        _carry(covariance, lever, step, unseen, self.slip, self._noise)
-        return pose, covariance, lever
+        covariance, lever = self._covariance.copy(), self._lever.copy()
+        place = _carry(self._pose, moved, covariance, lever, unseen, self.slip, self._noise)
+        return place, covariance, lever
 
 
 @compiled
 def _carry(
+    before: Planar,
+    moved: Planar,
     covariance: Array,
     lever: Array,
-    step: tuple[float, float, float],
     unseen: tuple[float, float],
     slip: float,
     noise: tuple[float, float, float, float],
-) -> None:
-    """Carry covariance and lever on by a step, in place; Q is equal in all directions: no R."""
-    p, (dx, dy, turn) = covariance, step
+) -> Planar:
+    """Carry covariance and lever on by a step, in place; Q is equal in all directions: no R.
+
+    Returns the pose after the step.
+    """
+    after = composed(before, moved)
+    p, dx, dy, turn = covariance, after[0] - before[0], after[1] - before[1], moved[2]
     straight = math.hypot(dx, dy)
     way = straight + unseen[0]
     length, angle = slip * way, slip * (abs(turn) + unseen[1])
@@ -180,3 +187,4 @@ def _carry(
     lever[0] += dx - dy * lever[2]
     lever[1] += dy + dx * lever[2]
     p[1, 0], p[2, 0], p[2, 1] = p[0, 1], p[0, 2], p[1, 2]
+    return after

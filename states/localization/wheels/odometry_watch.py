@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from hw import Pose2, wrap
-from states.localization.wheels.trail import Trail
+from hw import Pose2, compiled
+from states.localization.wheels.steps import Planar, place_of, step, wrapped
+from states.localization.wheels.trail import Trail, TrailPast, at
 
 WINDOW_NS = 1_000_000_000
 """Time over which motions are compared, ns; two scans farther apart than that are compared, too."""
@@ -26,9 +27,12 @@ class OdometryWatch:
     """Compares the motion of the last second by wheels and by scans, at every healthy match."""
 
     def __init__(self) -> None:
-        self._seen: deque[tuple[int, Pose2, Pose2]] = deque()
+        self._seen: deque[tuple[int, Planar, Planar]] = deque()
         self._wrong_ns: int | None = None
         self._contradictions = 0
+        here, past = (0.0, 0.0, 0.0), Trail().past  # compile now, not in a tick
+        _is_explained(here, here, here, here)
+        _is_shifted(here, here, past, 0, 0)
 
     @property
     def wrong(self) -> bool:
@@ -51,16 +55,17 @@ class OdometryWatch:
 
     def add_match(self, stamp_ns: int, map_from_base: Pose2, trail: Trail) -> None:
         """Take the pose by a scan, and the wheels' poses up to then."""
-        seen, odom_from_base = self._seen, trail.at(stamp_ns)
-        if odom_from_base is None or (seen and stamp_ns <= seen[-1][0]):
+        seen, (known, odom) = self._seen, at(trail.past, stamp_ns)
+        if not known or (seen and stamp_ns <= seen[-1][0]):
             return
-        seen.append((stamp_ns, map_from_base, odom_from_base))
+        place = place_of(map_from_base)
+        seen.append((stamp_ns, place, odom))
         while len(seen) > 2 and seen[1][0] <= stamp_ns - WINDOW_NS:
             seen.popleft()
         first_ns, first_map, first_odom = seen[0]
-        by_scans = first_map.inverse() @ map_from_base
-        by_wheels = first_odom.inverse() @ odom_from_base
-        if _explained(by_scans, by_wheels) or _is_shifted(by_scans, trail, first_ns, stamp_ns):
+        if _is_explained(first_map, place, first_odom, odom) or _is_shifted(
+            first_map, place, trail.past, first_ns, stamp_ns
+        ):
             self._contradictions = 0
             if self._wrong_ns is not None and stamp_ns - self._wrong_ns > CLEARED_NS:
                 self._wrong_ns = None
@@ -70,26 +75,35 @@ class OdometryWatch:
             self._wrong_ns = stamp_ns
 
 
-def _is_shifted(by_scans: Pose2, trail: Trail, first_ns: int, last_ns: int) -> bool:
+@compiled
+def _is_explained(
+    first_map: Planar, last_map: Planar, first_odom: Planar, last_odom: Planar
+) -> bool:
+    """True if the wheels have moved as the scans show, but for slip."""
+    return _explained(step(first_map, last_map), step(first_odom, last_odom))
+
+
+@compiled
+def _is_shifted(
+    first_map: Planar, last_map: Planar, past: TrailPast, first_ns: int, last_ns: int
+) -> bool:
     """True if the wheels have moved alike at some other time: their clock is off."""
+    by_scans = step(first_map, last_map)
     for shift_ns in SHIFTS_NS:
-        first, last = trail.at(first_ns + shift_ns), trail.at(last_ns + shift_ns)
-        if first is None or last is None:
-            continue
-        if _explained(by_scans, first.inverse() @ last):
+        since, first = at(past, first_ns + shift_ns)
+        until, last = at(past, last_ns + shift_ns)
+        if since and until and _explained(by_scans, step(first, last)):
             return True
     return False
 
 
-def _explained(by_scans: Pose2, by_wheels: Pose2) -> bool:
-    distance = max(_length(by_scans), _length(by_wheels))
-    turn = max(abs(by_scans.yaw), abs(by_wheels.yaw))
+@compiled
+def _explained(by_scans: Planar, by_wheels: Planar) -> bool:
+    distance = max(math.hypot(by_scans[0], by_scans[1]), math.hypot(by_wheels[0], by_wheels[1]))
+    turn = max(abs(by_scans[2]), abs(by_wheels[2]))
+    apart = math.hypot(by_wheels[0] - by_scans[0], by_wheels[1] - by_scans[1])
     # a turn that is off by this share, evenly along the way, moves its end by half the way times it
-    aside = by_scans.distance_to(by_wheels) - 0.5 * distance * turn * SLIP_SHARE
-    off = abs(wrap(by_scans.yaw - by_wheels.yaw))
+    aside = apart - 0.5 * distance * turn * SLIP_SHARE
+    off = abs(wrapped(by_scans[2] - by_wheels[2]))
     fits = aside <= SLIP_M + SLIP_SHARE * distance + SLIP_PER_RADIAN * turn
     return fits and off <= SLIP_RAD + TURN_SHARE * turn + TURN_PER_METRE * distance
-
-
-def _length(pose: Pose2) -> float:
-    return math.hypot(pose.x, pose.y)

@@ -1,11 +1,18 @@
-"""Odometry poses of the last seconds: interpolated, extrapolated, and the velocities between."""
+"""The last seconds of wheel odometry: poses by stamp, velocities, and whether the wheels stand.
+
+The poses are rows of one array, (n, 4): stamp in ns, x, y in m, and yaw in rad; known are those
+from `first` to before `end`.
+"""
 
 from __future__ import annotations
 
 import math
 
-from hw import STILL, Pose2, Twist2, displacement_of, velocity_of
-from hw.motion import PoseHistory
+import numpy as np
+
+from hw import Pose2, Twist2, compiled
+from states.localization.wheels.steps import Planar, composed, pace, step, way, wrapped
+from states.maps import Array
 
 REMEMBERED_NS = 4_000_000_000
 """Length of the trail, ns."""
@@ -15,86 +22,137 @@ BUNCHED_M = 3.0
 """Largest step between poses whose stamps are too close, m; a longer one is a reset of odometry."""
 STILL_M, STILL_RAD = 1e-3, 1e-3
 """Wheels stand while they stay within this, m and rad, of where they stopped."""
+_ROOM = 1024
+"""Rows for which there is room at first."""
+TrailPast = tuple[Array, int, int, Array]
+"""The rows, the first and the end; the newest velocity and where the wheels stopped, (6,)."""
 
 
 class Trail:
-    """odom_from_base by stamp; poses whose stamp is not newer are ignored."""
+    """odom_from_base by stamp; poses whose stamp is not newer are ignored.
+
+    `stamp_ns` is that of the newest pose, `standing` the time since the wheels last moved, s, and
+    `resets` the number of times that odometry began anew.
+    """
 
     def __init__(self) -> None:
-        self._past = PoseHistory(Pose2.between, REMEMBERED_NS)
-        self._stood_ns = 0
-        self._stood_at: Pose2 | None = None
-        self._velocity = STILL
+        self.stamp_ns: int | None = None
+        self.standing = 0.0
         self.resets = 0
-
-    @property
-    def stamp_ns(self) -> int | None:
-        """Stamp of the newest pose."""
-        return None if self._past.newest is None else self._past.newest[0]
+        self._stood_ns = 0
+        self.past: TrailPast = np.zeros((_ROOM, 4)), 0, 0, np.zeros(6)
 
     @property
     def pose(self) -> Pose2 | None:
         """The newest odom_from_base."""
-        return None if self._past.newest is None else self._past.newest[1]
-
-    @property
-    def standing(self) -> float:
-        """Time since the wheels last moved, s."""
-        newest = self._past.newest
-        return 0.0 if newest is None else (newest[0] - self._stood_ns) * 1e-9
+        rows, _, end, _ = self.past
+        return None if self.stamp_ns is None else Pose2(*rows[end - 1, 1:].tolist())
 
     def add_odometry(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
         """Add a pose; False if it is not newer than the last. A reset of odometry starts over."""
-        past = self._past
-        if past.newest is not None and stamp_ns <= past.newest[0]:
+        if self.stamp_ns is not None and stamp_ns <= self.stamp_ns:
             return False
-        if self._has_jumped(stamp_ns, odom_from_base):
-            past.clear()
-            self._stood_at = None
-            self.resets += 1
-        self._velocity = self._velocity_to(stamp_ns, odom_from_base)
-        past.insert(stamp_ns, odom_from_base)
-        stood = self._stood_at
-        if stood is None or not stood.is_near(odom_from_base, STILL_M, STILL_RAD):
-            self._stood_at, self._stood_ns = odom_from_base, stamp_ns
+        rows, _, end, _ = self.past
+        if end == len(rows):
+            rows, end = self._make_room()
+        rows[end, 0], rows[end, 1] = stamp_ns, odom_from_base.x
+        rows[end, 2], rows[end, 3] = odom_from_base.y, odom_from_base.yaw
+        first, jumped, stays = _added(self.past)
+        self.past = rows, first, end + 1, self.past[3]
+        self.resets += jumped
+        if not stays:
+            self._stood_ns = stamp_ns
+        self.stamp_ns, self.standing = stamp_ns, (stamp_ns - self._stood_ns) * 1e-9
         return True
-
-    def _has_jumped(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
-        # a step alone says it: many loggers write stamps in bunches, milliseconds apart
-        if self._past.newest is None:
-            return False
-        last_ns, last = self._past.newest
-        time = (stamp_ns - last_ns) * 1e-9
-        return last.distance_to(odom_from_base) > BUNCHED_M + FASTEST_M * time
 
     def at(self, stamp_ns: int) -> Pose2 | None:
         """odom_from_base at a stamp, interpolated linearly; None before the trail.
 
         After the newest pose the base is assumed to keep its velocity.
         """
-        if self._past.newest is None:
-            return None
-        last_ns, last = self._past.newest
-        if stamp_ns < last_ns:
-            return self._past.at(stamp_ns)
-        return last @ displacement_of(self._velocity, (stamp_ns - last_ns) * 1e-9)
+        known, place = at(self.past, stamp_ns)
+        return Pose2(*place) if known else None
 
     def velocity(self, first_ns: int, last_ns: int) -> Twist2:
         """Mean velocity between two stamps, in the base frame; the last one where unknown."""
-        first, last = self.at(first_ns), self.at(last_ns)
-        if first is None or last is None or last_ns <= first_ns:
-            return self.last_velocity()
-        return velocity_of(first.inverse() @ last, (last_ns - first_ns) * 1e-9)
+        return Twist2(*_mean_velocity(self.past, first_ns, last_ns))
 
     def last_velocity(self) -> Twist2:
         """Velocity between the newest two poses."""
-        return self._velocity
+        return Twist2(*self.past[3][:3].tolist())
 
-    def _velocity_to(self, stamp_ns: int, odom_from_base: Pose2) -> Twist2:
-        if self._past.newest is None:
-            return STILL
-        last_ns, last = self._past.newest
-        velocity = velocity_of(last.inverse() @ odom_from_base, (stamp_ns - last_ns) * 1e-9)
-        speed = math.hypot(velocity.vx, velocity.vy)
-        possible = speed < FASTEST_M and abs(velocity.wz) < FASTEST_RAD
-        return velocity if possible else self._velocity
+    def _make_room(self) -> tuple[Array, int]:
+        """Move what is known to the start of an array of twice its length, or more."""
+        rows, first, end, newest = self.past
+        known = rows[first:end]
+        more = np.zeros((max(_ROOM, 2 * len(known)), 4))
+        more[: len(known)] = known
+        self.past = more, 0, len(known), newest
+        return more, len(known)
+
+
+@compiled
+def _place(rows: Array, n: int) -> Planar:
+    return rows[n, 1], rows[n, 2], rows[n, 3]
+
+
+@compiled
+def _added(past: TrailPast) -> tuple[int, bool, bool]:
+    """Take the pose in the row at the end: the first row then, whether it jumped, and stood."""
+    rows, first, end, newest = past
+    place = _place(rows, end)
+    velocity, known = (0.0, 0.0, 0.0), end > first
+    jumped = stays = False
+    if known:
+        last, time = _place(rows, end - 1), (rows[end, 0] - rows[end - 1, 0]) * 1e-9
+        # a step alone says it: many loggers write stamps in bunches, milliseconds apart
+        far = math.hypot(place[0] - last[0], place[1] - last[1])
+        jumped = far > BUNCHED_M + FASTEST_M * time
+        if not jumped:
+            velocity = pace(step(last, place), time)
+            fast = not math.hypot(velocity[0], velocity[1]) < FASTEST_M
+            if fast or not abs(velocity[2]) < FASTEST_RAD:
+                velocity = newest[0], newest[1], newest[2]
+            stays = math.hypot(place[0] - newest[3], place[1] - newest[4]) < STILL_M
+            stays = stays and abs(wrapped(place[2] - newest[5])) < STILL_RAD
+    newest[0], newest[1], newest[2] = velocity
+    if not stays:
+        newest[3], newest[4], newest[5] = place
+    first = end if jumped else first
+    oldest = rows[end, 0] - REMEMBERED_NS
+    while first < end and rows[first + 1, 0] < oldest:
+        first += 1
+    return first, jumped, stays
+
+
+@compiled
+def at(past: TrailPast, stamp_ns: int) -> tuple[bool, Planar]:
+    """Whether odom_from_base is known at a stamp, and what it is; see `Trail.at`."""
+    rows, first, end, newest = past
+    if end == first:
+        return False, (0.0, 0.0, 0.0)
+    n = end - 1
+    if stamp_ns >= rows[n, 0]:
+        velocity, time = (newest[0], newest[1], newest[2]), (stamp_ns - rows[n, 0]) * 1e-9
+        return True, composed(_place(rows, n), way(velocity, time))
+    low = first
+    while low < n:
+        middle = (low + n) // 2
+        if rows[middle, 0] < stamp_ns:
+            low = middle + 1
+        else:
+            n = middle
+    if rows[n, 0] == stamp_ns or n == first:
+        return bool(rows[n, 0] == stamp_ns), _place(rows, n)
+    a, b = _place(rows, n - 1), _place(rows, n)
+    share = (stamp_ns - rows[n - 1, 0]) / (rows[n, 0] - rows[n - 1, 0])
+    x, y = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+    return True, (x, y, a[2] + share * wrapped(b[2] - a[2]))
+
+
+@compiled
+def _mean_velocity(past: TrailPast, first_ns: int, last_ns: int) -> Planar:
+    (since, first), (until, last), newest = at(past, first_ns), at(past, last_ns), past[3]
+    if not (since and until) or last_ns <= first_ns:
+        return newest[0], newest[1], newest[2]
+    return pace(step(first, last), (last_ns - first_ns) * 1e-9)

@@ -19,8 +19,9 @@ from collections import deque
 
 import numpy as np
 
-from hw import wrap
-from states.localization.wheels.trail import Trail
+from hw import compiled, wrap
+from states.localization.wheels.steps import wrapped
+from states.localization.wheels.trail import Trail, TrailPast, at
 from states.maps import Array
 
 STEP_NS, MOST = 100_000_000, 5
@@ -47,6 +48,7 @@ class WheelClock:
         self._last: tuple[int, float] | None = None
         self._vv, self._uv = np.zeros(2 * MOST + 1), np.zeros(2 * MOST + 1)
         self._uu = self._count = 0.0
+        _take_turns(Trail().past, 0, 0, np.empty(1))  # compile now, not in a tick
 
     def add_yaw(self, stamp_ns: int, yaw: float, trail: Trail) -> None:
         """Take the yaw of a match in the map, rad, and the trail of the wheels so far."""
@@ -68,12 +70,8 @@ class WheelClock:
 
     def _add_turn(self, first_ns: int, last_ns: int, turn: float, trail: Trail) -> None:
         turns = np.empty(2 * MOST + 1)
-        for k in range(2 * MOST + 1):
-            late = (k - MOST) * STEP_NS
-            first, last = trail.at(first_ns + late), trail.at(last_ns + late)
-            if first is None or last is None:
-                return
-            turns[k] = wrap(last.yaw - first.yaw)
+        if not _take_turns(trail.past, first_ns, last_ns, turns):
+            return
         if np.abs(turns - turn).min() > WRONG:
             return
         keep = math.exp(-1.0 / MEMORY)
@@ -95,6 +93,19 @@ class WheelClock:
         """The offset, s, once it is known well; else None."""
         found = self.estimate
         return found[0] if found is not None and found[1] <= SURE_S else None
+
+
+@compiled
+def _take_turns(past: TrailPast, first_ns: int, last_ns: int, turns: Array) -> bool:
+    """Write the turns of the wheels, (2 MOST + 1,), rad, by offset; False if one is unknown."""
+    for k in range(len(turns)):
+        late = (k - MOST) * STEP_NS
+        since, first = at(past, first_ns + late)
+        until, last = at(past, last_ns + late)
+        if not (since and until):
+            return False
+        turns[k] = wrapped(last[2] - first[2])
+    return True
 
 
 def _minimum(rest: Array, turns: float) -> tuple[float, float] | None:

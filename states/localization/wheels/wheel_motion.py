@@ -6,7 +6,7 @@ import numpy as np
 
 from hw import Pose2, Twist2
 from states.localization.filter import ProcessNoise
-from states.localization.wheels.dead_reckoning import DeadReckoning
+from states.localization.wheels.dead_reckoning import NOTHING, DeadReckoning
 from states.localization.wheels.gyro import Gyro
 from states.localization.wheels.odometry_watch import OdometryWatch
 from states.localization.wheels.trail import Trail
@@ -56,23 +56,22 @@ class WheelMotion:
             elapsed = (stamp_ns - self.reckoned_ns) * 1e-9
             turn = None if self.rate is None else self.rate * elapsed
             self._reckoning.move(odom_from_base, elapsed, turn)
-        self.reckoned_ns = max(stamp_ns, self.reckoned_ns)
+        self.reckoned_ns = stamp_ns if stamp_ns > self.reckoned_ns else self.reckoned_ns
         return True
 
     @property
     def missing(self) -> bool:
         """True if scans keep coming and the wheels have gone silent."""
         heard = self.trail.stamp_ns
-        return heard is None or (self._is_late(heard) and self._unaccompanied >= MISSED_SCANS)
+        if heard is None:
+            return True
+        return self.scan_ns - heard > MISSING_NS and self._unaccompanied >= MISSED_SCANS
 
     @property
     def awaited(self) -> bool:
         """True if, after a gap in both, a scan has come before the wheels: they may follow yet."""
         heard = self.trail.stamp_ns
-        return heard is not None and self._is_late(heard) and not self.missing
-
-    def _is_late(self, heard_ns: int) -> bool:
-        return self.scan_ns - heard_ns > MISSING_NS
+        return heard is not None and self.scan_ns - heard > MISSING_NS and not self.missing
 
     @property
     def believed(self) -> bool:
@@ -87,11 +86,11 @@ class WheelMotion:
     @property
     def still(self) -> bool:
         """True if the newest wheel sample has not moved and the gyroscope feels no turn."""
-        return self.trail.standing > 0.0 and abs(self.rate or 0.0) < TURNING
+        return self.trail.standing > 0.0 and -TURNING < (self.rate or 0.0) < TURNING
 
     def saw_scan(self, stamp_ns: int) -> None:
         """Note the stamp of a scan, by which silence of the wheels is measured."""
-        self.scan_ns = max(self.scan_ns, stamp_ns)
+        self.scan_ns = stamp_ns if stamp_ns > self.scan_ns else self.scan_ns
         self._unaccompanied += 1
 
     def velocity(self, first_ns: int, last_ns: int) -> Twist2 | None:
@@ -108,7 +107,8 @@ class WheelMotion:
         After a long way on wheels alone the step of a match is no motion.
         """
         self.clock.add_yaw(stamp_ns, map_from_base.yaw, self.trail)
-        if np.trace(self.by_scale) > ALONE**2:
+        by_scale = self.by_scale
+        if by_scale is not NOTHING and np.trace(by_scale) > ALONE**2:
             self.watch.restart()
         else:
             self.watch.add_match(stamp_ns, map_from_base, self.trail)

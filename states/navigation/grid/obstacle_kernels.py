@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw import Outline, compiled
+from hw import compiled
+from states.localization.wheels import Planar, composed, wrapped
 from states.navigation.exact import Array
 
 Cells = NDArray[np.int64]
@@ -58,8 +59,8 @@ class Ignored(NamedTuple):
     margin: float
     margin_per_m: float
     user: tuple[float, float, float]
-    mount: tuple[float, float, float]
-    outline: Outline
+    mount: Planar
+    outline: tuple[float, float, float, float]
 
 
 class Marks(NamedTuple):
@@ -68,6 +69,52 @@ class Marks(NamedTuple):
     active: Cells
     hits: NDArray[np.uint8]
     last: Cells
+
+
+@compiled
+def take(
+    scan: tuple[float, float, Array],
+    poses: tuple[Planar, Planar, Planar],
+    window: tuple[float, float, float, float, float],
+    known: tuple[float, float, tuple[float, float, float], tuple[float, float, float, float]],
+    times: tuple[int, int, int],
+    cells: tuple[Array, Cells, NDArray[np.uint8], Cells],
+    count: int,
+) -> int:
+    """Mark and clear by one scan; the number of active cells then, -1 if nothing is to be done.
+
+    Args:
+        scan: direction of the first beam and from beam to beam, rad; ranges, m.
+        poses: map_from_base at the first and at the last beam; base_from_sensor.
+        window: the grid's corner, half width and height of the window, cell size, m.
+        known: margin, margin per m, the user's disc (map), the robot's outline; see `Ignored`.
+        times: of the scan; age from which on a cell may be cleared, and its lifetime, ns.
+        cells: (rows, columns) distances to walls, m; then see `Marks`.
+        count: number of active cells.
+    """
+    x, y, half_width, half_height, resolution = window
+    walls = cells[0]
+    first, last = composed(poses[0], poses[2]), composed(poses[1], poses[2])
+    sweep = ScanSweep(
+        first[0] - x,
+        first[1] - y,
+        first[2],
+        last[0] - first[0],
+        last[1] - first[1],
+        wrapped(last[2] - first[2]),
+        scan[0],
+        scan[1],
+        scan[2],
+    )
+    here = poses[1]
+    cut = Cut(here[0] - x, here[1] - y, half_width, half_height, resolution, walls.shape[1])
+    user = (known[2][0] - x, known[2][1] - y, known[2][2])
+    ends, beams = news(sweep, walls, cut, Ignored(known[0], known[1], user, poses[2], known[3]))
+    if len(ends) == 0 and count == 0:
+        return -1
+    marks = Marks(cells[1], cells[2], cells[3])
+    count = mark(ends, beams, cut, times[0], marks, count)
+    return tend(sweep, cut, times[0], (times[1], times[2]), marks, count)
 
 
 @compiled

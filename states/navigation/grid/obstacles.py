@@ -15,21 +15,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw import EXACT, Outline, Pose2, PoseSigma, Scan, example, wrap
+from hw import EXACT, Outline, Pose2, PoseSigma, Scan, example
 from hw.scene import Disc
+from states.localization.wheels import place_of
 from states.maps import Grid
 from states.navigation.exact import Array
-from states.navigation.grid.obstacle_kernels import (
-    SURE,
-    Cells,
-    Cut,
-    Ignored,
-    Marks,
-    ScanSweep,
-    mark,
-    news,
-    tend,
-)
+from states.navigation.grid.obstacle_kernels import SURE, Cells, take
 
 NOBODY = Disc(0.0, 0.0, -1.0)
 NO_BODY = Outline(-1.0, -1.0, -1.0, -1.0)
@@ -65,17 +56,6 @@ class KnownObstacles:
     user: Disc = NOBODY
     sigma: PoseSigma = EXACT
 
-    def ignored(self, grid: Grid, margin: float) -> Ignored:
-        """The same for the kernels."""
-        mount, user = self.mount, self.user
-        return Ignored(
-            margin + 3.0 * self.sigma.position,
-            3.0 * self.sigma.yaw,
-            (user.x - grid.x, user.y - grid.y, user.radius),
-            (mount.x, mount.y, mount.yaw),
-            self.outline,
-        )
-
 
 class ObstacleLayer:
     """The marked cells of a map's grid within the window around the robot.
@@ -87,11 +67,15 @@ class ObstacleLayer:
     def __init__(self, grid: Grid, walls: Array, values: ObstacleValues | None = None) -> None:
         self.grid = grid
         self._walls = walls
-        self._values = values or ObstacleValues()
+        values = values or ObstacleValues()
+        half = 0.5 * values.width, 0.5 * values.height
+        self._window = grid.x, grid.y, *half, grid.resolution
+        self._margin = values.wall_margin
+        self._ages = round(values.clear_after * 1e9), round(values.mark_lifetime * 1e9)
         size = grid.rows * grid.columns
-        self._marks = Marks(
-            np.empty(size, np.int64), np.zeros(size, np.uint8), np.zeros(size, np.int64)
-        )
+        self._active = np.empty(size, np.int64)
+        self._hits = np.zeros(size, np.uint8)
+        self._last = np.zeros(size, np.int64)
         self._count = 0
 
     def add_scan(
@@ -106,37 +90,31 @@ class ObstacleLayer:
             stamp_ns: time of the scan.
             known: what to ignore.
         """
-        grid, values = self.grid, self._values
-        sweep = _sweep(scan, first @ known.mount, last @ known.mount, grid)
-        half = (0.5 * values.width, 0.5 * values.height)
-        cut = Cut(last.x - grid.x, last.y - grid.y, *half, grid.resolution, grid.columns)
-        ends, beams = news(sweep, self._walls, cut, known.ignored(grid, values.wall_margin))
-        if len(ends) == 0 and self._count == 0:
+        user, sigma = known.user, known.sigma
+        count = take(
+            (float(scan.start), float(scan.step), np.array(scan.ranges, dtype=np.float64)),
+            (place_of(first), place_of(last), place_of(known.mount)),
+            self._window,
+            (
+                self._margin + 3.0 * sigma.position,
+                3.0 * sigma.yaw,
+                (user.x, user.y, user.radius),
+                known.outline[:],
+            ),
+            (stamp_ns, *self._ages),
+            (self._walls, self._active, self._hits, self._last),
+            self._count,
+        )
+        if count < 0:
             return False
-        self._count = mark(ends, beams, cut, stamp_ns, self._marks, self._count)
-        ages = (round(values.clear_after * 1e9), round(values.mark_lifetime * 1e9))
-        self._count = tend(sweep, cut, stamp_ns, ages, self._marks, self._count)
+        self._count = count
         return True
 
     @property
     def marked(self) -> Cells:
-        """The numbers of the marked cells, in order."""
-        active = self._marks.active[: self._count]
-        return np.sort(active[self._marks.hits[active] >= SURE])
-
-
-def _sweep(scan: Scan, first: Pose2, last: Pose2, grid: Grid) -> ScanSweep:
-    return ScanSweep(
-        first.x - grid.x,
-        first.y - grid.y,
-        first.yaw,
-        last.x - first.x,
-        last.y - first.y,
-        wrap(last.yaw - first.yaw),
-        float(scan.start),
-        float(scan.step),
-        np.array(scan.ranges, dtype=np.float64),
-    )
+        """The numbers of the marked cells, in no order."""
+        active = self._active[: self._count]
+        return active[self._hits[active] >= SURE]
 
 
 @example

@@ -75,15 +75,16 @@ class ObstacleEstimator:
     def update(self, _signal: str, sample: StampedPlace) -> None:
         """Take one sample; of the user only the newest pose counts."""
         value, stamp = sample.value, sample.stamp
-        if isinstance(value, PoseEstimate):
-            self._sigma = value.sigma
-            self._poses.insert(stamp, value.pose)
-        elif isinstance(value, Pose2):
-            self._poses.insert(stamp, value)
-        elif isinstance(value, Scan):
-            self._waiting.append((stamp, value))
-        elif isinstance(value, UserPose) and (self._user is None or stamp > self._user[0]):
-            self._user = stamp, value.body
+        match value:
+            case PoseEstimate():
+                self._sigma = value.sigma
+                self._poses.insert(stamp, value.pose)
+            case Pose2():
+                self._poses.insert(stamp, value)
+            case Scan():
+                self._waiting.append((stamp, value))
+            case UserPose() if self._user is None or stamp > self._user[0]:
+                self._user = stamp, value.body
         if self._waiting and self._poses.newest is not None:
             self._take_those_with_a_pose()
 

@@ -8,7 +8,6 @@ from typing import Any
 
 from cobodeck.setup.compiling import compiling
 from cobodeck.setup.setup import open_setup
-from hw.sim.sensors import coverage, rays
 from states.environment.environment import Environment
 from states.subsystems import SUBSYSTEMS
 
@@ -69,8 +68,8 @@ def test_no_example_is_forgotten_and_only_what_is_used_is_compiled() -> None:
     navigation = "states.navigation"
     always = {f"{navigation}.exact.visibility", f"{navigation}.local.profile_planner"}
     in_turn = {f"{navigation}.grid.grid_planners", f"{navigation}.local.teb_planner"}
-    beside = {name for name in registered if name.startswith(("behaviors.", "states.arm."))}
-    beside |= {rays.__name__, coverage.__name__}
+    others = ("behaviors.", "hw.sim.sensors.", "states.arm.")
+    beside = {name for name in registered if name.startswith(others)}
 
     assert of_choices["exact", "profile", False] == always
     assert of_choices["theta_star", "teb", False] == always | in_turn

@@ -9,19 +9,17 @@ from hw.sim.sensors.streams import FORGOTTEN_NS, Rhythm
 
 @given(
     rate=st.floats(1.0, 200.0), lag=st.integers(0, 300_000_000), late=st.integers(0, 20 * 10**9),
-    known=st.integers(0, 20 * 10**9),
 )  # fmt: skip
 @settings(deadline=None)
 def test_a_first_call_late_in_a_run_has_the_samples_of_the_last_second(
-    rate: float, lag: int, late: int, known: int
+    rate: float, lag: int, late: int
 ) -> None:
-    """Those that arrived within it, and were taken since what is known begins."""
+    """Those that arrived within it; before `next_ns` nothing more does."""
     rhythm = Rhythm(rate, 1, "x", lag)
     all_ = [(n, rhythm.stamp(n)) for n in range(round(21 * rate))]
 
-    found = rhythm.due(late, known)
+    found = rhythm.due(late)
 
-    assert found == [
-        (n, at) for n, at in all_ if late - FORGOTTEN_NS <= at + lag <= late and at >= known
-    ]
-    assert rhythm.due(late, known) == []
+    assert found == [(n, at) for n, at in all_ if late - FORGOTTEN_NS <= at + lag <= late]
+    assert rhythm.due(late) == rhythm.due(rhythm.next_ns - 1) == []
+    assert len(rhythm.due(rhythm.next_ns)) == 1
