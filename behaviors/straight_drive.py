@@ -18,7 +18,6 @@ from states.navigation.exact import Array, Triple, wrapped
 Rates = tuple[float, float, float, float, float, float, float]
 """Greatest speed, acceleration and deceleration; a period, and the time until a command of the next
 tick acts; length and width of the footprint."""
-_nearness = compiled(nearness)
 
 
 def command_towards(
@@ -112,7 +111,7 @@ def _to_user(pose: Triple, user: Point, rates: Rates) -> Point:
     ax, ay, back = -c * x - s * y, s * x - c * y, wrapped(-yaw)
     c, s = math.cos(back), math.sin(back)
     ux, uy = ax + c * user[0] - s * user[1], ay + s * user[0] + c * user[1]
-    near = _nearness(0.5 * rates[5], 0.5 * rates[6], ux, uy, USER_RADIUS)
+    near = nearness(0.5 * rates[5], 0.5 * rates[6], ux, uy, USER_RADIUS)
     return _turned((near.nx, near.ny), yaw)
 
 

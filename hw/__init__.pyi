@@ -23,14 +23,13 @@ from hw.interfaces import (
     StopLine as StopLine,
 )
 from hw.jit import (
+    Record as Record,
+    Records as Records,
     compile_examples as compile_examples,
     compiled as compiled,
     compiled_like_numpy as compiled_like_numpy,
     example as example,
-)
-from hw.log import (
-    Log as Log,
-    LogReader as LogReader,
+    record_type as record_type,
 )
 from hw.places import (
     AnyAngle as AnyAngle,

@@ -26,6 +26,7 @@ from functools import cache
 from types import ModuleType
 from typing import Any, TypeVar
 
+import numpy as np
 from numba import njit, types
 from numba.core.imputils import lower_builtin
 from numba.np import linalg
@@ -35,6 +36,15 @@ Example = TypeVar("Example", bound=Callable[..., None])
 _OPTIONS: Any = {"cache": True, "no_cfunc_wrapper": True}
 """Nobody calls the wrapper for callers written in C: a tenth of the time that compiling takes."""
 _EXAMPLES: list[Callable[..., None]] = []
+Record = Any
+"""One element of an array of `record_type`: its fields are attributes, compiled or not."""
+Records = np.ndarray[Any, Any]
+"""An array of `record_type`, (n,): state that compiled functions read and change in place."""
+
+
+def record_type(*fields: tuple[Any, ...]) -> np.dtype[Any]:
+    """The type of records with these fields, each given as a name, a type and maybe a shape."""
+    return np.dtype((np.record, list(fields)))
 
 
 def compiled(function: Function) -> Function:
@@ -66,6 +76,17 @@ def compile_examples(modules: Iterable[ModuleType], **given: Any) -> None:
     for call in _EXAMPLES:
         if any(f"{call.__module__}.".startswith(f"{name}.") for name in names):
             call(**{name: given[name] for name in inspect.signature(call).parameters})
+
+
+@compiled
+def wrapped(angle: float) -> float:
+    """`hw.geometry.wrap` for compiled functions: numba lacks `math.fmod`, numpy's is the same."""
+    if -math.pi < angle <= math.pi:
+        return angle
+    found: float = np.fmod(angle, 2.0 * math.pi)
+    if found > math.pi:
+        return found - 2.0 * math.pi
+    return found + 2.0 * math.pi if found <= -math.pi else found
 
 
 _SPLIT = 134217729.0

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 from cobodeck.evaluate.separation_figures import SeparationWatch
 from engine.machine import Box
 from engine.run import ChartRun
-from hw import Contact, Hit, Log
+from hw import Contact, Hit
+from hw.safety import CycleLog
 
 
 def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float | None]:
@@ -155,7 +156,7 @@ NOTHING: Mapping[str, Any] = {
     "dropouts": [],
     "faults": None,
     "fault_names": {},
-    "separation": SeparationWatch(Log(1)).report(),
+    "separation": SeparationWatch(CycleLog(1)).report(),
     "localization": None,
     "motion_sha256": None,
 }

@@ -9,11 +9,19 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from hw import Log
-from hw.safety import GRANTED, SafetyRecord
+import numpy as np
+
+from hw import Record, Records, compiled, record_type
+from hw.safety import GRANTED, CycleLog, bits_of
 
 LONGEST_NS = 10_000_000
 """Upper limit of the time counted for one cycle, ns; between two drives there are no cycles."""
+SUMS = record_type(
+    ("stamp_ns", "i8"), ("moving_ns", "i8"), ("below_ns", "i8"), ("granted_ns", "i8"),
+    ("least_gap", "f8"), ("least_margin", "f8"),
+)  # fmt: skip
+"""The stamp of the newest cycle, times and lengths so far, m; see `SeparationWatch.report`."""
+_GRANTED = bits_of((GRANTED,))
 
 
 class SeparationWatch:
@@ -22,25 +30,17 @@ class SeparationWatch:
     leaps = True
     """A standing base has no cycles."""
 
-    def __init__(self, cycles: Log[SafetyRecord]) -> None:
+    def __init__(self, cycles: CycleLog) -> None:
         self._cycles = cycles.reader()
-        self._stamp = -LONGEST_NS
-        self._moving_ns = self._below_ns = self._granted_ns = 0
-        self._least_gap = self._least_margin = math.inf
+        self._sums: Records = np.zeros(1, SUMS)
+        self._sums[0] = -LONGEST_NS, 0, 0, 0, math.inf, math.inf
+        _add(self._sums, self._cycles.rows, 0, 0)  # compiles it
 
     def watch(self, now_ns: int) -> None:  # noqa: ARG002  cycles have stamps of their own
-        """Read all records since the last call."""
-        for record in self._cycles.read_new():
-            lasted = min(LONGEST_NS, record.stamp_ns - self._stamp)
-            self._stamp = record.stamp_ns
-            gap = record.separation
-            if gap is None:
-                continue
-            self._moving_ns += lasted
-            if gap < self._least_gap:
-                self._least_gap = gap
-            if record.needed > 0.0:
-                self._count(gap - record.needed, GRANTED in record.reasons, lasted)
+        """Take all cycles since the last call."""
+        new = self._cycles.take()
+        if new:
+            _add(self._sums, self._cycles.rows, new.start, new.stop)
 
     def report(self) -> dict[str, Any]:
         """Times in s, lengths in m; all None if no cycle had a known gap.
@@ -48,24 +48,41 @@ class SeparationWatch:
         `below_needed_s`: S below S_p without a granted touch; `granted_s`: with one. `min_gap_m`:
         the least S while the base moved; `min_margin_m`: the least S - S_p without a granted touch.
         """
-        if not self._moving_ns:
+        _, moving, below, granted, gap, margin = self._sums[0].item()
+        if not moving:
             return dict.fromkeys(
                 ("moving_s", "below_needed_s", "granted_s", "min_gap_m", "min_margin_m")
             )
-        least = self._least_margin
         return {
-            "moving_s": self._moving_ns * 1e-9,
-            "below_needed_s": self._below_ns * 1e-9,
-            "granted_s": self._granted_ns * 1e-9,
-            "min_gap_m": self._least_gap,
-            "min_margin_m": least if least < math.inf else None,
+            "moving_s": moving * 1e-9,
+            "below_needed_s": below * 1e-9,
+            "granted_s": granted * 1e-9,
+            "min_gap_m": gap,
+            "min_margin_m": margin if margin < math.inf else None,
         }
 
-    def _count(self, margin: float, granted: bool, lasted: int) -> None:
-        below = lasted if margin < 0.0 else 0
-        if granted:
-            self._granted_ns += below
-            return
-        self._below_ns += below
-        if margin < self._least_margin:
-            self._least_margin = margin
+
+@compiled
+def _add(sums: Records, rows: Records, start: int, end: int) -> None:
+    """Add cycles from a ring of `hw.safety.CYCLE`."""
+    now = sums[0]
+    for n in range(start, end):
+        row = rows[n % len(rows)]
+        lasted = min(LONGEST_NS, row.stamp_ns - now.stamp_ns)
+        now.stamp_ns = row.stamp_ns
+        if math.isnan(row.separation):
+            continue
+        now.moving_ns += lasted
+        now.least_gap = min(now.least_gap, row.separation)
+        if row.needed > 0.0:
+            _count(now, row.separation - row.needed, row.reasons & _GRANTED != 0, lasted)
+
+
+@compiled
+def _count(now: Record, margin: float, granted: bool, lasted: int) -> None:
+    below = lasted if margin < 0.0 else 0
+    if granted:
+        now.granted_ns += below
+        return
+    now.below_ns += below
+    now.least_margin = min(now.least_margin, margin)

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from engine import NEVER_NS
-from hw import Log, Sample, Truth
-from hw.safety import GuardedBase, SafetyRecord
+from hw import Sample, Truth
+from hw.safety import CycleLog, GuardedBase
 
 
 class Plant(Protocol):
@@ -38,7 +38,7 @@ class Plant(Protocol):
         ...
 
     @property
-    def cycles(self) -> Log[SafetyRecord] | None:
+    def cycles(self) -> CycleLog | None:
         """The records of the safety chain, if there is one."""
         ...
 

@@ -1,6 +1,15 @@
 from hw.safety.chain import (
     LocalChain as LocalChain,
-    is_standing as is_standing,
+)
+from hw.safety.checks import (
+    RULE as RULE,
+    cycle as cycle,
+)
+from hw.safety.cycle_log import (
+    CYCLE as CYCLE,
+    CycleLog as CycleLog,
+    CycleReader as CycleReader,
+    bits_of as bits_of,
 )
 from hw.safety.cycle_record import (
     GRANTED as GRANTED,
@@ -16,21 +25,28 @@ from hw.safety.limits import (
     SafetyLimits as SafetyLimits,
 )
 from hw.safety.ramps import (
+    RAMPS as RAMPS,
     STANDSTILL as STANDSTILL,
     PlanarState as PlanarState,
     Ramps as Ramps,
-    Velocity as Velocity,
+    limited as limited,
+    toward as toward,
     twist_after as twist_after,
+    velocity_after as velocity_after,
 )
 from hw.safety.rule import (
-    KEPT as KEPT,
+    is_standing as is_standing,
 )
 from hw.safety.separation import (
-    QUICK as QUICK,
-    STEADY as STEADY,
     Nearness as Nearness,
+    Place as Place,
+    Velocity as Velocity,
     nearness as nearness,
 )
 from hw.safety.stop_line import (
     StopLatch as StopLatch,
+)
+from hw.safety.user_track import (
+    QUICK as QUICK,
+    STEADY as STEADY,
 )

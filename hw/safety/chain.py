@@ -19,13 +19,17 @@ from functools import partial
 from threading import Lock
 from typing import Any, Protocol
 
+import numpy as np
+
+import hw.motion
+import hw.safety
 from hw.geometry import STILL, Pose2, Twist2
 from hw.interfaces import DriveMode
-from hw.log import Log
-from hw.motion import Reckoner
-from hw.safety.cycle_record import SafetyRecord
+from hw.jit import Records, compile_examples
+from hw.motion import RECKONING, Reckoner
+from hw.safety.cycle_log import CycleLog
 from hw.safety.limits import SafetyLimits
-from hw.safety.rule import STANDING, SafetyRule
+from hw.safety.rule import SafetyRule
 from hw.samples import Odometry, PoseSigma, Sample, TrackerPose, UserPose
 
 Hear = Callable[[int, int, Any], None]
@@ -46,8 +50,8 @@ class Chain(Protocol):
         ...
 
     @property
-    def cycles(self) -> Log[SafetyRecord]:
-        """The newest records, for any number of readers."""
+    def cycles(self) -> CycleLog:
+        """The newest cycles, for any number of readers."""
         ...
 
     @property
@@ -119,14 +123,17 @@ class LocalChain:
     """
 
     def __init__(self, limits: SafetyLimits, measures: bool = True) -> None:
-        self.rule = SafetyRule(limits)
+        compile_examples((hw.motion, hw.safety))
+        self.limits, self.rule = limits, SafetyRule(limits)
+        self.cycles = self.rule.cycles
         self.stops: Pull | None = None
-        self.admitted: Twist2 | None = None
         self.wanted = STILL
         self._stamp_ns: int | None = None
-        self._measured: dict[str, tuple[int, Any]] = {}
         self._mutex = Lock()
         self._reckoner: Reckoner | None = None
+        self._latched, self._slowed = self.rule.state["latched"], self.rule.state["slowed"]
+        self._reckoning: Records = np.zeros(1, RECKONING)
+        self._measured: dict[str, tuple[int, Any]] = {}
         self._hears: dict[str, Hear] = {
             "vr.haptic_request": self._hear_request,
             "stop.engaged": self._hear_stop_line,
@@ -138,16 +145,6 @@ class LocalChain:
                 self._hears[name] = partial(self._measure, name)
 
     @property
-    def limits(self) -> SafetyLimits:
-        """The limits of the rule."""
-        return self.rule.limits
-
-    @property
-    def cycles(self) -> Log[SafetyRecord]:
-        """The newest records."""
-        return self.rule.cycles
-
-    @property
     def latched(self) -> str | None:
         """The reason of a latched stop."""
         return self.rule.latched
@@ -156,6 +153,11 @@ class LocalChain:
     def refused(self) -> tuple[str, ...]:
         """Why no motion at all was possible in the last cycle."""
         return self.rule.refused
+
+    @property
+    def admitted(self) -> Twist2 | None:
+        """What was last admitted, if anything was cut since the last command."""
+        return self.rule.slowed_to if self._slowed[0] else None
 
     @property
     def reckons(self) -> bool:
@@ -169,16 +171,17 @@ class LocalChain:
 
     def locate_by(self, reckoner: Reckoner) -> None:
         """Take poses from a reckoner from now on."""
-        self._reckoner = reckoner
+        self._reckoner, self._reckoning = reckoner, reckoner.state
+        self.rule.state["reckons"] = True
         self._hears["base.odometry"] = self._hear_odometry
         self._hears["rover.tracker"] = self._hear_tracker
 
     def hear(self, sample: Sample, now_ns: int) -> None:
         """Take a sample that arrived now."""
-        hear = self._hears.get(sample.name)
-        if hear is not None:
+        name, stamp_ns, value = sample
+        if name in self._hears:
             with self._mutex:
-                hear(now_ns, sample.stamp_ns, sample.value)
+                self._hears[name](now_ns, stamp_ns, value)
 
     def locate(self, stamp_ns: int, pose: Pose2 | None, sigma: PoseSigma | None) -> None:
         """Take the localization's estimate of the base."""
@@ -193,8 +196,9 @@ class LocalChain:
 
     def command(self, twist: Twist2, stamp_ns: int | None) -> None:
         """Set the commanded velocity."""
-        self.wanted, self._stamp_ns = twist, stamp_ns
-        self.admitted = None
+        before, self.wanted, self._stamp_ns = self._stamp_ns, twist, stamp_ns
+        if stamp_ns is not None or before is not None or self._slowed[0]:
+            self.rule.begin(stamp_ns)
 
     def pull(self, reason: str) -> None:
         """Do nothing: the stop line is heard in this process."""
@@ -226,19 +230,15 @@ class LocalChain:
 
         `pose` is map_from_base; with a reckoner its pose is used instead. See `SafetyRule`.
         """
-        rule, stamp, sigma = self.rule, self._stamp_ns, 0.0
+        stamp, sigma = self._stamp_ns, 0.0
         with self._mutex:
             if self._reckoner is not None:
                 located = self._reckoner.at(now_ns)
                 pose, sigma = (None, 0.0) if located is None else located
-            rule.holonomic = mode == "omni"
-            if stamp is None:
-                stamp = now_ns  # a commanded stop does not age
-            record = rule.admit(now_ns, command, stamp, pose, twist, sigma)
-            admitted = record.admitted
-            if self.admitted is not None or (admitted is not command and admitted != command):
-                self.admitted = admitted
-        self._stop_if_latched()
+            at = now_ns if stamp is None else stamp
+            admitted = self.rule.admit(now_ns, command, at, pose, twist, sigma, mode == "omni")
+        if self._latched[0]:
+            self._tell()
         return admitted
 
     def leap(self, span_ns: int) -> None:
@@ -246,13 +246,28 @@ class LocalChain:
         with self._mutex:
             self.rule.leap(span_ns)
 
+    def run(self, now_ns: int, move: Callable[..., Any], *arguments: Any) -> Any:
+        """Run the cycles of simulated wheels from now on, each by `hw.safety.checks.cycle`.
+
+        `move` gets these arguments, the rule's state, the rows of its log, the reckoner's state.
+        """
+        with self._mutex:
+            if self._reckoner is not None:
+                self._reckoner.prepare(now_ns)
+            rule = self.rule
+            found = move(*arguments, rule.state, rule.cycles.rows, self._reckoning)
+        if self._latched[0]:
+            self._tell()
+        return found
+
     def rest(self, now_ns: int) -> None:
         """A cycle of a standing base without a command."""
         with self._mutex:
             self.rule.rest(now_ns)
-        self._stop_if_latched()
+        if self._latched[0]:
+            self._tell()
 
-    def _stop_if_latched(self) -> None:
+    def _tell(self) -> None:
         latched = self.rule.latched
         if latched is not None and self.stops is not None:
             self.stops(latched)
@@ -283,11 +298,6 @@ class LocalChain:
 
     def _recent(self, name: str, now_ns: int) -> Any:
         """The newest value; None if it is older than `limits.old`, or ahead of the clock."""
-        limits = self.rule.limits
+        limits = self.limits
         stamp, value = self._measured.get(name, (now_ns, None))
         return value if -limits.ahead <= (now_ns - stamp) / 1e9 <= limits.old else None
-
-
-def is_standing(twist: Twist2) -> bool:
-    """True for the velocity of a base that counts as standing."""
-    return max(twist.speed, abs(twist.wz)) <= STANDING

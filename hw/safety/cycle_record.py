@@ -12,20 +12,28 @@ TOO_FAST = "the base is faster than its limit"
 RUNS_ON = "the base does not stop"
 BACKWARDS = "time runs backwards"
 
-NOT_FINITE = ("a value is not finite",)
-STOP_LINE = ("stop line",)
-LATCHED = ("latched",)
-COMMAND_OLD = ("command is old",)
-COMMAND_AHEAD = ("command is stamped ahead of the clock",)
-BASE_UNKNOWN = ("pose or velocity of the base is not known",)
-USER_UNKNOWN = ("no pose of the user yet",)
-USER_OLD = ("pose of the user is old",)
-USER_AHEAD = ("pose of the user is stamped ahead of the clock",)
-COMMAND_LATE = "command is late"
-USER_LATE = "pose of the user is late"
-SPEED = "speed limit"
-SEPARATION = "separation"
+LATCHES = (None, BACKWARDS, USER_LOST, TOO_FAST, RUNS_ON)
+"""Why a stop may latch; its place is the code of a latched stop."""
+
+STOP_LINE = "stop line"
+LATCHED = "latched"
+NOT_FINITE = "a value is not finite"
+BASE_UNKNOWN = "pose or velocity of the base is not known"
+COMMAND_OLD = "command is old"
+COMMAND_AHEAD = "command is stamped ahead of the clock"
+USER_UNKNOWN = "no pose of the user yet"
+USER_OLD = "pose of the user is old"
+USER_AHEAD = "pose of the user is stamped ahead of the clock"
 GRANTED = "granted touch"
+SPEED = "speed limit"
+USER_LATE = "pose of the user is late"
+COMMAND_LATE = "command is late"
+SEPARATION = "separation"
+REASONS = (
+    STOP_LINE, LATCHED, NOT_FINITE, BASE_UNKNOWN, COMMAND_OLD, COMMAND_AHEAD, USER_UNKNOWN,
+    USER_OLD, USER_AHEAD, GRANTED, SPEED, USER_LATE, COMMAND_LATE, SEPARATION,
+)  # fmt: skip
+"""Why less is admitted than commanded, in the order in which the rule finds it."""
 
 
 class SafetyRecord(NamedTuple):

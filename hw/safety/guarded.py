@@ -29,9 +29,10 @@ from typing import Any
 
 from hw.geometry import STILL, Pose2, Twist2
 from hw.interfaces import Base, DriveMode
-from hw.safety.chain import Chain, Hear, LocalChain, Pull, is_standing
+from hw.safety.chain import Chain, Hear, LocalChain, Pull
 from hw.safety.limits import SafetyLimits
 from hw.safety.multiplexer import Multiplexer, Selected
+from hw.safety.rule import is_standing
 from hw.samples import ArmState, Joints, Sample
 
 STOP_LOCK, ARM_LOCK = "stop", "arm"
@@ -80,12 +81,14 @@ class GuardedBase:
         self.selected = Selected(STILL, None, None)
         self.signals: tuple[str, ...] = (*base.signals, *REPORTED)
         self.cycled = not hasattr(base, "chain")
+        self._has_modes = hasattr(base, "mode")
         self.chain = _chain_of(base, limits)
         self.chain.stops = pull
         self._drives_in_ticks = not self.cycled and isinstance(self.chain, LocalChain)
         self._hears: dict[str, Hear] = {"stop.engaged": self._hear_stop_line}
         self._multiplexer = Multiplexer()
         self._parked = parked
+        self._joints: Joints | None = None
         self._reported: tuple[object, ...] | None = None
         if parked is not None:
             self._hears["arm.joints"] = self._hear_arm
@@ -94,7 +97,8 @@ class GuardedBase:
     @property
     def mode(self) -> DriveMode:
         """How the wheels are driven; `omni` for wheels without modes."""
-        mode: DriveMode = getattr(self.base, "mode", "omni")
+        base: Any = self.base
+        mode: DriveMode = base.mode if self._has_modes else "omni"
         return mode
 
     @property
@@ -165,9 +169,10 @@ class GuardedBase:
 
     def samples(self, now_ns: int) -> list[Sample]:
         """The samples of the wheels, and those signals of the guard that have changed."""
-        found = list(self.base.samples(now_ns))
-        before = self._reported
-        self._reported = after = (self.mode, self.refusal, self.chain.admitted)
+        base: Any = self.base
+        found, before = list(base.samples(now_ns)), self._reported
+        mode = base.mode if self._has_modes else "omni"
+        self._reported = after = (mode, self.refusal, self.chain.admitted)
         if after != before:
             for k, value in enumerate(after):
                 if before is None or value != before[k]:
@@ -177,9 +182,9 @@ class GuardedBase:
     def hear(self, sample: Sample, now_ns: int) -> None:
         """Take a sample that arrived now; signals not in `hears` are ignored."""
         self.chain.hear(sample, now_ns)
-        hear = self._hears.get(sample.name)
-        if hear is not None:
-            hear(now_ns, sample.stamp_ns, sample.value)
+        name, stamp_ns, value = sample
+        if name in self._hears:
+            self._hears[name](now_ns, stamp_ns, value)
 
     def tick(self, now_ns: int) -> None:
         """Select a source, after all states were stepped, and pass its velocity on."""
@@ -228,10 +233,13 @@ class GuardedBase:
         self._multiplexer.switch(STOP_LOCK, reason is not None, now_ns)
 
     def _hear_arm(self, now_ns: int, stamp_ns: int, arm: ArmState) -> None:  # noqa: ARG002
-        parked = self._parked or ()
-        folded = arm.joints == parked or (
-            len(arm.joints) == len(parked)
-            and all(abs(a - b) <= FOLDED_RAD for a, b in zip(arm.joints, parked, strict=True))
+        joints, parked = arm.joints, self._parked or ()
+        if joints is self._joints:
+            return  # the lock has no time-out
+        self._joints = joints
+        folded = joints == parked or (
+            len(joints) == len(parked)
+            and all(abs(a - b) <= FOLDED_RAD for a, b in zip(joints, parked, strict=True))
         )
         self._multiplexer.switch(ARM_LOCK, not folded, now_ns)
 

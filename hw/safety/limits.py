@@ -1,35 +1,29 @@
-"""The limits of the safety chain, and the separation needed to stop before reaching the user.
-
-The separation is that of ISO/TS 15066, 5.5.4, for a constant deceleration. These are figures only:
-nothing here makes a robot fit to work beside people. The robot needs a reaction time T and then
-brakes from its closing speed v with the deceleration a, so it covers v T + v^2 / 2a within T + v /
-a. Meanwhile the user, last seen `age` ago, comes closer at speed v_h. With a margin C that gives
-
-    S_p = v_h (age + T + v / a) + v T + v^2 / 2a + C
-
-C covers the user's reach and the position errors of both; the part of the base's position error
-beyond the share in C is added to S_p (`SafetyLimits.pose_error`).
-"""
+"""The limits of the safety chain, and the braking that it counts on."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
+from hw.jit import Records, record_type
 from hw.model import Footprint, MotionLimits, RobotModel
 from hw.samples import LATE_S, OLD_S
 
-POSE_ERROR_M = 0.075
-"""Three standard deviations of the base's position that C covers, m: half of its 0.15 m."""
-_NOTHING = 1e-12
-"""Less distance than this counts as none, m."""
-_STILL = 1e-6
-"""A closing speed below this is rounding, m/s."""
+_FIGURES = (
+    "speed", "yaw_rate", "walking", "uncertainty", "still", "touch_speed", "touch_gap",
+    "touch_slack", "command_late", "command_age", "late", "old", "lost", "ahead",
+)  # fmt: skip
+_BRAKING, _OUTLINE = ("deceleration", "reaction", "clearance"), ("half_length", "half_width")
+LIMITS = record_type(
+    *((name, "f8") for name in (*_FIGURES, *_BRAKING, *_OUTLINE)),
+    ("governor", "?"), ("watched", "?"),
+)  # fmt: skip
+"""The figures of `SafetyLimits`, with its braking and outline, for compiled functions."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stopping:
-    """The braking of a robot: a in m/s2, T in s, C in m (see the module)."""
+    """The braking of a robot: a in m/s2, T in s, C in m (see `hw.safety.separation`)."""
 
     deceleration: float
     reaction: float
@@ -41,36 +35,6 @@ class Stopping:
         for name in ("reaction", "clearance"):
             if not 0.0 <= getattr(self, name) < math.inf:
                 raise ValueError(f"stopping: a {name} of {getattr(self, name)}; it must be finite")
-
-    def needed(self, closing: float, user_speed: float, age: float) -> float:
-        """The separation S_p needed at a closing speed, m; 0 if the robot comes no closer."""
-        if closing <= _STILL:
-            return 0.0
-        stop = closing / self.deceleration
-        return (
-            user_speed * (age + self.reaction + stop)
-            + closing * (self.reaction + 0.5 * stop)
-            + self.clearance
-        )
-
-    def allowed(self, gap: float, user_speed: float, age: float) -> float:
-        """The closing speed that a gap allows, m/s: the largest v with `needed(v)` <= gap.
-
-        S_p is quadratic in v: v (T + v_h / a) + v^2 / 2a = gap - C - v_h (age + T), where v_h / a
-        is how long the user walks per unit of v while the robot brakes.
-        """
-        lag = self.reaction + user_speed / self.deceleration
-        return self._speed(gap - self.clearance - user_speed * (age + self.reaction), lag)
-
-    def allowed_above(self, floor: float, gap: float) -> float:
-        """The closing speed, m/s, that stops at a gap of `floor`, m; v_h and C are 0."""
-        return self._speed(gap - floor, self.reaction)
-
-    def _speed(self, room: float, lag: float) -> float:
-        """The v with v lag + v^2 / 2a = room, in a form without cancellation for small rooms."""
-        if room <= _NOTHING:
-            return 0.0
-        return 2.0 * room / (lag + math.sqrt(lag * lag + 2.0 * room / self.deceleration))
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,15 +91,14 @@ class SafetyLimits:
                 "they must rise in this order"
             )
 
-    def command_share(self, age: float) -> float:
-        """Share of the speed limit left at this age of a command: 1 up to `command_late`, s."""
-        if age <= self.command_late:
-            return 1.0
-        return max(0.0, (self.command_age - age) / (self.command_age - self.command_late))
-
-    def pose_error(self, sigma: float) -> float:
-        """What the base's position uncertainty (one standard deviation, m) adds to S_p, m."""
-        return max(0.0, 3.0 * sigma - POSE_ERROR_M)
+    def fill(self, records: Records) -> None:
+        """Write them to (1,) of `LIMITS`."""
+        for name in (*_FIGURES, "governor", "watched"):
+            records[name] = getattr(self, name)
+        for name in _BRAKING:
+            records[name] = getattr(self.stopping, name)
+        for name in _OUTLINE:
+            records[name] = getattr(self.footprint, name)
 
     @classmethod
     def of(cls, robot: RobotModel, limits: MotionLimits) -> SafetyLimits:

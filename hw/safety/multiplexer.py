@@ -84,6 +84,8 @@ class Multiplexer:
         self._ranked_locks = [(k, _nanoseconds(k.timeout)) for k in sorted(locks, key=_rank)]
         self._offers: dict[str, tuple[Twist2, int | None]] = {}
         self._switches: dict[str, tuple[bool, int]] = {}
+        self._timed = any(lock.timeout > 0.0 for lock in locks)
+        self._idle: Selected | None = None
 
     def offer(self, name: str, twist: Twist2) -> None:
         """Offer a velocity of a source, from now until its time-out.
@@ -105,9 +107,12 @@ class Multiplexer:
     def switch(self, name: str, on: bool, now_ns: int) -> None:
         """Switch a lock on or off, or confirm its state."""
         self._switches[self._locks[name].name] = (on, now_ns)
+        self._idle = None
 
     def select(self, now_ns: int) -> Selected:
         """The velocity that counts now."""
+        if not self._offers and self._idle is not None:
+            return self._idle
         for name, (twist, since) in self._offers.items():
             if since is None:
                 self._offers[name] = (twist, now_ns)
@@ -119,7 +124,10 @@ class Multiplexer:
             twist, since = self._offers.get(source.name, (STILL, None))
             if since is not None and 0 <= now_ns - since <= timeout_ns:
                 return Selected(twist, source.name, blocked_by)
-        return Selected(STILL, None, blocked_by)
+        idle = Selected(STILL, None, blocked_by)
+        if not self._timed:
+            self._idle = idle  # until a lock is switched
+        return idle
 
     def _strongest_lock(self, now_ns: int) -> Lock | None:
         for lock, timeout_ns in self._ranked_locks:

@@ -12,82 +12,118 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from hw.geometry import Twist2
 from hw.interfaces import DriveMode
+from hw.jit import Record, Records, compiled, example, record_type
 from hw.model import BaseModel, MotionLimits
+from hw.safety.separation import Velocity
 
 TURN_SHARE = math.sqrt(0.5)
 """Share of the acceleration that a differential base may spend on curves (centripetal)."""
 
-Velocity = tuple[float, float, float]
-"""vx, vy (m/s) along fixed axes of the floor, those of the yaw, and wz (rad/s)."""
 PlanarState = tuple[float, float, float, Velocity]
-"""Displacement dx, dy over the floor (m), rotation (rad), and the velocity at the end."""
+"""Displacement dx, dy over the floor (m), rotation (rad), and the velocity at the end: vx, vy (m/s)
+along fixed axes of the floor, those of the yaw, and wz (rad/s)."""
 STANDSTILL: Velocity = (0.0, 0.0, 0.0)
 
 
+RAMPS = record_type(
+    ("max_speed", "f8"), ("max_rate", "f8"), ("wheel_speed", "f8"), ("lever", "f8"),
+    ("gentle", "f8", (2,)), ("hard", "f8", (2,)),
+)  # fmt: skip
+"""Limits of speed, m/s, yaw rate, rad/s, and the wheels' rim, m/s, with its lever, m; accelerations
+of ramps and of brakes, m/s2 and rad/s2."""
+
+
 class Ramps:
-    """The limits of a body and of a profile; stateless."""
+    """The limits of a body and of a profile; `figures` are those as (1,) of `RAMPS`."""
 
     def __init__(self, model: BaseModel, limits: MotionLimits) -> None:
-        self._max_speed = min(model.max_speed, limits.base_speed)
-        self._max_rate = min(model.max_yaw_rate, limits.base_yaw_rate)
-        self._wheel_speed = model.max_wheel_rate * model.wheel_radius
-        self._lever = model.half_wheelbase + model.half_track
+        self.figures: Records = np.zeros(1, RAMPS)
+        ramps = self.figures[0]
+        ramps.max_speed = min(model.max_speed, limits.base_speed)
+        ramps.max_rate = min(model.max_yaw_rate, limits.base_yaw_rate)
+        ramps.wheel_speed = model.max_wheel_rate * model.wheel_radius
+        ramps.lever = lever = model.half_wheelbase + model.half_track
         acceleration, yaw_acceleration = limits.base_acceleration, limits.base_yaw_acceleration
         brakes = model.brake_deceleration
-        self._gentle = acceleration, yaw_acceleration
-        self._hard = max(acceleration, brakes), max(yaw_acceleration, brakes / self._lever)
+        ramps.gentle = acceleration, yaw_acceleration
+        ramps.hard = max(acceleration, brakes), max(yaw_acceleration, brakes / lever)
 
     def limited(self, command: Twist2, mode: DriveMode) -> Twist2:
-        """A command (base frame) scaled to what the limits and the wheels allow.
-
-        The rim speed of the fastest Mecanum wheel is |vx| + |vy| + lever |wz|
-        (`hw.drivers.can.mecanum`).
-        """
-        vx, wz = command.vx, command.wz
-        vy = command.vy if mode == "omni" else 0.0
-        speed, wheels = math.hypot(vx, vy), abs(vx) + abs(vy) + self._lever * abs(wz)
-        scale = 1.0
-        if speed > self._max_speed:
-            scale = self._max_speed / speed
-        if abs(wz) * scale > self._max_rate:
-            scale = self._max_rate / abs(wz)
-        if wheels * scale > self._wheel_speed:
-            scale = self._wheel_speed / wheels
-        if scale == 1.0 and vy == command.vy:
-            return command
-        return Twist2(scale * vx, scale * vy, scale * wz)
+        """A command (base frame) scaled to what the limits and the wheels allow; see `limited`."""
+        vx, vy, wz = float(command.vx), float(command.vy), float(command.wz)
+        cut, *found = _limited(self.figures, vx, vy, wz, mode == "omni")
+        return Twist2(*found) if cut else command
 
     def toward(
         self, yaw: float, now: Velocity, target: Twist2, h: float, mode: DriveMode, braked: bool
     ) -> PlanarState:
         """The motion of h s towards a velocity (base frame), within the ramps or the brakes."""
-        slopes = self._hard if braked else self._gentle
-        if mode == "omni":
-            return _slide(yaw, now, target, h, *slopes)
-        return _roll(yaw, now, target, h, *slopes)
+        wanted = float(target.vx), float(target.vy), float(target.wz)
+        found: PlanarState = _toward(self.figures, yaw, now, wanted, h, mode == "omni", braked)
+        return found
 
 
 def twist_after(yaw: float, motion: PlanarState, mode: DriveMode) -> Twist2:
     """The velocity, base frame, at the end of a motion that began with this yaw."""
+    return Twist2(*velocity_after(yaw, motion, mode == "omni"))
+
+
+@compiled
+def limited(ramps: Record, command: Velocity, omni: bool) -> Velocity:
+    """A command (base frame) scaled to what the limits and the wheels allow.
+
+    The rim speed of the fastest Mecanum wheel is |vx| + |vy| + lever |wz|
+    (`hw.drivers.can.mecanum`).
+    """
+    vx, vy, wz = command
+    vy = vy if omni else 0.0
+    speed, wheels = math.hypot(vx, vy), abs(vx) + abs(vy) + ramps.lever * abs(wz)
+    scale = 1.0
+    if speed > ramps.max_speed:
+        scale = ramps.max_speed / speed
+    if abs(wz) * scale > ramps.max_rate:
+        scale = ramps.max_rate / abs(wz)
+    if wheels * scale > ramps.wheel_speed:
+        scale = ramps.wheel_speed / wheels
+    return scale * vx, scale * vy, scale * wz
+
+
+@compiled
+def toward(
+    ramps: Record, yaw: float, now: Velocity, target: Velocity, h: float, omni: bool, braked: bool
+) -> PlanarState:
+    """The motion of h s towards a velocity (base frame), within the ramps or the brakes."""
+    a, b = ramps.hard if braked else ramps.gentle
+    return _slide(yaw, now, target, h, a, b) if omni else _roll(yaw, now, target, h, a, b)
+
+
+@compiled
+def velocity_after(yaw: float, motion: PlanarState, omni: bool) -> Velocity:
+    """The velocity, base frame, at the end of a motion that began with this yaw."""
     _, _, turn, (vx, vy, wz) = motion
     c, s = math.cos(yaw + turn), math.sin(yaw + turn)
-    return Twist2(c * vx + s * vy, c * vy - s * vx if mode == "omni" else 0.0, wz)
+    return c * vx + s * vy, c * vy - s * vx if omni else 0.0, wz
 
 
-def _slide(yaw: float, now: Velocity, target: Twist2, h: float, a: float, b: float) -> PlanarState:
+@compiled
+def _slide(
+    yaw: float, now: Velocity, target: Velocity, h: float, a: float, b: float
+) -> PlanarState:
     """The motion of an omni base: the target is taken along its axes at mid-step.
 
     The velocity changes evenly by d over the time `ramp` and then stays, which adds
     d (h - ramp / 2) to the way.
     """
     vx, vy, rate = now
-    turn, wz = _ramp(rate, target.wz, b, h)
+    turn, wz = _ramp(rate, target[2], b, h)
     middle = yaw + 0.5 * turn
     c, s = math.cos(middle), math.sin(middle)
-    dx = c * target.vx - s * target.vy - vx
-    dy = s * target.vx + c * target.vy - vy
+    dx = c * target[0] - s * target[1] - vx
+    dy = s * target[0] + c * target[1] - vy
     missing = math.hypot(dx, dy)
     ramp = h
     if missing > a * h:
@@ -98,7 +134,8 @@ def _slide(yaw: float, now: Velocity, target: Twist2, h: float, a: float, b: flo
     return vx * h + dx * rest, vy * h + dy * rest, turn, (vx + dx, vy + dy, wz)
 
 
-def _roll(yaw: float, now: Velocity, target: Twist2, h: float, a: float, b: float) -> PlanarState:
+@compiled
+def _roll(yaw: float, now: Velocity, target: Velocity, h: float, a: float, b: float) -> PlanarState:
     """The motion of a differential base, within |acceleration| <= a.
 
     The wanted turn rate w is limited to a centripetal acceleration |v w| <= TURN_SHARE a; along
@@ -107,16 +144,17 @@ def _roll(yaw: float, now: Velocity, target: Twist2, h: float, a: float, b: floa
     c, s = math.cos(yaw), math.sin(yaw)
     speed = c * now[0] + s * now[1]
     bound = TURN_SHARE * a
-    rate = min(abs(target.wz), bound / max(abs(speed), 1e-9))
-    turn, wz = _ramp(now[2], math.copysign(rate, target.wz), b, h)
+    rate = min(abs(target[2]), bound / max(abs(speed), 1e-9))
+    turn, wz = _ramp(now[2], math.copysign(rate, target[2]), b, h)
     curve = (abs(speed) + a * h) * max(abs(now[2]), abs(wz))
     along = math.sqrt(max(0.0, a * a - curve * curve))
-    way, speed = _ramp(speed, target.vx, along, h)
+    way, speed = _ramp(speed, target[0], along, h)
     after, middle = yaw + turn, yaw + 0.5 * turn
     velocity = (speed * math.cos(after), speed * math.sin(after), wz)
     return way * math.cos(middle), way * math.sin(middle), turn, velocity
 
 
+@compiled
 def _ramp(value: float, target: float, slope: float, h: float) -> tuple[float, float]:
     """Integral of a value that goes to the target at this slope within h s, and its end value."""
     missing = target - value
@@ -127,3 +165,27 @@ def _ramp(value: float, target: float, slope: float, h: float) -> tuple[float, f
         return value * h, value
     ramp = abs(missing) / slope
     return 0.5 * (value + target) * ramp + target * (h - ramp), target
+
+
+@compiled
+def _limited(
+    figures: Records, vx: float, vy: float, wz: float, omni: bool
+) -> tuple[bool, float, float, float]:
+    x, y, z = limited(figures[0], (vx, vy, wz), omni)
+    return x != vx or y != vy or z != wz, x, y, z
+
+
+@compiled
+def _toward(
+    figures: Records, yaw: float, now: Velocity, target: Velocity, h: float, omni: bool,
+    braked: bool,
+) -> PlanarState:  # fmt: skip
+    return toward(figures[0], yaw, now, target, h, omni, braked)
+
+
+@example
+def _example() -> None:
+    figures: Records = np.ones(1, RAMPS)
+    _limited(figures, 0.0, 0.0, 0.0, True)
+    motion = _toward(figures, 0.0, STANDSTILL, STANDSTILL, 0.01, True, False)
+    velocity_after(0.0, motion, True)

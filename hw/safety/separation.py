@@ -1,6 +1,14 @@
-"""The gap between robot and user, the closing speed of a velocity, and the track of the user.
+"""The gap between robot and user, the separation they need, and the closing speed of a velocity.
 
-Gaps are from the footprint to the user's cylinder; m, s, m/s.
+Gaps are from the footprint to the user's cylinder; m, s, m/s. The needed separation is that of
+ISO/TS 15066, 5.5.4, for a constant deceleration. The robot needs a reaction time T and then brakes
+from its closing speed v with the deceleration a, so it covers v T + v^2 / 2a within T + v / a.
+Meanwhile the user, last seen `age` ago, comes closer at speed v_h. With a margin C that gives
+
+    S_p = v_h (age + T + v / a) + v T + v^2 / 2a + C
+
+C covers the user's reach and the position errors of both; the part of the base's position error
+beyond the share in C is added to S_p.
 """
 
 from __future__ import annotations
@@ -9,14 +17,22 @@ import math
 from typing import NamedTuple
 
 from hw.geometry import Twist2
-from hw.motion import Motion
+from hw.jit import compiled
 
-QUICK, STEADY = 0.1, 0.3
-"""Windows over which the user's speed is estimated, s."""
-_FAR = 1e4
-"""Poses farther than this from the origin of the map are refused, m."""
+Velocity = tuple[float, float, float]
+"""vx, vy, m/s, and wz, rad/s."""
+Place = tuple[float, float, float]
+"""x, y in the map, m, and the yaw, rad."""
+Braking = tuple[float, float, float]
+"""The braking of a robot: a in m/s2, T in s, C in m (see the module)."""
 _TOUCH = 1e-9
 """Below this distance, m, the normal of the nearest side replaces the direction to the user."""
+_NOTHING = 1e-12
+"""Less distance than this counts as none, m."""
+_STILL = 1e-6
+"""A closing speed below this is rounding, m/s."""
+POSE_ERROR_M = 0.075
+"""Three standard deviations of the base's position that C covers, m: half of its 0.15 m."""
 
 
 class Nearness(NamedTuple):
@@ -32,33 +48,17 @@ class Nearness(NamedTuple):
     lever: float
 
     def closing(self, twist: Twist2) -> float:
-        """Closing speed of this velocity (base frame), m/s; parts that open the gap count as 0."""
-        toward = self.nx * twist.vx + self.ny * twist.vy
-        turning = self.lever * twist.wz
-        return (toward if toward > 0.0 else 0.0) + (turning if turning > 0.0 else 0.0)
+        """Closing speed of this velocity (base frame), m/s; see `closing_speed`."""
+        return closing_speed(self, (twist.vx, twist.vy, twist.wz))
 
     def held_back(self, twist: Twist2, allowed: float, holonomic: bool = True) -> Twist2:
-        """The velocity with its closing parts scaled down to this closing speed, m/s.
-
-        Returns the same object if it closes no faster. The component towards the user and a closing
-        rotation are scaled by one share; a base that is not holonomic keeps its heading and slows.
-        """
-        closing = self.closing(twist)
-        if closing <= allowed:
+        """The velocity with its closing parts scaled down; the same object if it need not be."""
+        if self.closing(twist) <= allowed:
             return twist
-        left = allowed / closing
-        vx, vy, wz = twist.vx, twist.vy, twist.wz
-        if self.lever * wz > 0.0:
-            wz *= left
-        toward = self.nx * vx + self.ny * vy
-        if toward <= 0.0:
-            return Twist2(vx, vy, wz)
-        if not holonomic:
-            return Twist2(left * vx, left * vy, wz)
-        taken = (1.0 - left) * toward
-        return Twist2(vx - taken * self.nx, vy - taken * self.ny, wz)
+        return Twist2(*held_back(self, (twist.vx, twist.vy, twist.wz), allowed, holonomic))
 
 
+@compiled
 def nearness(half_length: float, half_width: float, x: float, y: float, radius: float) -> Nearness:
     """The nearness of a cylinder about (x, y), base frame, to the rectangle about the origin.
 
@@ -82,51 +82,68 @@ def nearness(half_length: float, half_width: float, x: float, y: float, radius: 
     return Nearness(distance - radius, nx, ny, qx * ny - qy * nx)
 
 
-class UserTrack:
-    """Where the user was last seen, and how fast they were; the newest pose replaces the others.
+@compiled
+def closing_speed(near: Nearness, twist: Velocity) -> float:
+    """Closing speed of this velocity (base frame), m/s; parts that open the gap count as 0."""
+    vx, vy, wz = twist
+    toward = near.nx * vx + near.ny * vy
+    turning = near.lever * wz
+    return (toward if toward > 0.0 else 0.0) + (turning if turning > 0.0 else 0.0)
 
-    `x`, `y` in the map and `stamp_ns` are those of the newest pose (None before the first). `speed`
-    is the greater of the speeds over the last 0.1 s, which reacts at once to a user who sets off,
-    and 0.3 s; `steady` is that over 0.3 s alone, which noise does not raise above standing. m/s,
-    None while unknown. A stamp may be `ahead` s ahead of our clock.
+
+@compiled
+def held_back(near: Nearness, twist: Velocity, allowed: float, holonomic: bool) -> Velocity:
+    """The velocity with its closing parts scaled down to this closing speed, m/s.
+
+    The component towards the user and a closing rotation are scaled by one share; a base that is
+    not holonomic keeps its heading and slows.
     """
+    closing = closing_speed(near, twist)
+    if closing <= allowed:
+        return twist
+    left = allowed / closing
+    vx, vy, wz = twist
+    toward = near.nx * vx + near.ny * vy
+    if near.lever * wz > 0.0:
+        wz *= left
+    if toward <= 0.0:
+        return vx, vy, wz
+    if not holonomic:
+        return left * vx, left * vy, wz
+    taken = (1.0 - left) * toward
+    return vx - taken * near.nx, vy - taken * near.ny, wz
 
-    __slots__ = ("_ahead_ns", "_quick", "_steady", "speed", "stamp_ns", "steady", "x", "y")
 
-    def __init__(self, ahead: float = 0.02) -> None:
-        self._ahead_ns = round(ahead * 1e9)
-        self.x = self.y = 0.0
-        self.stamp_ns: int | None = None
-        self.speed: float | None = None
-        self.steady: float | None = None
-        self._quick, self._steady = Motion(QUICK), Motion(STEADY)
+@compiled
+def needed_separation(closing: float, user_speed: float, age: float, braking: Braking) -> float:
+    """The separation S_p needed at a closing speed, m; 0 if the robot comes no closer."""
+    if closing <= _STILL:
+        return 0.0
+    deceleration, reaction, clearance = braking
+    stop = closing / deceleration
+    return user_speed * (age + reaction + stop) + closing * (reaction + 0.5 * stop) + clearance
 
-    def age_s(self, now_ns: int) -> float:
-        """Age of the newest pose, s; infinite before the first, negative if it is ahead of now."""
-        return math.inf if self.stamp_ns is None else (now_ns - self.stamp_ns) / 1e9
 
-    def leap(self, span_ns: int) -> None:
-        """Pass over poses equal to those of the last 0.3 s, at the same rhythm, for so long, ns."""
-        if self.stamp_ns is not None:
-            self.stamp_ns += span_ns
-        self._quick.leap(span_ns)
-        self._steady.leap(span_ns)
+@compiled
+def allowed_speed(gap: float, user_speed: float, age: float, braking: Braking) -> float:
+    """The closing speed that a gap allows, m/s: the largest v with `needed_separation` <= gap.
 
-    def add_position(self, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
-        """Take a pose that arrived now; False if out of range, not newer, or from the future."""
-        newest = self.stamp_ns
-        if not (abs(x) < _FAR and abs(y) < _FAR) or stamp_ns > now_ns + self._ahead_ns:
-            return False
-        stamp_ns = min(stamp_ns, now_ns)
-        if newest is not None and stamp_ns <= newest:
-            return False
-        self.x, self.y, self.stamp_ns = x, y, stamp_ns
-        self._quick.add_pose(stamp_ns, x, y)
-        self._steady.add_pose(stamp_ns, x, y)
-        quick, steady = self._quick.velocity, self._steady.velocity
-        self.steady = None if steady is None else steady.speed
-        if quick is None or steady is None:
-            self.speed = None
-        else:
-            self.speed = max(quick.speed, steady.speed)
-        return True
+    S_p is quadratic in v: v (T + v_h / a) + v^2 / 2a = gap - C - v_h (age + T), where v_h / a is
+    how long the user walks per unit of v while the robot brakes. With v_h and C as 0 it is the
+    speed that stops at a gap of 0.
+    """
+    deceleration, reaction, clearance = braking
+    room, lag = (
+        gap - clearance - user_speed * (age + reaction),
+        reaction + user_speed / deceleration,
+    )
+    if room <= _NOTHING:
+        return 0.0
+    # a form without cancellation for small rooms
+    return 2.0 * room / (lag + math.sqrt(lag * lag + 2.0 * room / deceleration))
+
+
+@compiled
+def pose_error(sigma: float) -> float:
+    """What the base's position uncertainty (one standard deviation, m) adds to S_p, m."""
+    return max(0.0, 3.0 * sigma - POSE_ERROR_M)

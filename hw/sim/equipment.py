@@ -45,7 +45,7 @@ class Equipment:
         self._body = Track(base.pose)
         wheels, floor = self._body, None
         if errors.slip is not None:
-            wheels, floor = Track(base.pose), SlipperyFloor(errors.slip, base.pose, seed)
+            wheels, floor = Track(base.pose), SlipperyFloor(errors.slip, seed)
         base.watch(self._body, wheels, floor)
         if person is not None:
             self._walked = Track(person.body)

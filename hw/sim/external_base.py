@@ -12,6 +12,7 @@ from hw.model import BaseModel, MotionLimits, RobotModel
 from hw.safety import CYCLE_NS
 from hw.samples import ArmState, Joints, Sample, TimedJoints
 from hw.sim.sim_base import SimBase
+from hw.sim.wheel_cycles import step_once
 
 SILENT_NS = 100_000_000
 """Motors that are silent for longer count as standing, ns."""
@@ -82,19 +83,23 @@ class HostedBase(SimBase):
                 self._against = None
         instants = [*range(self._now, until_ns, CYCLE_NS), until_ns]
         for since, until in pairwise(instants):
-            self._accelerate(twist, (until - since) * 1e-9)
-            self._note(until)
+            self._accelerate(twist, since, until)
         self._now = until_ns
 
-    def _accelerate(self, twist: Twist2, h: float) -> None:
-        """Change to this velocity (base frame) evenly within h s."""
+    def _accelerate(self, twist: Twist2, since_ns: int, until_ns: int) -> None:
+        """Change to this velocity (base frame) evenly until then."""
         if twist == STILL == self.twist:
+            if self._tracks is not None:
+                self._note(until_ns, *self._tracks)
             return
-        turn = 0.5 * (self._wz + twist.wz) * h
-        ahead = twist.rotated(self._yaw + turn)
-        way_x, way_y = 0.5 * (self._vx + ahead.vx) * h, 0.5 * (self._vy + ahead.vy) * h
-        self._step((way_x, way_y, turn, (ahead.vx, ahead.vy, twist.wz)))
-        self.pose, self.twist = self._place(), twist
+        h, yaw = (until_ns - since_ns) * 1e-9, float(self._body["place"][0, 2])
+        vx, vy, wz = self._body["velocity"][0].tolist()
+        turn = 0.5 * (wz + twist.wz) * h
+        ahead = twist.rotated(yaw + turn)
+        way_x, way_y = 0.5 * (vx + ahead.vx) * h, 0.5 * (vy + ahead.vy) * h
+        motion = (way_x, way_y, turn, (ahead.vx, ahead.vy, twist.wz))
+        self._take(step_once(self._body, until_ns, motion))
+        self.twist = twist
 
     def _velocity(self, twist: Twist2) -> tuple[float, float, float]:
         """The velocity in the map, with the rotation as the speed of a corner, m/s."""

@@ -10,11 +10,17 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from hw.geometry import STILL, Pose2, Twist2, wrap
+import numpy as np
+
+from hw.geometry import STILL, Pose2, Twist2
 from hw.interfaces import DriveMode
+from hw.jit import compile_examples
 from hw.model import MotionLimits, RobotModel, WhiteNoise, added
-from hw.safety import CYCLE_NS, LocalChain, PlanarState, Ramps, twist_after
+from hw.motion import RECKONING
+from hw.safety import CYCLE, RULE, LocalChain, Ramps
 from hw.samples import Sample
+from hw.sim import wheel_cycles
+from hw.sim.wheel_cycles import BODY, Moved, move
 
 if TYPE_CHECKING:
     from hw.sim.sensors import Track
@@ -22,8 +28,7 @@ if TYPE_CHECKING:
 
 _GRAVITY = 9.81
 _EXACT = Pose2(0.0, 0.0)
-_TURN_STEP = 0.01
-"""Largest rotation, rad, within which the direction of the wanted velocity is held constant."""
+_UNCHAINED = np.zeros(1, RULE), np.zeros(1, CYCLE), np.zeros(1, RECKONING)
 
 
 class SimBase:
@@ -48,6 +53,7 @@ class SimBase:
         start: Pose2,
         noise: WhiteNoise | None = None,
     ) -> None:
+        compile_examples((wheel_cycles,))
         base = model.base
         self.pose = start
         self.mode: DriveMode = base.modes[0]
@@ -61,24 +67,29 @@ class SimBase:
         self._tracks: tuple[Track, Track] | None = None
         self._noise, self._error = noise, _EXACT
         self._model = base
-        self._mass = model.mass
-        self._rolling = base.rolling_resistance * model.mass * _GRAVITY
-        outline = model.footprint
-        self._inertia = model.mass * (outline.length**2 + outline.width**2) / 12.0
         self._ramps = Ramps(base, limits)
         self._timeout_ns = round(base.command_timeout * 1e9)
         self._target = STILL
         self._wanted_mode = self.mode
         self._now = 0
         self._expires = 0
-        self._x, self._y, self._yaw = start.x, start.y, start.yaw
-        self._vx = self._vy = self._wz = self._kinetic = 0.0
+        self._stands = True
         self._reported = -1
+        self._body = np.zeros(1, BODY)
+        outline = model.footprint
+        inertia = model.mass * (outline.length**2 + outline.width**2) / 12.0
+        self._body["ramps"] = self._ramps.figures
+        self._body["mass"], self._body["inertia"] = model.mass, inertia
+        self._body["rolling"] = base.rolling_resistance * model.mass * _GRAVITY
+        self._body["place"] = start.x, start.y, start.yaw
 
     def watch(self, body: Track, wheels: Track, floor: SlipperyFloor | None) -> None:
         """Record the poses of body and wheels from now on, and slip on this floor."""
         self.signals = ("base.twist",)
         self._tracks, self._floor = (body, wheels), floor
+        if floor is not None:
+            self._body["slips"] = True
+            floor.lay(self._body["floor"], self.pose)
 
     def use(self, mode: DriveMode) -> None:
         """Change the drive mode; see `Base`.
@@ -92,7 +103,8 @@ class SimBase:
 
     def drive(self, command: Twist2) -> None:
         """Command a velocity; see `Base`."""
-        Twist2.checked(command.vx, command.vy, command.wz)
+        if not math.isfinite(command.vx + command.vy + command.wz):
+            Twist2.checked(command.vx, command.vy, command.wz)
         self._target = self._limited(command)
         self._expires = self._now + self._timeout_ns
 
@@ -101,14 +113,15 @@ class SimBase:
         self._target = STILL
 
     def samples(self, now_ns: int) -> list[Sample]:
-        """Pose and twist at this instant."""
+        """Pose and twist at this instant; the error of the pose is held until the next one."""
         if self._reported == now_ns:
             return []
         self._reported = now_ns
         twist = Sample("base.twist", now_ns, self.twist)
         if self._tracks is not None:
             return [twist]
-        return [Sample("base.pose", now_ns, self._measured()), twist]
+        pose = self.pose if self._noise is None else added(self.pose, self._error)
+        return [Sample("base.pose", now_ns, pose), twist]
 
     @property
     def still(self) -> bool:
@@ -118,12 +131,14 @@ class SimBase:
 
     def block(self, pose: Pose2) -> None:
         """A solid obstacle stops the base at once, at this pose."""
-        self.pose, self.twist, self._target = pose, STILL, STILL
+        self.pose, self.twist, self._target, self._stands = pose, STILL, STILL, True
+        place = pose.x, pose.y, pose.yaw
         if self._floor is None:
-            self._x, self._y, self._yaw = pose.x, pose.y, pose.yaw
+            self._body["place"] = place
         else:
-            self._floor.pose = pose  # the wheels stand; the body is pushed or held
-        self._vx = self._vy = self._wz = self._kinetic = 0.0
+            self._body["floor"]["place"] = place  # the wheels stand; the body is pushed or held
+        for name in ("velocity", "twist", "kinetic"):
+            self._body[name] = 0.0
 
     def advance(self, until_ns: int) -> None:
         """Advance to until_ns."""
@@ -133,98 +148,58 @@ class SimBase:
             self._move(max(self._now, self._expires))
             self._target = STILL
         self._move(until_ns)
-        self._note(until_ns)
         if self._noise is not None:
-            self._error = self._noise.error(until_ns)
-
-    def _measured(self) -> Pose2:
-        """The measured pose; its error is held until the next instant."""
-        return self.pose if self._noise is None else added(self.pose, self._error)
+            self._error = error = self._noise.error(until_ns)
+            self._body["noisy"], self._body["error"] = True, (error.x, error.y, error.yaw)
 
     def _limited(self, command: Twist2) -> Twist2:
         return self._ramps.limited(command, self._wanted_mode)
 
     def _move(self, until_ns: int) -> None:
         since, self._now = self._now, until_ns
-        span = (until_ns - since) * 1e-9
-        target, moving = self._target, self._vx or self._vy or self._wz
-        if not moving:
+        target, chain = self._target, self.chain
+        if self._stands:
             self.mode = self._wanted_mode
             if target.vx == 0.0 and target.vy == 0.0 and target.wz == 0.0:
                 self.twist = STILL
-                if self.chain is not None:
-                    self.chain.rest(since)
+                if chain is not None:
+                    chain.rest(since)
+                if self._tracks is not None:
+                    self._note(until_ns, *self._tracks)
                 return
         elif self.mode != self._wanted_mode:
             target = STILL
-        turning = max(abs(self._wz), abs(target.wz)) * span
-        pieces = max(1, math.ceil(turning / _TURN_STEP))
-        if self.chain is not None and span > 0.0:
-            cycles = -(-(until_ns - since) // CYCLE_NS)
-            self._move_admitted(self.chain, target, since, max(pieces, cycles))
-            return
-        for _ in range(pieces):
-            self._step(self._toward(target, span / pieces, self.braked))
-        self.pose = self._place()
-        self.twist = self._twist((0.0, 0.0, 0.0, (self._vx, self._vy, self._wz)))
+        if until_ns > since:
+            self._run(target, since, until_ns)
 
-    def _move_admitted(self, chain: LocalChain, target: Twist2, since: int, cycles: int) -> None:
-        """Move from `since` until now, as far as the chain admits it, from cycle to cycle."""
-        span = self._now - since
-        h = span * 1e-9 / cycles
-        braked, reckons = self.braked, chain.reckons
-        for cycle in range(cycles):
-            now = since + span * cycle // cycles
-            motion = self._toward(target, h, braked)
-            command = self._twist(motion)
-            pose = None if reckons else self._measured()
-            admitted = chain.admit(now, command, pose, self.twist, self.mode)
-            if admitted is not command:
-                motion = self._toward(self._limited(admitted), h, braked=True)
-                command = self._twist(motion)
-            self._step(motion)
-            self.pose, self.twist = self._place(), command
-            self._note(since + span * (cycle + 1) // cycles)
+    def _run(self, target: Twist2, since: int, until: int) -> None:
+        """Run the cycles of a drive; see `hw.sim.wheel_cycles`."""
+        body, chain, left = self._body, self.chain, True
+        body["target"] = target.vx, target.vy, target.wz
+        body["omni"], body["omni_wanted"] = self.mode == "omni", self._wanted_mode == "omni"
+        body["braked"], body["chained"] = self.braked, chain is not None
+        while left:
+            if chain is None:
+                left = self._take(move(body, since, until, *_UNCHAINED))
+            else:
+                left = self._take(chain.run(since, move, body, since, until))
 
-    def _place(self) -> Pose2:
-        """The pose of the body."""
-        return Pose2(self._x, self._y, self._yaw) if self._floor is None else self._floor.pose
+    def _take(self, found: Moved) -> bool:
+        """Take over where the body is; whether cycles are left."""
+        left, self._stands, place, twist, self.distance_m, self.energy_j = found
+        self.pose, self.twist = Pose2(*place), Twist2(*twist)
+        if self._tracks is not None:
+            body, wheels = self._tracks
+            now, n = self._body[0], self._body["noted"][0]
+            body.extend(now["stamps"][:n].tolist(), now["bodies"][:n].tolist())
+            if self._floor is not None:
+                wheels.extend(now["stamps"][:n].tolist(), now["wheels"][:n].tolist())
+                self._floor.draw(self._body["floor"])
+        return left
 
-    def _note(self, now_ns: int) -> None:
-        if self._tracks is None:
-            return
-        body, wheels = self._tracks
-        body.note(now_ns, self.pose)
+    def _note(self, now_ns: int, body: Track, wheels: Track) -> None:
+        """Note that body and wheels stand."""
+        pose = self.pose
+        body.extend((now_ns,), ((pose.x, pose.y, pose.yaw),))
         if self._floor is not None:
-            wheels.note(now_ns, Pose2(self._x, self._y, self._yaw))
-
-    def _twist(self, motion: PlanarState) -> Twist2:
-        """The velocity at the end of a motion, base frame."""
-        return twist_after(self._yaw, motion, self.mode)
-
-    def _toward(self, target: Twist2, h: float, braked: bool) -> PlanarState:
-        """The motion of h s towards a velocity, within ramps or brakes."""
-        velocity = self._vx, self._vy, self._wz
-        return self._ramps.toward(self._yaw, velocity, target, h, self.mode, braked)
-
-    def _step(self, motion: PlanarState) -> None:
-        dx, dy, turn, (vx, vy, wz) = motion
-        way = math.hypot(dx, dy) if self._floor is None else self._slip(self._floor, motion)
-        self._x += dx
-        self._y += dy
-        self._yaw = wrap(self._yaw + turn)
-        self._vx, self._vy, self._wz = vx, vy, wz
-        self.distance_m += way
-        # braking costs as much as speeding up: no energy is recovered
-        kinetic = 0.5 * (self._mass * (vx * vx + vy * vy) + self._inertia * wz * wz)
-        self.energy_j += abs(kinetic - self._kinetic) + self._rolling * way
-        self._kinetic = kinetic
-
-    def _slip(self, floor: SlipperyFloor, motion: PlanarState) -> float:
-        """Move the body by this motion of the wheels on this floor; its path length, m."""
-        dx, dy, turn, (vx, vy, wz) = motion
-        middle = self._yaw + 0.5 * turn
-        c, s = math.cos(middle), math.sin(middle)
-        before, after = (self._vx, self._vy, self._wz), (vx, vy, wz)
-        along = [(c * x + s * y, c * y - s * x, z) for x, y, z in ((dx, dy, turn), before, after)]
-        return floor.move(*along)
+            wheels.extend((now_ns,), self._body["place"].tolist())

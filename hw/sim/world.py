@@ -10,13 +10,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from engine import NEVER_NS
 from hw.geometry import Pose2
 from hw.interfaces import RobotPart
-from hw.log import Log
 from hw.model import IDEAL, MotionLimits, RobotModel, SensorErrors, SensorModel
+from hw.motion import EVER_NS
 from hw.people.walking import Person
-from hw.safety import CYCLE_NS, GuardedBase, SafetyLimits, SafetyRecord, StopLatch
+from hw.safety import CYCLE_NS, CycleLog, GuardedBase, SafetyLimits, StopLatch
 from hw.samples import Sample, UserPose
 from hw.scene import Scene
 from hw.sim.contact import Collisions, MovingArm, MovingBase
@@ -187,8 +186,8 @@ class World:
         return self._truth
 
     @property
-    def cycles(self) -> Log[SafetyRecord]:
-        """The records of the safety chain."""
+    def cycles(self) -> CycleLog:
+        """The cycles of the safety chain."""
         return self.guard.chain.cycles
 
     def add(self, parts: Mapping[str, RobotPart]) -> None:
@@ -216,7 +215,7 @@ class World:
         Now, unless all of them say so; see `engine/LEAPS.md`.
         """
         person, now = self.person, self.now_ns
-        until = NEVER_NS if person is None else getattr(person, "still_until_ns", now)
+        until = EVER_NS if person is None else getattr(person, "still_until_ns", now)
         parts = self.guard, self.base, self.arm, self.hand, self._line, self._operator, self._vr
         if until <= now or self._own or self._equipment is not None or not self._began:
             return now

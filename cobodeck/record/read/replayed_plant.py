@@ -11,11 +11,9 @@ from cobodeck.loop import Inert
 from cobodeck.record.format import Unknown, arguments_text, raised_again, value
 from cobodeck.record.read.sample_feed import RecordFeed
 from engine import NEVER_NS
-from hw import Log, Sample, Truth
-from hw.safety import SafetyRecord
+from hw import Sample, Truth
+from hw.safety import CycleLog
 
-KEPT = 4096
-"""Number of unread cycles of the safety chain that are kept."""
 RECORD = "(record)"
 """Name of the part that provides all samples; no real part can have this name."""
 
@@ -28,7 +26,7 @@ class Recorded:
 
     def __init__(self, header: Mapping[str, Any], feed: RecordFeed) -> None:
         self.paced = bool(header["real_time"])
-        self.cycles: Log[SafetyRecord] | None = Log(KEPT) if header["guard"] else None
+        self.cycles = CycleLog() if header["guard"] else None
         self.parts: dict[str, Any] = {
             name: Inert(tuple(signals)) for name, signals in header["parts"].items()
         }

@@ -31,8 +31,8 @@ from cobodeck.record.format import (
 )
 from cobodeck.record.write.mcap_file import McapFile, WriteBytes
 from cobodeck.record.write.taps import Tapped
-from hw import LogReader, Sample, Truth
-from hw.safety import SafetyRecord
+from hw import Sample, Truth
+from hw.safety import CycleReader
 
 
 class RunDescription(NamedTuple):
@@ -68,7 +68,7 @@ class Recorder:
         self._crc = self._now = 0
         self._pending = False
         self._trace_read = self._commands_read = self._errors_read = 0
-        self._cycles: LogReader[SafetyRecord] | None = None
+        self._cycles: CycleReader | None = None
         self._loop: Loop | None = None
 
     # what flows

@@ -9,9 +9,8 @@ from typing import Any
 from hw.geometry import Pose2, Twist2
 from hw.interfaces import DriveMode
 from hw.ipc import Datagram, Outlet
-from hw.log import Log
 from hw.motion import Reckoner
-from hw.safety import KEPT, ChainStatus, SafetyLimits, SafetyRecord
+from hw.safety import ChainStatus, CycleLog, SafetyLimits, SafetyRecord
 from hw.samples import PoseSigma, Sample
 
 
@@ -35,7 +34,7 @@ class RemoteChain:
         pull: Callable[[str], None],
     ) -> None:
         self.limits = limits
-        self.cycles: Log[SafetyRecord] = Log(KEPT)
+        self.cycles = CycleLog()
         self.status = ChainStatus(None, (), None, mode, 0, 0, 0, 0.0)
         self.mode_wanted = mode
         self.stops: Callable[[str], None] | None = None

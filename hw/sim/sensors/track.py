@@ -11,6 +11,7 @@ They are rows of one array, (n, 4): stamp in ns (exact up to 2^53 ns, 104 days),
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,11 +42,14 @@ class Track:
 
     def note(self, now_ns: int, pose: Pose2) -> None:
         """Record the pose at now_ns, which does not go back; the last one of an instant counts."""
-        rows, _, end = self.past
-        if end == len(rows):
-            self._make_room()
-            rows = self.past[0]
-        self.past = rows, *noted(self.past, now_ns, pose.x, pose.y, pose.yaw)
+        self.extend((now_ns,), ((pose.x, pose.y, pose.yaw),))
+
+    def extend(self, stamps: Sequence[int], places: Iterable[Sequence[float]]) -> None:
+        """Record places (x, y, yaw) at these stamps, ns."""
+        for now_ns, (x, y, yaw) in zip(stamps, places, strict=True):
+            if self.past[2] == len(self.past[0]):
+                self._make_room()
+            self.past = self.past[0], *noted(self.past, now_ns, x, y, yaw)
 
     def held(self, stamp_ns: int) -> TrackPose:
         """The pose at a stamp; beyond the ends the one at that end."""

@@ -11,7 +11,7 @@ import pytest
 from cobodeck.__main__ import main
 from cobodeck.evaluate.separation_figures import SeparationWatch
 from hw.geometry import STILL
-from hw.log import Log
+from hw.safety.cycle_log import CycleLog
 from hw.safety.cycle_record import SafetyRecord
 
 CYCLE = 8_000_000
@@ -22,7 +22,7 @@ def record(cycle: int, gap: float | None, needed: float, *reasons: str) -> Safet
 
 
 def test_time_below_the_separation_needed_is_counted_apart_from_granted_touches() -> None:
-    cycles: Log[SafetyRecord] = Log(10)
+    cycles = CycleLog(10)
     watch, other = SeparationWatch(cycles), cycles.reader()
     first = [record(1, 2.0, 1.5), record(2, 1.0, 1.2), record(3, 0.9, 0.0)]
     then = [record(4, 0.8, 1.0, "separation"), record(5, 0.2, 0.6, "granted touch")]
@@ -42,7 +42,7 @@ def test_time_below_the_separation_needed_is_counted_apart_from_granted_touches(
 
 
 def test_a_pause_between_two_drives_is_no_motion() -> None:
-    cycles: Log[SafetyRecord] = Log(10)
+    cycles = CycleLog(10)
     cycles.append(record(0, 3.0, 1.0))
     cycles.append(record(1000, 3.0, 3.5))
     watch = SeparationWatch(cycles)

@@ -16,7 +16,8 @@ H = 0.01
 LIMITS = MotionLimits(base_acceleration=1.0, base_yaw_acceleration=1.5)
 BASE = load_robot("rbkairos_ur10").base
 RAMPS = Ramps(BASE, LIMITS)
-speeds, rates = st.floats(-3.0, 3.0), st.floats(-4.0, 4.0)
+speeds = st.floats(-3.0, 3.0, allow_subnormal=False)
+rates = st.floats(-4.0, 4.0, allow_subnormal=False)
 
 
 @given(speed=speeds, rate=rates, wanted=speeds, turn=rates, yaw=st.floats(-3.1, 3.1))

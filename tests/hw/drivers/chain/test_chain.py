@@ -12,7 +12,7 @@ import pytest
 from hw.drivers.chain.chain_client import ChainLink
 from hw.geometry import STILL
 from hw.ipc.datagrams import Datagram, Intake, Outlet
-from hw.safety.chain import is_standing
+from hw.safety.rule import is_standing
 from tests.hw.drivers.chain_rig import (
     AHEAD,
     ARM_SILENT,
