@@ -91,8 +91,8 @@ def wrapped(angle: float) -> float:
 
 _SPLIT = 134217729.0
 """2^27 + 1: times it, a float64 is split into two halves of 26 bits (Veltkamp)."""
-_SMALLEST, _TINY = 2.0**-1022, 2.0**-1024
-"""The smallest normal float64, and a length below which 1 over it is infinite."""
+_SMALLEST, _GREAT = 2.0**-1022, 2.0**1022
+"""The smallest normal float64, and the inverse of it."""
 
 
 def hypot(x: float, y: float) -> float:
@@ -111,9 +111,11 @@ def hypot(x: float, y: float) -> float:
     if greatest == 0.0:
         return 0.0
     unit = 1.0
-    if greatest < _TINY:  # its scale would overflow
-        x, y, greatest, unit = x / _SMALLEST, y / _SMALLEST, greatest / _SMALLEST, _SMALLEST
-    scale = math.ldexp(1.0, -math.frexp(greatest)[1])
+    if not _SMALLEST <= greatest < _GREAT:  # the scale would not be a normal number
+        unit = _SMALLEST if greatest < _GREAT else _GREAT
+        x, y, greatest = x / unit, y / unit, greatest / unit
+    exponent = (np.float64(greatest).view(np.int64) >> 52) - 1022
+    scale = float(np.int64((1023 - exponent) << 52).view(np.float64))  # 2 ** -exponent
     total, lost_high, lost_middle, low_squares = 1.0, 0.0, 0.0, 0.0
     for value in (x * scale, y * scale):
         high = value * _SPLIT - (value * _SPLIT - value)
