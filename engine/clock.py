@@ -20,6 +20,10 @@ class TickGrid:
         """The instant of a tick, ns."""
         return number * SECOND_NS // self.hz
 
+    def seconds(self, ticks: int) -> int:
+        """The whole seconds that so many ticks take."""
+        return ticks // self.hz
+
     @property
     def period_ns(self) -> int:
         """The time between two ticks, ns, rounded down."""

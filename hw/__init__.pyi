@@ -23,8 +23,8 @@ from hw.interfaces import (
     StopLine as StopLine,
 )
 from hw.jit import (
-    Record as Record,
-    Records as Records,
+    Struct as Struct,
+    Structs as Structs,
     compile_examples as compile_examples,
     compiled as compiled,
     compiled_like_numpy as compiled_like_numpy,

@@ -36,9 +36,9 @@ Example = TypeVar("Example", bound=Callable[..., None])
 _OPTIONS: Any = {"cache": True, "no_cfunc_wrapper": True}
 """Nobody calls the wrapper for callers written in C: a tenth of the time that compiling takes."""
 _EXAMPLES: list[Callable[..., None]] = []
-Record = Any
+Struct = Any
 """One element of an array of `record_type`: its fields are attributes, compiled or not."""
-Records = np.ndarray[Any, Any]
+Structs = np.ndarray[Any, Any]
 """An array of `record_type`, (n,): state that compiled functions read and change in place."""
 
 

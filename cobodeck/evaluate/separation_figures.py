@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hw import Record, Records, compiled, record_type
+from hw import Struct, Structs, compiled, record_type
 from hw.safety import GRANTED, CycleLog, bits_of
 
 LONGEST_NS = 10_000_000
@@ -32,7 +32,7 @@ class SeparationWatch:
 
     def __init__(self, cycles: CycleLog) -> None:
         self._cycles = cycles.reader()
-        self._sums: Records = np.zeros(1, SUMS)
+        self._sums: Structs = np.zeros(1, SUMS)
         self._sums[0] = -LONGEST_NS, 0, 0, 0, math.inf, math.inf
         _add(self._sums, self._cycles.rows, 0, 0)  # compiles it
 
@@ -63,7 +63,7 @@ class SeparationWatch:
 
 
 @compiled
-def _add(sums: Records, rows: Records, start: int, end: int) -> None:
+def _add(sums: Structs, rows: Structs, start: int, end: int) -> None:
     """Add cycles from a ring of `hw.safety.CYCLE`."""
     now = sums[0]
     for n in range(start, end):
@@ -79,7 +79,7 @@ def _add(sums: Records, rows: Records, start: int, end: int) -> None:
 
 
 @compiled
-def _count(now: Record, margin: float, granted: bool, lasted: int) -> None:
+def _count(now: Struct, margin: float, granted: bool, lasted: int) -> None:
     below = lasted if margin < 0.0 else 0
     if granted:
         now.granted_ns += below

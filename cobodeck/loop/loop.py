@@ -181,7 +181,8 @@ class Loop:
         """Skip ticks up to the next instant at which plant or chart has something to do."""
         plant = self.plant
         if plant.leap is not None:
-            self._leap(plant.leap, end_ns)
+            if self.wired.board.rested > MEMORY_S * self.grid.hz:
+                self._leap(plant.leap, end_ns)
             return
         if self._stopping or plant.quiet_until() <= self.next_ns:
             return
@@ -191,11 +192,11 @@ class Loop:
     def _leap(self, leap: Callable[[int], None], end_ns: int) -> None:
         """Pass over whole seconds in which all samples are repeated: see `engine/LEAPS.md`."""
         board, hz = self.wired.board, self.grid.hz
-        if board.rested <= MEMORY_S * hz or self._stopping or not self._leaps:
+        if self._stopping or not self._leaps:
             return
         due = self.wired.run.schedule.next_due(board.steady)
         until = min(self.plant.quiet_until(), due, end_ns)
-        seconds = (self.grid.first(until) - self.ticks) // hz
+        seconds = self.grid.seconds(self.grid.first(until) - self.ticks)
         if seconds > 0 and board.leaps(MEMORY_S):
             self._skip(seconds * hz)
             self.leapt += seconds * hz

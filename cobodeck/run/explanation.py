@@ -57,8 +57,8 @@ def _scans(result: RunResult) -> list[str]:
 def _times(result: RunResult) -> str:
     loop = result.loop
     wall_us = result.figures["wall_s"] * 1e6 / loop.ticks
-    spent = zip(PHASES, loop.stopwatch.spent_ns if loop.stopwatch else (), strict=True)
-    parts = [f"{name} {ns / 1e3 / loop.ticks:.1f}" for name, ns in spent]
+    spent = () if loop.stopwatch is None else zip(PHASES, loop.stopwatch.spent_ns, strict=True)
+    parts = [f"{name} {ns / 1e3 / loop.ticks:.1f}" for name, ns in spent] or ["not measured"]
     share = loop.left_out / loop.ticks
     told = f"{share:.1%} of {loop.ticks} ticks left out, {loop.leapt / loop.ticks:.1%} leapt over"
     return f"{wall_us:.1f} µs: {', '.join(parts)}; {told}"

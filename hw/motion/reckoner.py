@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hw.geometry import Pose2
-from hw.jit import Record, Records, compiled, example, record_type, wrapped as wrap_angle
+from hw.jit import Struct, Structs, compiled, example, record_type, wrapped as wrap_angle
 from hw.model import Tracking
 from hw.motion.pose_history import PoseHistory, wrapped
 from hw.samples import OLD_NS, Odometry, PoseSigma, TrackerPose
@@ -57,7 +57,7 @@ class Reckoner:
     """See the module. `state` is the record behind it, (1,) of `RECKONING`."""
 
     def __init__(self, tracking: Tracking) -> None:
-        self.state: Records = np.zeros(1, RECKONING)
+        self.state: Structs = np.zeros(1, RECKONING)
         self._tracking = tracking
         self._wheels = PoseHistory(_along, KEPT_NS)
         self._seen: tuple[int, TrackerPose] | None = None
@@ -129,7 +129,7 @@ def _along(a: _Driven, b: _Driven, share: float) -> _Driven:
 
 
 @compiled
-def reckoned(now: Record, now_ns: int) -> tuple[bool, _Place, float]:
+def reckoned(now: Struct, now_ns: int) -> tuple[bool, _Place, float]:
     """Whether the pose now is known, map_from_base, and its sigma, m.
 
     It is unknown without odometry, and with neither a tracker nor an estimate. Since the last
@@ -172,7 +172,7 @@ def _way(twist: _Place, time: float) -> _Place:
 
 
 @compiled
-def _reckoned(states: Records, now_ns: int) -> tuple[bool, _Place, float]:
+def _reckoned(states: Structs, now_ns: int) -> tuple[bool, _Place, float]:
     return reckoned(states[0], now_ns)
 
 

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from hw.geometry import STILL, Twist2
-from hw.jit import Record, Records, compiled, example, record_type, wrapped
+from hw.jit import Struct, Structs, compiled, example, record_type, wrapped
 from hw.samples import OLD_S
 
 LEAST_NS = 50_000_000
@@ -46,7 +46,7 @@ class Motion:
 
     def __init__(self, window: float, gone: float = OLD_S) -> None:
         self.velocity: Twist2 | None = None
-        self._trail: Records = np.zeros(1, TRAIL)
+        self._trail: Structs = np.zeros(1, TRAIL)
         lay_out(self._trail[0], window, gone)
 
     def add_pose(self, stamp_ns: int, x: float, y: float, yaw: float = 0.0) -> None:
@@ -64,14 +64,14 @@ class Motion:
         self._trail["stamps"] += span_ns
 
 
-def lay_out(trail: Record, window: float, gone: float) -> None:
+def lay_out(trail: Struct, window: float, gone: float) -> None:
     """Prepare an empty trail; both in s, see `Motion`."""
     trail.window_ns, trail.gone_ns = round(window * 1e9), round(gone * 1e9)
     trail.first = trail.end = 0
 
 
 @compiled
-def add_pose(trail: Record, stamp_ns: int, x: float, y: float, yaw: float) -> bool:
+def add_pose(trail: Struct, stamp_ns: int, x: float, y: float, yaw: float) -> bool:
     """Take a pose, m and rad; False if it is not newer than the last."""
     stamps, poses, first, end = trail.stamps, trail.poses, trail.first, trail.end
     if end > first:
@@ -99,7 +99,7 @@ def add_pose(trail: Record, stamp_ns: int, x: float, y: float, yaw: float) -> bo
 
 
 @compiled
-def velocity(trail: Record, window_ns: int) -> tuple[int, float, float, float]:
+def velocity(trail: Struct, window_ns: int) -> tuple[int, float, float, float]:
     """What is known of the velocity over the last `window_ns`, and vx, vy, wz.
 
     These are least-squares slopes: sum of (t - mean t) x / sum of (t - mean t)^2; y and yaw
@@ -129,7 +129,7 @@ def velocity(trail: Record, window_ns: int) -> tuple[int, float, float, float]:
 
 @compiled
 def _after(
-    trails: Records, stamp_ns: int, x: float, y: float, yaw: float
+    trails: Structs, stamp_ns: int, x: float, y: float, yaw: float
 ) -> tuple[int, float, float, float]:
     trail = trails[0]
     add_pose(trail, stamp_ns, x, y, yaw)

@@ -39,7 +39,7 @@ from hw.safety.rule import (
 )
 from hw.safety.separation import (
     Nearness as Nearness,
-    Place as Place,
+    PlanarPose as PlanarPose,
     Velocity as Velocity,
     nearness as nearness,
 )

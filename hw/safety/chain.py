@@ -25,7 +25,7 @@ import hw.motion
 import hw.safety
 from hw.geometry import STILL, Pose2, Twist2
 from hw.interfaces import DriveMode
-from hw.jit import Records, compile_examples
+from hw.jit import Structs, compile_examples
 from hw.motion import RECKONING, Reckoner
 from hw.safety.cycle_log import CycleLog
 from hw.safety.limits import SafetyLimits
@@ -132,7 +132,7 @@ class LocalChain:
         self._mutex = Lock()
         self._reckoner: Reckoner | None = None
         self._latched, self._slowed = self.rule.state["latched"], self.rule.state["slowed"]
-        self._reckoning: Records = np.zeros(1, RECKONING)
+        self._reckoning: Structs = np.zeros(1, RECKONING)
         self._measured: dict[str, tuple[int, Any]] = {}
         self._hears: dict[str, Hear] = {
             "vr.haptic_request": self._hear_request,

@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import math
 
-from hw.jit import Record, Records, compiled, record_type
+from hw.jit import Struct, Structs, compiled, record_type
 from hw.safety.cycle_record import LATCHES, REASONS
-from hw.safety.limits import LIMITS
 from hw.safety.separation import (
     Braking,
     Nearness,
-    Place,
+    PlanarPose,
     Velocity,
     allowed_speed,
     closing_speed,
@@ -43,6 +42,17 @@ _BACKWARDS, _LOST, _FAST, _RUNS = range(1, len(LATCHES))
     _USER_OLD, _USER_AHEAD, _GRANTED, _SPEED, _USER_LATE, _COMMAND_LATE, _SEPARATION,
 ) = (1 << place for place in range(len(REASONS)))  # fmt: skip
 
+FIGURES = (
+    "speed", "yaw_rate", "walking", "uncertainty", "still", "touch_speed", "touch_gap",
+    "touch_slack", "command_late", "command_age", "late", "old", "lost", "ahead",
+)  # fmt: skip
+BRAKING, OUTLINE = ("deceleration", "reaction", "clearance"), ("half_length", "half_width")
+LIMITS = record_type(
+    *((name, "f8") for name in (*FIGURES, *BRAKING, *OUTLINE)),
+    ("governor", "?"), ("watched", "?"),
+)  # fmt: skip
+"""The figures of `SafetyLimits`, with its braking and outline, for compiled functions."""
+
 RULE = record_type(
     ("limits", LIMITS), ("user", USER), ("written", "i8"),
     ("commanded", "?"), ("stamp_ns", "i8"), ("reckons", "?"), ("holonomic", "?"),
@@ -63,14 +73,14 @@ speed and yaw rate, `command_age` in s. `slowed`: something was cut since the ow
 
 @compiled
 def cycle(
-    rule: Record,
-    rows: Records,
+    rule: Struct,
+    rows: Structs,
     now_ns: int,
     stamp_ns: int,
     command: Velocity,
-    base: tuple[bool, Place, float],
+    base: tuple[bool, PlanarPose, float],
     moves: tuple[bool, Velocity],
-) -> Record:
+) -> Struct:
     """Limit the next velocity of the wheels; the row of the log that says how.
 
     Args:
@@ -117,14 +127,14 @@ def cycle(
 
 
 @compiled
-def rest(rule: Record, now_ns: int) -> None:
+def rest(rule: Struct, now_ns: int) -> None:
     """Run a cycle of a base that stands without a command: checks time and the user's age only."""
     _watch(rule, now_ns, _STILL, _age(rule, now_ns))
     rule.refused = 0
 
 
 @compiled
-def release(rule: Record, now_ns: int) -> bool:
+def release(rule: Struct, now_ns: int) -> bool:
     """Release a latched stop; False while its cause persists or the base moves."""
     if rule.latched:
         lost = rule.latched == _LOST and _stale(rule, age_of(rule.user, now_ns)) != 0
@@ -144,13 +154,13 @@ def _is_finite(values: tuple[float, float, float]) -> bool:
 
 
 @compiled
-def _latch(rule: Record, why: int) -> None:
+def _latch(rule: Struct, why: int) -> None:
     if not rule.latched:
         rule.latched = why
 
 
 @compiled
-def _age(rule: Record, now_ns: int) -> float:
+def _age(rule: Struct, now_ns: int) -> float:
     """Age of the user's pose, s; infinite without a pose, or if no part tracks the user."""
     if rule.began and now_ns < rule.now_ns:
         _latch(rule, _BACKWARDS)  # stamps from before the jump mean nothing any more
@@ -161,7 +171,7 @@ def _age(rule: Record, now_ns: int) -> float:
 
 
 @compiled
-def _watch(rule: Record, now_ns: int, twist: Velocity, age: float) -> None:
+def _watch(rule: Struct, now_ns: int, twist: Velocity, age: float) -> None:
     """Latch a stop on any condition that must not clear by itself."""
     limits = rule.limits
     speed, turn = math.hypot(twist[0], twist[1]), abs(twist[2])
@@ -181,7 +191,7 @@ def _watch(rule: Record, now_ns: int, twist: Velocity, age: float) -> None:
 
 
 @compiled
-def _refusal(rule: Record, now_ns: int, stamp_ns: int, age: float) -> int:
+def _refusal(rule: Struct, now_ns: int, stamp_ns: int, age: float) -> int:
     """Why no motion at all is allowed; 0 if some is."""
     if rule.stopped:
         return _STOP_LINE
@@ -196,7 +206,7 @@ def _refusal(rule: Record, now_ns: int, stamp_ns: int, age: float) -> int:
 
 
 @compiled
-def _stale(rule: Record, age: float) -> int:
+def _stale(rule: Struct, age: float) -> int:
     """Why the user's pose cannot be used; 0 if it can."""
     if age > rule.limits.old:
         return _USER_OLD if age < math.inf else _USER_UNKNOWN
@@ -208,11 +218,11 @@ def _stale(rule: Record, age: float) -> int:
 
 @compiled
 def _governed(
-    rule: Record,
-    row: Record,
+    rule: Struct,
+    row: Struct,
     age: float,
     command: Velocity,
-    pose: Place,
+    pose: PlanarPose,
     twist: Velocity,
     off: float,
 ) -> tuple[Velocity, int, bool]:
@@ -243,7 +253,7 @@ def _governed(
 
 
 @compiled
-def _near(rule: Record, pose: Place) -> Nearness:
+def _near(rule: Struct, pose: PlanarPose) -> Nearness:
     x, y, yaw = pose
     c, s = math.cos(yaw), math.sin(yaw)
     dx, dy = rule.user.x - x, rule.user.y - y
@@ -253,7 +263,7 @@ def _near(rule: Record, pose: Place) -> Nearness:
 
 
 @compiled
-def _touch_speed(rule: Record, gap: float, age: float) -> float:
+def _touch_speed(rule: Struct, gap: float, age: float) -> float:
     """The closing speed granted towards a user who requests a touch and stands still, m/s.
 
     It falls with the age of the user's pose: the distance covered since then stays bounded.
@@ -271,7 +281,7 @@ def _touch_speed(rule: Record, gap: float, age: float) -> float:
 
 
 @compiled
-def _limited(rule: Record, command: Velocity, age: float) -> tuple[Velocity, int]:
+def _limited(rule: Struct, command: Velocity, age: float) -> tuple[Velocity, int]:
     """The command scaled to the speed limit, and the reason of a scaling.
 
     The limit falls to 0 as the command or the user's pose ages (R149).

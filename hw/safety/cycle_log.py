@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hw.geometry import Twist2
-from hw.jit import Records, record_type
+from hw.jit import Structs, record_type
 from hw.safety.cycle_record import REASONS, SafetyRecord
 
 KEPT = 4096
@@ -35,9 +35,9 @@ class CycleLog:
     functions write there; the number of a row is 0 while it is written.
     """
 
-    def __init__(self, size: int = KEPT, counter: Records | None = None) -> None:
+    def __init__(self, size: int = KEPT, counter: Structs | None = None) -> None:
         self.size = size
-        self.rows: Records = np.zeros(size, CYCLE)
+        self.rows: Structs = np.zeros(size, CYCLE)
         self.counter = np.zeros(1, np.int64) if counter is None else counter
 
     @property

@@ -5,20 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hw.jit import Records, record_type
 from hw.model import Footprint, MotionLimits, RobotModel
 from hw.samples import LATE_S, OLD_S
-
-_FIGURES = (
-    "speed", "yaw_rate", "walking", "uncertainty", "still", "touch_speed", "touch_gap",
-    "touch_slack", "command_late", "command_age", "late", "old", "lost", "ahead",
-)  # fmt: skip
-_BRAKING, _OUTLINE = ("deceleration", "reaction", "clearance"), ("half_length", "half_width")
-LIMITS = record_type(
-    *((name, "f8") for name in (*_FIGURES, *_BRAKING, *_OUTLINE)),
-    ("governor", "?"), ("watched", "?"),
-)  # fmt: skip
-"""The figures of `SafetyLimits`, with its braking and outline, for compiled functions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,15 +78,6 @@ class SafetyLimits:
                 f"safety: late {self.late:g} s, old {self.old:g} s, lost {self.lost:g} s; "
                 "they must rise in this order"
             )
-
-    def fill(self, records: Records) -> None:
-        """Write them to (1,) of `LIMITS`."""
-        for name in (*_FIGURES, "governor", "watched"):
-            records[name] = getattr(self, name)
-        for name in _BRAKING:
-            records[name] = getattr(self.stopping, name)
-        for name in _OUTLINE:
-            records[name] = getattr(self.footprint, name)
 
     @classmethod
     def of(cls, robot: RobotModel, limits: MotionLimits) -> SafetyLimits:

@@ -16,7 +16,7 @@ import numpy as np
 
 from hw.geometry import Twist2
 from hw.interfaces import DriveMode
-from hw.jit import Record, Records, compiled, example, record_type
+from hw.jit import Struct, Structs, compiled, example, record_type
 from hw.model import BaseModel, MotionLimits
 from hw.safety.separation import Velocity
 
@@ -41,7 +41,7 @@ class Ramps:
     """The limits of a body and of a profile; `figures` are those as (1,) of `RAMPS`."""
 
     def __init__(self, model: BaseModel, limits: MotionLimits) -> None:
-        self.figures: Records = np.zeros(1, RAMPS)
+        self.figures: Structs = np.zeros(1, RAMPS)
         ramps = self.figures[0]
         ramps.max_speed = min(model.max_speed, limits.base_speed)
         ramps.max_rate = min(model.max_yaw_rate, limits.base_yaw_rate)
@@ -73,7 +73,7 @@ def twist_after(yaw: float, motion: PlanarState, mode: DriveMode) -> Twist2:
 
 
 @compiled
-def limited(ramps: Record, command: Velocity, omni: bool) -> Velocity:
+def limited(ramps: Struct, command: Velocity, omni: bool) -> Velocity:
     """A command (base frame) scaled to what the limits and the wheels allow.
 
     The rim speed of the fastest Mecanum wheel is |vx| + |vy| + lever |wz|
@@ -94,7 +94,7 @@ def limited(ramps: Record, command: Velocity, omni: bool) -> Velocity:
 
 @compiled
 def toward(
-    ramps: Record, yaw: float, now: Velocity, target: Velocity, h: float, omni: bool, braked: bool
+    ramps: Struct, yaw: float, now: Velocity, target: Velocity, h: float, omni: bool, braked: bool
 ) -> PlanarState:
     """The motion of h s towards a velocity (base frame), within the ramps or the brakes."""
     a, b = ramps.hard if braked else ramps.gentle
@@ -169,7 +169,7 @@ def _ramp(value: float, target: float, slope: float, h: float) -> tuple[float, f
 
 @compiled
 def _limited(
-    figures: Records, vx: float, vy: float, wz: float, omni: bool
+    figures: Structs, vx: float, vy: float, wz: float, omni: bool
 ) -> tuple[bool, float, float, float]:
     x, y, z = limited(figures[0], (vx, vy, wz), omni)
     return x != vx or y != vy or z != wz, x, y, z
@@ -177,7 +177,7 @@ def _limited(
 
 @compiled
 def _toward(
-    figures: Records, yaw: float, now: Velocity, target: Velocity, h: float, omni: bool,
+    figures: Structs, yaw: float, now: Velocity, target: Velocity, h: float, omni: bool,
     braked: bool,
 ) -> PlanarState:  # fmt: skip
     return toward(figures[0], yaw, now, target, h, omni, braked)
@@ -185,7 +185,7 @@ def _toward(
 
 @example
 def _example() -> None:
-    figures: Records = np.ones(1, RAMPS)
+    figures: Structs = np.ones(1, RAMPS)
     _limited(figures, 0.0, 0.0, 0.0, True)
     motion = _toward(figures, 0.0, STANDSTILL, STANDSTILL, 0.01, True, False)
     velocity_after(0.0, motion, True)

@@ -30,14 +30,14 @@ import numpy as np
 
 from hw.finite import is_finite
 from hw.geometry import Pose2, Twist2
-from hw.jit import Records, compiled, example
+from hw.jit import Structs, compiled, example
 from hw.model import Footprint
 from hw.motion import EVER_NS
-from hw.safety.checks import RULE, STANDING, cycle, release, rest
+from hw.safety.checks import BRAKING, FIGURES, OUTLINE, RULE, STANDING, cycle, release, rest
 from hw.safety.cycle_log import CycleLog, reasons_of
 from hw.safety.cycle_record import LATCHES
 from hw.safety.limits import SafetyLimits, Stopping
-from hw.safety.separation import Place, Velocity
+from hw.safety.separation import PlanarPose, Velocity
 from hw.safety.user_track import add_position, await_user
 
 _NONE = (0.0, 0.0, 0.0)
@@ -190,36 +190,42 @@ def _floats(twist: Twist2) -> tuple[float, float, float]:
     return float(twist.vx), float(twist.vy), float(twist.wz)
 
 
-def _state_of(limits: SafetyLimits) -> Records:
+def _state_of(limits: SafetyLimits) -> Structs:
     """The state of a rule before the first cycle."""
-    state: Records = np.zeros(1, RULE)
-    limits.fill(state["limits"])
+    state: Structs = np.zeros(1, RULE)
+    found = state["limits"]
+    for name in (*FIGURES, "governor", "watched"):
+        found[name] = getattr(limits, name)
+    for name in BRAKING:
+        found[name] = getattr(limits.stopping, name)
+    for name in OUTLINE:
+        found[name] = getattr(limits.footprint, name)
     await_user(state[0].user, limits.ahead)
     return state
 
 
 @compiled
-def _track(state: Records, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
+def _track(state: Structs, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
     return add_position(state[0].user, now_ns, stamp_ns, x, y)
 
 
 @compiled
-def _release(state: Records, now_ns: int) -> bool:
+def _release(state: Structs, now_ns: int) -> bool:
     return release(state[0], now_ns)
 
 
 @compiled
-def _rest(state: Records, now_ns: int) -> None:
+def _rest(state: Structs, now_ns: int) -> None:
     rest(state[0], now_ns)
 
 
 @compiled
 def _admit(
-    state: Records,
-    rows: Records,
+    state: Structs,
+    rows: Structs,
     at: tuple[int, int],
     command: Velocity,
-    base: tuple[bool, Place, float],
+    base: tuple[bool, PlanarPose, float],
     moves: tuple[bool, Velocity],
     holonomic: bool,
 ) -> tuple[bool, float, float, float]:

@@ -21,7 +21,7 @@ from hw.jit import compiled
 
 Velocity = tuple[float, float, float]
 """vx, vy, m/s, and wz, rad/s."""
-Place = tuple[float, float, float]
+PlanarPose = tuple[float, float, float]
 """x, y in the map, m, and the yaw, rad."""
 Braking = tuple[float, float, float]
 """The braking of a robot: a in m/s2, T in s, C in m (see the module)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hw.jit import Record, compiled, record_type
+from hw.jit import Struct, compiled, record_type
 from hw.motion import STANDS, TRAIL, UNKNOWN, add_pose, lay_out, velocity
 from hw.samples import OLD_S
 
@@ -28,7 +28,7 @@ of our clock.
 """
 
 
-def await_user(user: Record, ahead: float) -> None:
+def await_user(user: Struct, ahead: float) -> None:
     """Prepare a track without a pose; `ahead` in s."""
     user.ahead_ns = round(ahead * 1e9)
     lay_out(user.trail, STEADY, OLD_S)
@@ -36,20 +36,20 @@ def await_user(user: Record, ahead: float) -> None:
 
 
 @compiled
-def forget(user: Record) -> None:
+def forget(user: Struct) -> None:
     """Forget all poses."""
     user.seen = user.speed_known = user.steady_known = False
     user.trail.first = user.trail.end = 0
 
 
 @compiled
-def age_of(user: Record, now_ns: int) -> float:
+def age_of(user: Struct, now_ns: int) -> float:
     """Age of the newest pose, s; infinite before the first, negative if it is ahead of now."""
     return (now_ns - user.stamp_ns) / 1e9 if user.seen else math.inf
 
 
 @compiled
-def add_position(user: Record, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
+def add_position(user: Struct, now_ns: int, stamp_ns: int, x: float, y: float) -> bool:
     """Take a pose that arrived now; False if out of range, not newer, or from the future."""
     if not (abs(x) < _FAR and abs(y) < _FAR) or stamp_ns > now_ns + user.ahead_ns:
         return False
@@ -66,6 +66,6 @@ def add_position(user: Record, now_ns: int, stamp_ns: int, x: float, y: float) -
 
 
 @compiled
-def _speed(trail: Record, window_ns: int) -> tuple[bool, float]:
+def _speed(trail: Struct, window_ns: int) -> tuple[bool, float]:
     known, vx, vy, _ = velocity(trail, window_ns)
     return known != UNKNOWN, 0.0 if known == STANDS else math.hypot(vx, vy)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hw.geometry import Pose2
-from hw.jit import Record, Records, compiled, record_type, wrapped
+from hw.jit import Struct, Structs, compiled, record_type, wrapped
 from hw.model import Slip
 from hw.safety import PlanarState, Velocity
 from hw.sim.sensors import Normals
@@ -30,14 +30,14 @@ class SlipperyFloor:
     def __init__(self, slip: Slip, seed: int) -> None:
         self._slip, self._normals = slip, Normals(seed, "floor", 3)
 
-    def lay(self, floors: Records, start: Pose2) -> None:
+    def lay(self, floors: Structs, start: Pose2) -> None:
         """Begin with the body at this pose; `floors` is (1,) of `FLOOR`."""
         for name in ("along", "across", "turning", "patchy", "patch", "pulling", "braking"):
             floors[name] = getattr(self._slip, name)
         floors["place"], floors["first"] = (start.x, start.y, start.yaw), -_AHEAD
         self.draw(floors)
 
-    def draw(self, floors: Records) -> None:
+    def draw(self, floors: Structs) -> None:
         """Draw the patches from here on, if there are not enough ahead."""
         if is_drawn(floors):
             return
@@ -47,20 +47,20 @@ class SlipperyFloor:
 
 
 @compiled
-def is_drawn(floors: Records) -> bool:
+def is_drawn(floors: Structs) -> bool:
     """Whether the patches of a short motion from here are drawn."""
     return suffices(floors[0])
 
 
 @compiled
-def suffices(floor: Record) -> bool:
+def suffices(floor: Struct) -> bool:
     """The same of one floor."""
     found: bool = int(floor.way / floor.patch) - floor.first < _AHEAD
     return found
 
 
 @compiled
-def slide(floor: Record, yaw: float, before: Velocity, motion: PlanarState) -> float:
+def slide(floor: Struct, yaw: float, before: Velocity, motion: PlanarState) -> float:
     """Move the body by a short motion of the wheels.
 
     A share of each component is lost (`Slip`); a change of velocity dv adds -lag dv, so that the
@@ -97,6 +97,6 @@ def slide(floor: Record, yaw: float, before: Velocity, motion: PlanarState) -> f
 
 
 @compiled
-def _lag(floor: Record, before: float, after: float) -> float:
+def _lag(floor: Struct, before: float, after: float) -> float:
     lag: float = floor.braking if after < before else floor.pulling
     return lag

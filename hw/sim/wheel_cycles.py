@@ -10,14 +10,14 @@ import math
 
 import numpy as np
 
-from hw.jit import Record, Records, compiled, example, record_type, wrapped
+from hw.jit import Struct, Structs, compiled, example, record_type, wrapped
 from hw.motion import RECKONING, reckoned
 from hw.safety import (
     CYCLE,
     CYCLE_NS,
     RAMPS,
     RULE,
-    Place,
+    PlanarPose,
     PlanarState,
     Velocity,
     cycle as chain_cycle,
@@ -51,14 +51,14 @@ with `slips` at that of the `floor`; `error` is that of its measured pose. `dist
 instants, ns, and the places of body and wheels then.
 """
 
-Moved = tuple[bool, bool, Place, Velocity, float, float]
+Moved = tuple[bool, bool, PlanarPose, Velocity, float, float]
 """Whether `move` has to be called again, for the cycles left; whether the wheels stand; pose and
 twist of the body, distance and energy."""
 
 
 @compiled
 def move(
-    bodies: Records, since: int, until: int, rules: Records, rows: Records, reckonings: Records
+    bodies: Structs, since: int, until: int, rules: Structs, rows: Structs, reckonings: Structs
 ) -> Moved:
     """Move from cycle to cycle, as far as the chain admits it.
 
@@ -88,7 +88,7 @@ def move(
 
 @compiled
 def _cycle(
-    body: Record, rule: Record, rows: Records, reckoning: Record, now_ns: int, h: float
+    body: Struct, rule: Struct, rows: Structs, reckoning: Struct, now_ns: int, h: float
 ) -> None:
     """One cycle of h s, from now on."""
     yaw = body.place[2]
@@ -108,7 +108,7 @@ def _cycle(
 
 
 @compiled
-def step(body: Record, motion: PlanarState) -> None:
+def step(body: Struct, motion: PlanarState) -> None:
     """Move the wheels, and the body with them or over the floor."""
     dx, dy, turn, (vx, vy, wz) = motion
     if body.slips:
@@ -127,26 +127,26 @@ def step(body: Record, motion: PlanarState) -> None:
 
 
 @compiled
-def _tuple(values: Records) -> tuple[float, float, float]:
+def _tuple(values: Structs) -> tuple[float, float, float]:
     return values[0], values[1], values[2]
 
 
 @compiled
-def _toward(body: Record, target: Velocity, h: float, braked: bool) -> PlanarState:
+def _toward(body: Struct, target: Velocity, h: float, braked: bool) -> PlanarState:
     """The motion of h s towards a velocity, within ramps or brakes."""
     return toward(body.ramps, body.place[2], _tuple(body.velocity), target, h, body.omni, braked)
 
 
 @compiled
-def _place(body: Record) -> Place:
+def _place(body: Struct) -> PlanarPose:
     """The pose of the body."""
     return _tuple(body.floor.place) if body.slips else _tuple(body.place)
 
 
 @compiled
 def _located(
-    body: Record, rule: Record, reckoning: Record, now_ns: int
-) -> tuple[bool, Place, float]:
+    body: Struct, rule: Struct, reckoning: Struct, now_ns: int
+) -> tuple[bool, PlanarPose, float]:
     """The pose of the body as the chain knows it, with its sigma, m."""
     if rule.reckons:
         return reckoned(reckoning, now_ns)
@@ -157,7 +157,7 @@ def _located(
 
 
 @compiled
-def _note(body: Record, now_ns: int) -> None:
+def _note(body: Struct, now_ns: int) -> None:
     n = body.noted
     body.stamps[n] = now_ns
     body.bodies[n, 0], body.bodies[n, 1], body.bodies[n, 2] = _place(body)
@@ -166,14 +166,14 @@ def _note(body: Record, now_ns: int) -> None:
 
 
 @compiled
-def _moved(body: Record, left: bool) -> Moved:
+def _moved(body: Struct, left: bool) -> Moved:
     vx, vy, wz = body.velocity
     stands = vx == 0.0 and vy == 0.0 and wz == 0.0
     return left, stands, _place(body), _tuple(body.twist), body.distance, body.energy
 
 
 @compiled
-def step_once(bodies: Records, now_ns: int, motion: PlanarState) -> Moved:
+def step_once(bodies: Structs, now_ns: int, motion: PlanarState) -> Moved:
     """Move by a motion that ends now."""
     body = bodies[0]
     step(body, motion)

@@ -1,6 +1,6 @@
 """The simulated world of tiers 1 and 2: robot, person and room, advanced from tick to tick.
 
-Person, room and arm are optional. Tier 1 is plain Python; all of it is deterministic.
+Person, room and arm are optional. All of it is deterministic.
 """
 
 from __future__ import annotations

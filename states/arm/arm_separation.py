@@ -44,9 +44,9 @@ from states.arm.separation_kernels import (
     SLOW,
     STEP_S,
     TOUCH_CLEARANCE,
-    Course,
     Rover,
-    Walker,
+    TrackedWalker,
+    WatchedCourse,
     next_pace,
 )
 
@@ -103,7 +103,7 @@ class Governor:
         count = math.ceil(trajectory.duration / STEP_S)
         joints, velocities, _ = trajectory.at(np.linspace(0.0, STEP_S * count, count + 1))
         clearance = np.where(links >= _WRIST, TOUCH_CLEARANCE, CLEARANCE)
-        self._course = Course(
+        self._course = WatchedCourse(
             body, own, clearance, joints, velocities, brakes.stop, brakes.speed_up, AHEAD_S,
             HANDS_AHEAD_S,
         )  # fmt: skip
@@ -162,7 +162,7 @@ class Governor:
         known = moved is not None and age <= OLD_S
         vx, vy = (moved.vx, moved.vy) if moved is not None and known else (0.0, 0.0)
         floor = TOUCH_SPEED if self._granted and self._stands() else SLOW
-        walker = Walker(at.x, at.y, vx, vy, known, age, self._radius, floor)
+        walker = TrackedWalker(at.x, at.y, vx, vy, known, age, self._radius, floor)
         found = next_pace(
             self._course, walker, self._placed(base), self._limbs, self._stamps, now_ns, since,
             span, self._share,

@@ -32,7 +32,7 @@ STEP_S = 0.01
 _NOTHING = 1e-9
 
 
-class Course(NamedTuple):
+class WatchedCourse(NamedTuple):
     """An arm on its trajectory.
 
     `own` and `clearance` (k,) are radius and C of each of the capsules of `body` from its `first`
@@ -51,7 +51,7 @@ class Course(NamedTuple):
     hands_ahead: Array
 
 
-class Walker(NamedTuple):
+class TrackedWalker(NamedTuple):
     """The person's body as seen `age` s ago, in the map: place, m, and velocity, m/s, if `known`.
 
     Its `radius` is where the prop meets it; `floor` is the speed below which a touch is harmless.
@@ -177,7 +177,7 @@ def turned(closing: float, speed: float, off: float) -> float:
 
 
 @compiled
-def looked_ahead(course: Course, since: float, ahead: Array) -> tuple[Array, Array, Array]:
+def looked_ahead(course: WatchedCourse, since: float, ahead: Array) -> tuple[Array, Array, Array]:
     """Joints and their velocities, (n, 6), and t_s at full pace, (n,), so long ahead, s (n,)."""
     count, last = len(ahead), len(course.joints) - 1
     q, velocity, stopping = np.empty((count, 6)), np.empty((count, 6)), np.empty(count)
@@ -192,7 +192,9 @@ def looked_ahead(course: Course, since: float, ahead: Array) -> tuple[Array, Arr
 
 
 @compiled
-def body_pairs(course: Course, since: float, walker: Walker, rover: Rover) -> tuple[Choice, float]:
+def body_pairs(
+    course: WatchedCourse, since: float, walker: TrackedWalker, rover: Rover
+) -> tuple[Choice, float]:
     """What decides of the body's cylinder, seen from above.
 
     A person whose speed is known has gone on since they were seen: from there an arm that passes
@@ -226,7 +228,9 @@ def body_pairs(course: Course, since: float, walker: Walker, rover: Rover) -> tu
 
 
 @compiled
-def limb_pairs(course: Course, since: float, walker: Walker, limbs: Array, ages: Array) -> Choice:
+def limb_pairs(
+    course: WatchedCourse, since: float, walker: TrackedWalker, limbs: Array, ages: Array
+) -> Choice:
     """What decides of limbs (m, 7): both ends of their axes and their radii, seen ages (m,) ago, s.
 
     They may have gone anywhere since then. Of a link that a hand may have gone along, a faster
@@ -267,8 +271,8 @@ def seen_from(rover: Rover, x: float, y: float) -> tuple[float, float]:
 
 @compiled
 def next_pace(  # noqa: PLR0913 - all that a pace depends on
-    course: Course,
-    walker: Walker,
+    course: WatchedCourse,
+    walker: TrackedWalker,
     rover: Rover,
     limbs: Array,
     stamps: Integers,

@@ -30,7 +30,7 @@ from states.arm.kinematics import (
     Manipulator,
     Surroundings,
     Wall,
-    Walls,
+    WallSegments,
     deviation,
     edges_of,
     forward,
@@ -362,7 +362,7 @@ class Workspace:
         return Query(checker, self.limits, np.array(situation.joints), goals)
 
     def _among(
-        self, situation: ArmSituation, walls: Walls, person: PersonObstacles
+        self, situation: ArmSituation, walls: WallSegments, person: PersonObstacles
     ) -> CollisionChecker:
         if person.walls:
             walls = np.concatenate([edges_of(walls), person.walls])

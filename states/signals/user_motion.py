@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Protocol
 
 from hw import Twist2, UserPose
-from hw.motion import Motion
 
 WALKS, STANDS = 0.2, 0.1
 """Hysteresis against noise of the pose, m/s: a person walks from the first speed on, and stands
@@ -31,6 +30,8 @@ class VelocityEstimator:
     """
 
     def __init__(self, window: float) -> None:
+        from hw.motion import Motion
+
         self._motion = Motion(window, gone=window)
         self.memory_s = window
         self._walks = False

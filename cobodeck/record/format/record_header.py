@@ -129,8 +129,8 @@ def _charts(setup: Setup) -> list[str]:
 
 
 def _plain(options: Options) -> dict[str, Any]:
-    named = (field.name for field in fields(options))
-    return {name: getattr(options, name) for name in named if name not in ("console", "connection")}
+    named = {field.name for field in fields(options)} - {"connection", "console", "timed"}
+    return {name: getattr(options, name) for name in sorted(named)}
 
 
 def attachments(setup: Setup) -> dict[str, bytes]:

@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 from hw.geometry import Pose2, Twist2, wrap
 from hw.model import Footprint
-from hw.safety import nearness
 from hw.samples import USER_RADIUS
 
 _TURN = 0.02
@@ -115,6 +114,8 @@ def first_touch(
     The closing speeds are the displacements of the touching points along the normal over span_s;
     a rotation of the robot moves its point by `Nearness.lever` times the angle.
     """
+    from hw.safety import nearness  # compiled; of no use to who only checks a scene
+
     early, late = 0.0, 1.0
     for _ in range(_HALVINGS):
         middle = 0.5 * (early + late)

@@ -6,7 +6,7 @@ from states.arm.kinematics.collision import (
     Limb as Limb,
     Surroundings as Surroundings,
     Wall as Wall,
-    Walls as Walls,
+    WallSegments as WallSegments,
     edges_of as edges_of,
     extent as extent,
     outline as outline,

@@ -36,7 +36,7 @@ _ROOM_HEIGHT = 3.0
 
 Wall = tuple[float, float, float, float]
 """The edge x1, y1, x2, y2 of an upright wall in the map, m."""
-Walls = Sequence[Wall] | Array
+WallSegments = Sequence[Wall] | Array
 """Several, or the same as an array (w, 4)."""
 
 
@@ -87,7 +87,7 @@ class Surroundings:
     def seen_from(
         cls,
         map_from_rover: Pose2,
-        walls: Walls = (),
+        walls: WallSegments = (),
         cylinders: Iterable[Cylinder] = (),
         limbs: Iterable[Limb] = (),
         within: float = SEEN,
@@ -110,7 +110,7 @@ class Surroundings:
     @classmethod
     def in_map(
         cls,
-        walls: Walls,
+        walls: WallSegments,
         cylinders: Iterable[Cylinder],
         height: float = _ROOM_HEIGHT,
     ) -> Surroundings:
@@ -202,6 +202,6 @@ def extent(arm: Manipulator, joints: ArrayLike) -> tuple[float, float, float, fl
     return float(high[0]), float(-low[0]), float(high[1]), float(-low[1])
 
 
-def edges_of(walls: Walls) -> Array:
+def edges_of(walls: WallSegments) -> Array:
     """Walls as an array (w, 4)."""
     return np.asarray(walls, np.float64).reshape(-1, 4)

@@ -23,7 +23,7 @@ from states.arm.kinematics import (
     Manipulator,
     Solutions,
     Surroundings,
-    Walls,
+    WallSegments,
     free_from,
     inverse,
     pose_matrix,
@@ -39,7 +39,7 @@ _RINGS = ((0.0, 1), (0.5, 6), (1.0, 12))
 class ReachPlace:
     """Walls (x1, y1, x2, y2) and people as upright cylinders, in the map; m."""
 
-    walls: Walls = ()
+    walls: WallSegments = ()
     people: Sequence[Cylinder] = ()
 
 

@@ -271,5 +271,6 @@ def _example() -> None:
         driver.command(Pose2(1.0, 4.1), STILL, Disc(4.0, 4.0, 1.0), 0.05)
     driver.command(Pose2(1.0, 4.1), Twist2(0.0, 1.0), None, 0.05)
     driver.command(Pose2(1.0, 4.1), STILL, Disc(4.0, 4.0, 1.0), 0.05, (-1.0, 0.0))
+    driver._braked(STILL, 0.05)
     driver.mode = "differential"
     driver.command(Pose2(1.0, 4.1), STILL, None, 0.05)

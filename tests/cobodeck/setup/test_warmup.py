@@ -68,7 +68,7 @@ def test_no_example_is_forgotten_and_only_what_is_used_is_compiled() -> None:
     navigation = "states.navigation"
     always = {f"{navigation}.exact.visibility", f"{navigation}.local.profile_planner"}
     in_turn = {f"{navigation}.grid.grid_planners", f"{navigation}.local.teb_planner"}
-    others = ("behaviors.", "hw.sim.sensors.", "states.arm.")
+    others = ("behaviors.", "hw.motion.", "hw.safety.", "hw.sim.", "states.arm.")
     beside = {name for name in registered if name.startswith(others)}
 
     assert of_choices["exact", "profile", False] == always
