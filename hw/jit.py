@@ -114,8 +114,9 @@ def hypot(x: float, y: float) -> float:
     if not _SMALLEST <= greatest < _GREAT:  # the scale would not be a normal number
         unit = _SMALLEST if greatest < _GREAT else _GREAT
         x, y, greatest = x / unit, y / unit, greatest / unit
-    exponent = (np.float64(greatest).view(np.int64) >> 52) - 1022
-    scale = float(np.int64((1023 - exponent) << 52).view(np.float64))  # 2 ** -exponent
+    bits = np.float64(greatest).view(np.int64) >> 52  # 2 ** (bits - 1022) is above it
+    scale = float(np.int64((2045 - bits) << 52).view(np.float64))
+    inverse = float(np.int64((bits + 1) << 52).view(np.float64))
     total, lost_high, lost_middle, low_squares = 1.0, 0.0, 0.0, 0.0
     for value in (x * scale, y * scale):
         high = value * _SPLIT - (value * _SPLIT - value)
@@ -135,7 +136,7 @@ def hypot(x: float, y: float) -> float:
     before, total = total, total - low * low
     low_squares += (before - total) - low * low
     rest = total - 1.0 + (lost_high + lost_middle + low_squares)
-    return unit * ((root + rest / (2.0 * root)) / scale)
+    return unit * ((root + rest / (2.0 * root)) * inverse)
 
 
 def _lower_hypot(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
