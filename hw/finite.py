@@ -146,8 +146,9 @@ def _conjunction(sums: list[str], parts: list[str]) -> str:
 
 
 def _is_scan(scan: Scan, _: int) -> bool:
-    """The sum of ranges is NaN if one is, or if -inf and inf are both among them."""
-    return math.isfinite(scan.start + scan.step + scan.beam_time) and -math.inf < sum(scan.ranges)
+    """The least range is NaN if one is."""
+    least: float = scan.array.min(initial=math.inf)
+    return math.isfinite(scan.start + scan.step + scan.beam_time) and least > -math.inf
 
 
 _CHECKS = _Checks({Scan: _is_scan})

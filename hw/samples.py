@@ -28,8 +28,12 @@ Samples given on change are also given once at the start.
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hw.geometry import Pose2, Pose3, Twist2
 
@@ -41,6 +45,7 @@ In between the robot gets slower: of data some 100 ms old the paper says that th
 OLD_NS = 150_000_000
 """`OLD_S` in ns."""
 
+Array = NDArray[np.float64]
 Joints = tuple[float, ...]
 TimedJoints = tuple[float, Joints]
 """Joint angles, rad, at a time, s from the start of the trajectory."""
@@ -122,11 +127,30 @@ class WrenchReading:
     torque: tuple[float, float, float]
 
 
+class _Ranges:
+    """`ranges` of a scan also as `array`: what was not given is made when it is first read."""
+
+    __slots__ = ("array",)
+
+    def __getattr__(self, name: str) -> Any:
+        """Called for an attribute that is not set."""
+        made: object
+        if name == "array":
+            made = np.array(array("d", self.ranges))  # refuses texts, which numpy would read
+        elif name == "ranges":
+            made = tuple(self.array.tolist())
+        else:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        object.__setattr__(self, name, made)
+        return made
+
+
 @dataclass(frozen=True, slots=True)
-class Scan:
+class Scan(_Ranges):
     """One sweep of a lidar: ranges in m, inf for no return; beam i is at start + i * step, rad.
 
-    Angles are in the sensor frame. Beam i was taken i * `beam_time` s after the stamp.
+    Angles are in the sensor frame. Beam i was taken i * `beam_time` s after the stamp. `array` has
+    the ranges as float64, (n,), not to be written to.
     """
 
     sensor: str
@@ -134,6 +158,19 @@ class Scan:
     step: float
     ranges: tuple[float, ...]
     beam_time: float = 0.0
+
+    @classmethod
+    def of_array(
+        cls, sensor: str, start: float, step: float, ranges: Array, beam_time: float
+    ) -> Scan:
+        """A scan of an array (n,) of float64, from now on its own; the tuple is made on reading."""
+        scan = cls.__new__(cls)
+        for name, value in (
+            ("sensor", sensor), ("start", start), ("step", step), ("array", ranges),
+            ("beam_time", beam_time),
+        ):  # fmt: skip
+            object.__setattr__(scan, name, value)
+        return scan
 
 
 @dataclass(frozen=True, slots=True)

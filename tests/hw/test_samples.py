@@ -2,11 +2,13 @@
 
 import array
 import collections
+import copy
 import dataclasses
 import decimal
 import enum
 import fractions
 import math
+import pickle
 from typing import NamedTuple
 
 import numpy as np
@@ -267,3 +269,22 @@ def test_arrays_are_looked_at_too():
 
 def test_a_text_where_a_number_is_declared_is_no_measurement():
     assert not is_finite(BumperHit("left"))
+
+
+def test_a_scan_is_the_same_whether_made_of_numbers_or_of_an_array():
+    plain = Scan("front", -1.0, 0.1, (1.0, math.inf), 1e-3)
+    made = Scan.of_array("front", -1.0, 0.1, np.array([1.0, math.inf]), 1e-3)
+    assert made.array.tolist() == plain.array.tolist() == [1.0, math.inf]
+    assert made.ranges == plain.ranges
+    assert (made, hash(made), repr(made)) == (plain, hash(plain), repr(plain))
+    copied = Scan.of_array("front", -1.0, 0.1, np.array([1.0, math.inf]), 1e-3)
+    assert pickle.loads(pickle.dumps(copied)) == copy.deepcopy(copied) == plain
+    assert dataclasses.replace(copied, ranges=(2.0,)).array.tolist() == [2.0]
+    with pytest.raises(AttributeError, match="radius"):
+        made.radius
+
+
+@pytest.mark.parametrize("ranges", [("1.0",), (1.0, None), ((1.0,),), 3.0])
+def test_a_scan_of_other_than_numbers_is_no_measurement(ranges):
+    assert not is_finite(Scan("front", 0.0, 0.1, ranges))
+    assert is_finite(Scan("front", 0.0, 0.1, ()))

@@ -8,7 +8,7 @@ import numpy as np
 
 from hw.model import LidarErrors, LidarModel
 from hw.samples import Sample, Scan
-from hw.sim.sensors.rays import scan
+from hw.sim.sensors.rays import nothing_kept, scan
 from hw.sim.sensors.scanned_shapes import Shapes
 from hw.sim.sensors.streams import Rhythm, Stream
 from hw.sim.sensors.track import Track
@@ -54,6 +54,7 @@ class _Scanner:
         limits = np.array([model.min_range, model.max_range])
         self._limits = limits, errors.noise, errors.outliers
         self._turns = model.start, model.step, model.beam_time
+        self._kept = nothing_kept(model.beams)
 
     def samples(self, track: Track, now_ns: int) -> list[Sample]:
         if now_ns < self._rhythm.next_ns:
@@ -67,5 +68,5 @@ class _Scanner:
         chance = self._stream.at(number)
         ranges, span = chance.standard_normal(n), (stamp_ns, end_ns)
         chances = ranges, chance.random(n)
-        scan(track.past, span, self._mount, self._turns, bodies, chances, self._limits)
-        return Scan(self._name, start, step, tuple(ranges.tolist()), spacing)
+        scan(track.past, span, self._mount, self._turns, bodies, chances, self._limits, self._kept)
+        return Scan.of_array(self._name, start, step, ranges, spacing)

@@ -40,6 +40,7 @@ def beams(
     """
     found = np.empty((n, 5))
     k, last = 1, knots.shape[0] - 1
+    before, c, s = math.nan, 1.0, 0.0
     for i in range(n):
         t = i * spacing
         while k < last and knots[k, 0] < t:
@@ -47,7 +48,8 @@ def beams(
         span = knots[k, 0] - knots[k - 1, 0]
         share = 0.0 if span <= 0.0 else min(1.0, max(0.0, (t - knots[k - 1, 0]) / span))
         yaw = knots[k - 1, 3] + share * (knots[k, 3] - knots[k - 1, 3])
-        c, s = math.cos(yaw), math.sin(yaw)
+        if yaw != before:
+            before, c, s = yaw, math.cos(yaw), math.sin(yaw)
         x = knots[k - 1, 1] + share * (knots[k, 1] - knots[k - 1, 1])
         y = knots[k - 1, 2] + share * (knots[k, 2] - knots[k - 1, 2])
         found[i, 0] = x + c * mount[0] - s * mount[1]
@@ -111,23 +113,25 @@ def _bearings(px: float, py: float, segment: Floats, spread: float) -> tuple[flo
 
 
 @compiled
-def _cast_disc(ranges: Floats, rays: Floats, disc: Floats) -> None:
+def cast_discs(ranges: Floats, rays: Floats, discs: Floats) -> None:
+    """Shorten lengths of beams to discs, (d, 5): x, y at the first beam and at the last, radius."""
     n = ranges.shape[0]
-    for i in range(n):
-        share = i / (n - 1)
-        x = disc[0] + share * (disc[2] - disc[0])
-        y = disc[1] + share * (disc[3] - disc[1])
-        ranges[i] = min(ranges[i], _to_disc(rays[i], x, y, disc[4]))
+    for k in range(discs.shape[0]):
+        disc = discs[k]
+        for i in range(n):
+            share = i / (n - 1)
+            x = disc[0] + share * (disc[2] - disc[0])
+            y = disc[1] + share * (disc[3] - disc[1])
+            ranges[i] = min(ranges[i], _to_disc(rays[i], x, y, disc[4]))
 
 
 @compiled
-def cast(rays: Floats, segments: Floats, discs: Floats, start: float, step: float) -> Floats:
-    """Lengths of all beams to the first hit, m; inf without one.
+def cast(rays: Floats, segments: Floats, start: float, step: float) -> Floats:
+    """Lengths of all beams to the first segment, m; inf without one.
 
     Args:
         rays: (n, 5), of `beams`.
         segments: (s, 4) x1, y1, x2, y2.
-        discs: (d, 5) x, y at the first beam, x, y at the last one, radius.
         start: direction of the first beam in the sensor's frame, rad.
         step: from beam to beam, rad.
     """
@@ -148,8 +152,6 @@ def cast(rays: Floats, segments: Floats, discs: Floats, start: float, step: floa
             for i in range(first, last + 1):
                 ranges[i] = min(ranges[i], _to_segment(rays[i], segments[k]))
             low, high = low + _TURN, high + _TURN
-    for k in range(discs.shape[0]):
-        _cast_disc(ranges, rays, discs[k])
     return ranges
 
 
@@ -182,8 +184,23 @@ def measured(
     return found
 
 
+def nothing_kept(n: int) -> tuple[Floats, Floats, Floats]:
+    """What a scanner of `n` beams has kept before its first sweep; see `scan`."""
+    return np.full(3, math.nan), np.empty((n, 5)), np.empty(n)
+
+
 @compiled
-def scan(
+def _stays(knots: Floats, pose: Floats) -> bool:
+    """Whether a base is at this pose, (3,), all the time."""
+    for k in range(knots.shape[0]):
+        for i in range(3):
+            if knots[k, i + 1] != pose[i]:
+                return False
+    return True
+
+
+@compiled
+def scan(  # noqa: PLR0913 - a kernel takes all at once
     past: PastPoses,
     span: tuple[int, int],
     mount: Floats,
@@ -191,23 +208,34 @@ def scan(
     bodies: tuple[Floats, Floats],
     chances: tuple[Floats, Floats],
     errors: tuple[Floats, float, float],
+    kept: tuple[Floats, Floats, Floats],
 ) -> None:
     """Write ranges (n,) of one sweep, m, in place of the normal numbers.
 
-    See `beams`, `cast`, `measured`.
+    See `beams`, `cast`, `cast_discs`, `measured`. While the base stands, the rays and where they
+    meet segments stay as they are.
 
     Args:
         past: poses of the base, of a `Track`.
         span: instants of the first and the last beam, ns.
         mount: base_from_sensor as x, y, yaw.
         turns: direction of the first beam, rad, and from beam to beam angle, rad, and time, s.
-        bodies: segments and discs.
+        bodies: segments, which do not change, and discs (d, 5) of `Shapes`.
         chances: (n,) standard normal numbers, and as many from 0 to 1.
         errors: least and greatest range, standard deviation, share of outliers.
+        kept: of the sweep before, then of this one: where the base has stood, (3,), NaN if it
+            moved; rays (n, 5); their lengths to segments (n,).
     """
     (start, step, spacing), (normal, lots), (limits, sigma, outliers) = turns, chances, errors
-    rays = beams(knots(past, span[0], span[1]), mount, start, step, spacing, len(normal))
-    exact = cast(rays, bodies[0], bodies[1], start, step)
+    poses, (pose, rays, lengths) = knots(past, span[0], span[1]), kept
+    if not _stays(poses, pose):
+        pose[:] = poses[0, 1:]
+        rays[:] = beams(poses, mount, start, step, spacing, len(normal))
+        lengths[:] = cast(rays, bodies[0], start, step)
+        if not _stays(poses, pose):
+            pose[:] = math.nan
+    exact = lengths.copy()
+    cast_discs(exact, rays, bodies[1])
     normal[:] = measured(exact, normal, lots, limits, sigma, outliers)
 
 
@@ -215,4 +243,5 @@ def scan(
 def _example() -> None:
     past, bodies = (np.zeros((2, 4)), 0, 2), (np.ones((1, 4)), np.ones((1, 5)))
     errors = np.array([0.0, 1.0]), 0.0, 0.0
-    scan(past, (0, 1), np.zeros(3), (0.0, 0.1, 0.01), bodies, (np.zeros(4), np.zeros(4)), errors)
+    turns, chances = (0.0, 0.1, 0.01), (np.zeros(4), np.zeros(4))
+    scan(past, (0, 1), np.zeros(3), turns, bodies, chances, errors, nothing_kept(4))

@@ -207,7 +207,7 @@ def _normal_equations(
         d, nx, ny = distance_at(x + px, y + py, table)
         own = scale
         if off > 0.0 or turned > 0.0:
-            own = max(scale, min(widest, off + turned * math.hypot(px, py)))
+            own = _scale(px, py, (scale, widest, off, turned))
         root = 1.0 / (1.0 + d * d / (own * own))
         w = root * root
         if nx != 0.0 or ny != 0.0:
@@ -232,6 +232,21 @@ def _normal_equations(
     gradient[0], gradient[1], gradient[2] = gx, gy, gt
     spread = math.sqrt(squares / total) if total > 0.0 else 0.0
     return spread, inliers
+
+
+@compiled
+def _scale(x: float, y: float, lengths: tuple[float, float, float, float]) -> float:
+    """`off` + `turned` hypot(x, y), not below `scale` nor above `widest`.
+
+    Most are beyond one of these by far: for them the square root, inexact, is enough.
+    """
+    scale, widest, off, turned = lengths
+    about = off + turned * math.sqrt(x * x + y * y)
+    if about > 1.000001 * widest:
+        return max(scale, widest)
+    if about < 0.999999 * scale:
+        return scale
+    return max(scale, min(widest, off + turned * math.hypot(x, y)))
 
 
 @compiled

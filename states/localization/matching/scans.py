@@ -30,7 +30,7 @@ class Cloud:
 
 def span_ns(scan: Scan) -> int:
     """Time from the first beam of a scan to the last, ns."""
-    return round(max(0, len(scan.ranges) - 1) * scan.beam_time * 1e9)
+    return round(max(0, len(scan.array) - 1) * scan.beam_time * 1e9)
 
 
 def middle_ns(scan: Scan, stamp_ns: int) -> int:
@@ -51,8 +51,8 @@ def cloud_of(
     """
     if beams < 1:
         raise ValueError(f"{beams} beams of a scan; at least 1 is needed")
-    every = max(1, math.ceil(len(scan.ranges) / beams))
-    ranges = np.array(scan.ranges[::every], dtype=np.float64)
+    every = max(1, math.ceil(len(scan.array) / beams))
+    ranges = np.ascontiguousarray(scan.array[::every])
     lidar = sensing.lidars.get(scan.sensor)
     least, most = (0.0, FARTHEST) if lidar is None else (lidar.min_range, lidar.max_range)
     span = span_ns(scan)

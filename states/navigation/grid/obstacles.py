@@ -92,7 +92,7 @@ class ObstacleLayer:
         """
         user, sigma = known.user, known.sigma
         count = take(
-            (float(scan.start), float(scan.step), np.array(scan.ranges, dtype=np.float64)),
+            (float(scan.start), float(scan.step), scan.array),
             (place_of(first), place_of(last), place_of(known.mount)),
             self._window,
             (

@@ -120,7 +120,7 @@ class ObstacleEstimator:
             return False
         self._scanned[scan.sensor] = stamp
         self._oldest_scan = min(self._scanned.values())
-        end = stamp + round(scan.beam_time * (len(scan.ranges) - 1) * 1e9)
+        end = stamp + round(scan.beam_time * (len(scan.array) - 1) * 1e9)
         mount, outline = self._scanner.mount(scan.sensor), self._scanner.outline
         known = KnownObstacles(mount, outline, self._user_at(stamp), self._sigma)
         first, last = poses.extended(stamp, LEAST_STEP_NS), poses.extended(end, LEAST_STEP_NS)

@@ -9,7 +9,7 @@ import pytest
 from shapely import LineString, Point, union_all
 
 from hw.scene.scene import load_scene
-from hw.sim.sensors.rays import beams, cast, measured
+from hw.sim.sensors.rays import beams, cast, cast_discs, measured, nothing_kept, scan
 
 FAR = 100.0
 
@@ -60,7 +60,8 @@ def test_rays_meet_what_shapely_says_they_meet(spread: float, turn: float, field
         discs[1:, 2:4] = discs[1:, :2] + rng.uniform(-0.1, 0.1, (3, 2))
         spacing = duration / (count - 1)
         rays = beams(knots, mount, start, step, spacing, count)
-        found = cast(rays, segments, discs, start, step)
+        found = cast(rays, segments, start, step)
+        cast_discs(found, rays, discs)
         expected = oracle(knots, mount, start, step, spacing, count, segments, discs)
         assert found == pytest.approx(expected, abs=1e-7)
 
@@ -73,12 +74,12 @@ def test_no_ray_slips_through_corners_or_along_walls() -> None:
         for bearing in (*bearings, 0.0, 0.5 * math.pi):
             knots = np.array([[0.0, x, y, bearing], [1.0, x, y, bearing]])
             rays = beams(knots, np.zeros(3), 0.0, 0.1, 0.0, 60)
-            assert np.isfinite(cast(rays, segments, np.empty((0, 5)), 0.0, 0.1)).all()
+            assert np.isfinite(cast(rays, segments, 0.0, 0.1)).all()
 
 
 def test_in_the_open_nothing_comes_back() -> None:
     rays = beams(np.zeros((2, 4)), np.zeros(3), -1.0, 0.1, 0.0, 21)
-    assert np.isinf(cast(rays, np.empty((0, 4)), np.empty((0, 5)), -1.0, 0.1)).all()
+    assert np.isinf(cast(rays, np.empty((0, 4)), -1.0, 0.1)).all()
 
 
 def test_noise_has_its_size_and_ranges_their_limits() -> None:
@@ -97,3 +98,19 @@ def test_noise_has_its_size_and_ranges_their_limits() -> None:
     assert len(short) / n == pytest.approx(0.05, abs=0.005)
     assert np.min(short) >= 0.1
     assert np.mean(short) == pytest.approx(2.55, abs=0.15)
+
+
+def test_what_a_scanner_keeps_while_the_base_stands_changes_no_scan() -> None:
+    rng, segments = np.random.default_rng(3), np.array(load_scene("lab_a").room.segments)
+    places = np.array([(3.0, 4.0, 0.3)] * 5 + [(3.0, 4.0, 0.4)] * 3 + [(3.1, 4.0, 0.4)] * 4)
+    past = np.column_stack([np.arange(12.0) * 5e7, places]), 0, 12
+    turns, limits = (-2.0, 0.04, 6e-4), (np.array([0.05, 30.0]), 0.01, 0.02)
+    kept = nothing_kept(101)
+    for stamp in range(0, 600_000_000, 20_000_000):
+        disc = np.array([[*rng.uniform(2.0, 6.0, 4), 0.4]])
+        normal, lots = rng.standard_normal(101), rng.random(101)
+        chances = normal.copy(), lots
+        span, mount = (stamp, stamp + 60_000_000), np.array([0.3, 0.2, 0.8])
+        scan(past, span, mount, turns, (segments, disc), (normal, lots), limits, kept)
+        scan(past, span, mount, turns, (segments, disc), chances, limits, nothing_kept(101))
+        assert (normal == chances[0]).all()
