@@ -64,14 +64,14 @@ def _localizing(setup: Setup) -> None:
     for n in range(SCANS):
         stamp = n * SCAN_NS
         wheels = Odometry(Pose2(0.01 * n, 0.0, 0.001 * n), Twist2(0.1, 0.0, 0.01))
-        localizer.update("base.odometry", stamp, wheels)
-        localizer.update("base.imu", stamp, ImuReading((0.0, 0.0, 0.01), (0.0, 0.0, 9.81)))
+        localizer.take(stamp, wheels)
+        localizer.take(stamp, ImuReading((0.0, 0.0, 0.01), (0.0, 0.0, 9.81)))
         for name in sensing.trackers:
-            localizer.update("rover.tracker", stamp, TrackerPose(name, tracker))
+            localizer.take(stamp, TrackerPose(name, tracker))
         for name, lidar in sensing.lidars.items():
             ranges = (0.5 * lidar.max_range,) * lidar.beams
             scan = Scan(name, lidar.start, lidar.step, ranges, lidar.beam_time)
-            localizer.update("base.scan", stamp, scan)
+            localizer.take(stamp, scan)
 
 
 def _reaching(setup: Setup) -> None:

@@ -56,19 +56,25 @@ class WhiteNoise:
     def __init__(self, seed: int, source: str, sigma: float) -> None:
         self._stream = f"{seed}/{source}/"
         self._sigma = sigma
+        self._chance = random.Random(0)  # making one seeds it twice
 
     def error(self, stamp_ns: int) -> Pose2:
         """The error of a planar pose with this stamp, to be added."""
-        return self._plane(random.Random(f"{self._stream}{stamp_ns}"))
+        return self._plane(self._at(stamp_ns))
 
     def user(self, pose: UserPose, stamp_ns: int) -> UserPose:
         """The measured pose of a person with this stamp."""
-        chance = random.Random(f"{self._stream}{stamp_ns}")
+        chance = self._at(stamp_ns)
         body = added(pose.body, self._plane(chance))
         head_yaw = wrap(pose.head_yaw + chance.gauss(0.0, 0.5 * self._sigma))
         parts = pose.head, pose.left_hand, pose.right_hand
         head, left, right = [part and self._moved(part, chance) for part in parts]
         return UserPose(body, head_yaw, head, left, right)
+
+    def _at(self, stamp_ns: int) -> random.Random:
+        """The generator at the start of this stamp's numbers; the next call resets it."""
+        self._chance.seed(f"{self._stream}{stamp_ns}")
+        return self._chance
 
     def _plane(self, chance: random.Random) -> Pose2:
         sigma = self._sigma

@@ -45,8 +45,8 @@ class Localizes(Protocol):
         """Numbers of matches computed and skipped, and of corrections."""
         ...
 
-    def update(self, name: str, stamp_ns: int, value: object) -> None:
-        """Take one sample."""
+    def take(self, stamp_ns: int, value: object) -> None:
+        """Take one sample that is finite, as all on the board are."""
         ...
 
 
@@ -64,9 +64,9 @@ class LocalizationEstimator:
         self.localizer = localizer
         self._value: PoseEstimate | None = None
 
-    def update(self, signal: str, sample: StampedPlace) -> None:
+    def update(self, _signal: str, sample: StampedPlace) -> None:
         """Take one sample of one of `SENSED`."""
-        self.localizer.update(signal, sample.stamp, sample.value)
+        self.localizer.take(sample.stamp, sample.value)
         pose, before = self.localizer.pose, self._value
         if pose is None:
             self._value = None

@@ -143,8 +143,11 @@ class Localizer:
 
     def update(self, name: str, stamp_ns: int, value: object) -> None:
         """Take one sample; one with NaN or infinite numbers is ignored."""
-        if not is_finite(value):
-            return
+        if is_finite(value):
+            self.take(stamp_ns, value)
+
+    def take(self, stamp_ns: int, value: object) -> None:
+        """Take one sample that is finite."""
         match value:
             case Odometry():
                 self._take_odometry(stamp_ns, value.pose)

@@ -136,17 +136,16 @@ def distance_at(x: float, y: float, table: Table) -> tuple[float, float, float]:
     if not (0 <= column < table.columns and 0 <= row < table.rows):
         return table.reach, 0.0, 0.0
     cell = int(row) * table.columns + int(column)
-    best, side = table.reach * table.reach, -1
+    best, side, dx, dy = table.reach * table.reach, -1, 0.0, 0.0
     for k in range(table.first[cell], table.first[cell + 1]):
         i = table.listed[k]
-        dx, dy = _off(x, y, table.sides[i])
-        square = dx * dx + dy * dy
+        off_x, off_y = _off(x, y, table.sides[i])
+        square = off_x * off_x + off_y * off_y
         if square < best:
-            best, side = square, i
+            best, side, dx, dy = square, i, off_x, off_y
     if side < 0:
         return table.reach, 0.0, 0.0
     distance = math.sqrt(best)
-    dx, dy = _off(x, y, table.sides[side])
     if distance > 1e-9:
         return distance, dx / distance, dy / distance
     # on a side the difference has no direction: take the side's normal

@@ -12,6 +12,7 @@ from hw.jit import compiled, example
 from hw.model import ViveErrors
 from hw.scene import Room, edges
 from hw.sim.sensors.scanned_shapes import Shapes
+from hw.sim.sensors.track import PastPoses, held
 
 Floats = NDArray[np.float64]
 _END = 1e-6
@@ -34,11 +35,12 @@ class Coverage:
     """Lines of sight past walls, which reach to the ceiling, and past bodies, which do not.
 
     Without a room a device is visible everywhere. Without a tracked area the stations hang in the
-    corners of the room, and no place is near a border. `border` has the area's sides, (n, 4).
+    corners of the room, and no place is near a border. `border` has the area's sides, (n, 4);
+    `least` stations have to see a device.
     """
 
     def __init__(self, room: Room | None, shapes: Shapes, errors: ViveErrors) -> None:
-        self._shapes, self._least = shapes, 0 if room is None else errors.stations
+        self._shapes, self.least = shapes, 0 if room is None else errors.stations
         area = None if room is None else room.tracked_area
         self.border: Floats = np.array([] if area is None else edges(area)).reshape(-1, 4)
         self._stations = np.empty((0, 3))
@@ -58,7 +60,57 @@ class Coverage:
         `also` blocks lines of sight in addition to the bodies that are there.
         """
         cylinders, segments = self._shapes.cylinders(time_ns), self._shapes.segments
-        return count_seeing(x, y, z, self._stations, segments, cylinders, also) >= self._least
+        return count_seeing(x, y, z, self._stations, segments, cylinders, also) >= self.least
+
+    def looked(
+        self,
+        past: PastPoses,
+        stamp_ns: int,
+        mount: tuple[float, float, float, float],
+        arm: tuple[float, float],
+    ) -> tuple[float, float, float, int, float]:
+        """What `look` finds at an instant."""
+        shapes = self._shapes
+        cylinders = shapes.cylinders(stamp_ns)
+        return look(
+            past, stamp_ns, mount, arm, self.border, self._stations, (shapes.segments, cylinders)
+        )
+
+
+@compiled
+def look(
+    past: PastPoses,
+    stamp_ns: int,
+    mount: tuple[float, float, float, float],
+    arm: tuple[float, float],
+    border: Floats,
+    stations: Floats,
+    bodies: tuple[Floats, Floats],
+) -> tuple[float, float, float, int, float]:
+    """Where a tracker on the base is at an instant, and how many stations see it.
+
+    Args:
+        past: of the base's track.
+        stamp_ns: the instant.
+        mount: x, y of the tracker in the base frame, height above the floor, m; its yaw is unused.
+        arm: radius and height of a cylinder around the base's origin, m.
+        border: (n, 4) sides of the area.
+        stations: see `count_seeing`.
+        bodies: walls and cylinders there.
+
+    Returns:
+        x, y in the map, m; the base's yaw, rad; the number of stations, -1 outside of the area; the
+        distance to the border, m.
+    """
+    base_x, base_y, yaw = held(past, stamp_ns)
+    c, s = math.cos(yaw), math.sin(yaw)
+    x, y = base_x + c * mount[0] - s * mount[1], base_y + s * mount[0] + c * mount[1]
+    inside, to_border = within(x, y, border)
+    if not inside:
+        return x, y, yaw, -1, to_border
+    also = Column(base_x, base_y, arm[0], arm[1])
+    stations_seeing = count_seeing(x, y, mount[2], stations, bodies[0], bodies[1], also)
+    return x, y, yaw, stations_seeing, to_border
 
 
 @compiled
@@ -155,4 +207,7 @@ def within(x: float, y: float, border: Floats) -> tuple[bool, float]:
 @example
 def _example() -> None:
     count_seeing(0.0, 0.0, 0.0, np.ones((1, 3)), np.ones((1, 4)), np.ones((1, 4)), NOTHING)
-    within(0.0, 0.0, np.arange(4.0).reshape(1, 4))
+    border, bodies = np.arange(4.0).reshape(1, 4), (np.ones((1, 4)), np.ones((1, 4)))
+    within(0.0, 0.0, border)
+    past = np.zeros((1, 4)), 0, 1
+    look(past, 0, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0), border, np.ones((1, 3)), bodies)

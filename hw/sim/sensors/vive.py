@@ -9,15 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-import numpy as np
-
 from hw.geometry import Pose2, Pose3
-from hw.jit import compiled, example
 from hw.model import RobotModel, TrackerModel, Tracking, ViveErrors
 from hw.samples import Sample, TrackerPose
-from hw.sim.sensors.coverage import Column, Coverage, Floats, within
+from hw.sim.sensors.coverage import Coverage
 from hw.sim.sensors.streams import Normals, Rhythm, Stream
-from hw.sim.sensors.track import PastPoses, Track, TrackPose, held
+from hw.sim.sensors.track import Track
 
 ARM_RADIUS, ARM_HEIGHT = 0.2, 0.6
 """The folded arm as a cylinder about base_link, m; its height is above the mount. It may hide a
@@ -98,7 +95,8 @@ class SimulatedTrackers:
     ) -> None:
         trackers: Mapping[str, TrackerModel] = robot.sensing.trackers
         self._track, self._coverage, self._errors = track, coverage, errors
-        self._arm = 0.0 if robot.arm is None else robot.arm.mount.xyz[2] + ARM_HEIGHT
+        arm = 0.0 if robot.arm is None else robot.arm.mount.xyz[2] + ARM_HEIGHT
+        self._arm = ARM_RADIUS, arm
         tracking = tracking or Tracking.of(robot.sensing)
         self._vive_from_map = (tracking.map_from_vive.flat() @ errors.restart).inverse()
         self._next_ns = 0
@@ -133,22 +131,21 @@ class SimulatedTrackers:
 
     def _look(self, name: str, number: int, stamp_ns: int) -> Pose3 | None:
         """vive_from_tracker at an instant; None while it is not tracked."""
-        device, (mx, my, height, turn) = self._devices[name], self._mounts[name]
-        (base_x, base_y, yaw), x, y, inside, to_border = placed(
-            self._track.past, stamp_ns, mx, my, self._coverage.border
+        device, mount = self._devices[name], self._mounts[name]
+        x, y, yaw, stations, to_border = self._coverage.looked(
+            self._track.past, stamp_ns, mount, self._arm
         )
-        if not inside:
+        if stations < 0:
             device.tracked = False
             return None
-        arm = Column(base_x, base_y, ARM_RADIUS, self._arm)
-        covered = self._coverage.sees(x, y, height, stamp_ns, arm)
+        covered = stations >= self._coverage.least
         alone = not any(other.tracked for other in self._devices.values() if other is not device)
         if not device.seen(stamp_ns, covered=covered, alone=alone):
             return None
         dx, dy = device.bias(to_border)
         x, y = self._vive_from_map.transform(x + dx, y + dy)
-        yaw = yaw + turn + self._vive_from_map.yaw
-        return self._noisy(name, number, (x, y, height), yaw)
+        yaw = yaw + mount[3] + self._vive_from_map.yaw
+        return self._noisy(name, number, (x, y, mount[2]), yaw)
 
     def _noisy(
         self, name: str, number: int, place: tuple[float, float, float], yaw: float
@@ -172,31 +169,3 @@ class SimulatedTrackers:
             unit * z,
             unit * w,
         )
-
-
-@compiled
-def placed(
-    past: PastPoses, stamp_ns: int, x: float, y: float, border: Floats
-) -> tuple[TrackPose, float, float, bool, float]:
-    """Where a tracker at (x, y) on the base is at an instant, m, and whether within the border.
-
-    Args:
-        past: of the base's track.
-        stamp_ns: the instant.
-        x: of the tracker in the base frame, m; y likewise.
-        y: see x.
-        border: (n, 4) sides of the area.
-
-    Returns:
-        The base's pose; x, y of the tracker in the map; what `within` returns of it.
-    """
-    base = held(past, stamp_ns)
-    c, s = math.cos(base[2]), math.sin(base[2])
-    x, y = base[0] + c * x - s * y, base[1] + s * x + c * y
-    inside, to_border = within(x, y, border)
-    return base, x, y, inside, to_border
-
-
-@example
-def _example() -> None:
-    placed((np.zeros((1, 4)), 0, 1), 0, 0.0, 0.0, np.arange(4.0).reshape(1, 4))

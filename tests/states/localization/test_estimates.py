@@ -17,11 +17,11 @@ class Follower:
         self.heard = []
         self.status, self.drift, self.counts = "following", None, {}
 
-    def update(self, name, stamp_ns, value):
-        self.heard.append((name, stamp_ns))
-        if name == "base.odometry" and value.pose != self.pose:
-            self.pose = value.pose if value.pose.x < 5.0 else None
-        if name == "base.odometry":
+    def take(self, stamp_ns, value):
+        self.heard.append(stamp_ns)
+        if isinstance(value, Odometry):
+            if value.pose != self.pose:
+                self.pose = value.pose if value.pose.x < 5.0 else None
             self.stamp_ns = stamp_ns
 
 
