@@ -46,8 +46,10 @@ class Estimator(Protocol):
     While its estimate is unchanged, `value` has to return the same object, so that samples that
     repeat a known value are not taken for news.
     With an optional `idempotent = True`, a sample with the value object of the one before it
-    changes nothing, and is not fed. With an optional `memory_s` and a method `leap(span_ns)`, the
-    loop may pass over repeats: see `engine/LEAPS.md`.
+    changes nothing, and is not fed. With an optional `memoryless = True` the estimate is that of
+    the last sample, and of several at once only that one is fed, unless other estimators follow.
+    With an optional `memory_s` and a method `leap(span_ns)`, the loop may pass over repeats: see
+    `engine/LEAPS.md`.
     An optional method `stamp() -> int | None` gives the run time, ns, that the value refers to, or
     `None` if it does not age. Without it the stamp is the oldest among the newest stamps of the
     inputs it needs.

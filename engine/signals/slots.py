@@ -145,7 +145,8 @@ class EstimatedSlot(Slot):
 
     __slots__ = (
         "board", "checked", "complete", "estimates", "estimator", "failure", "followers",
-        "idempotent", "names", "needed", "only", "pending", "stamp", "stamps", "taken",
+        "idempotent", "memoryless", "names", "needed", "only", "pending", "stamp", "stamps",
+        "taken",
     )  # fmt: skip
 
     def __init__(self, signal: Estimated, sources: list[Slot], board: Versions) -> None:
@@ -153,6 +154,7 @@ class EstimatedSlot(Slot):
         self.estimator = signal.make()
         self.stamp = getattr(self.estimator, "stamp", None)
         self.idempotent = getattr(self.estimator, "idempotent", False)
+        self.memoryless = getattr(self.estimator, "memoryless", False)
         self.names = signal.of
         self.needed = frozenset(signal.needed)
         self.only = signal.needed[0] if len(self.needed) == 1 else None
@@ -201,6 +203,8 @@ class EstimatedSlot(Slot):
         pending, self.pending = self.pending, []
         if len(pending) > 1:
             pending.sort(key=_arrival)
+            if self.memoryless and not self.followers:
+                del pending[:-1]
         clock = self.board.clock
         before = 0 if clock is None else clock()
         for interval, _, index, sample in pending:

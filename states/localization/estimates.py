@@ -88,6 +88,8 @@ class LocalizationEstimator:
 class PoseOf:
     """The pose of the newest estimate."""
 
+    memoryless = True
+
     def __init__(self) -> None:
         self._value: Pose2 | None = None
 
@@ -103,6 +105,8 @@ class PoseOf:
 
 class SigmaOf:
     """The standard deviations of the newest estimate."""
+
+    memoryless = True
 
     def __init__(self) -> None:
         self._value: PoseSigma | None = None

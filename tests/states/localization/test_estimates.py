@@ -91,3 +91,13 @@ def test_measured_signals_are_all_there_but_for_the_pose():
     named = {signal.name: signal for signal in localized(Follower)}
     assert not isinstance(named["base.pose"], Measured)
     assert isinstance(named["rover.tracker"], Measured)
+
+
+def test_of_many_estimates_between_two_reads_the_newest_one_is_the_pose():
+    rig = Rig()
+    for k in range(5):
+        rig.tick(0.1 * k)
+        rig.read(ESTIMATE)
+    assert rig.read("base.pose") == (Pose2(0.4, 0.0), rig.now)
+    assert rig.board.slots["base.pose"].evaluated == 1
+    assert len(rig.localizer.heard) == 5
