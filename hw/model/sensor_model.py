@@ -67,8 +67,9 @@ class WhiteNoise:
         chance = self._at(stamp_ns)
         body = added(pose.body, self._plane(chance))
         head_yaw = wrap(pose.head_yaw + chance.gauss(0.0, 0.5 * self._sigma))
-        parts = pose.head, pose.left_hand, pose.right_hand
-        head, left, right = [part and self._moved(part, chance) for part in parts]
+        head = pose.head and self._moved(pose.head, chance)
+        left = pose.left_hand and self._moved(pose.left_hand, chance)
+        right = pose.right_hand and self._moved(pose.right_hand, chance)
         return UserPose(body, head_yaw, head, left, right)
 
     def _at(self, stamp_ns: int) -> random.Random:

@@ -77,12 +77,10 @@ class PersonView:
         off, body = self._device.off, self._reported_from_map @ pose.body
         turn = off.yaw + self._reported_from_map.yaw
         dx, dy = self._device.bias(to_border)
-        parts = pose.head, pose.left_hand, pose.right_hand
-        head, left, right = [part and self.reported(part) for part in parts]
         return UserPose(
             Pose2(body.x + off.x + dx, body.y + off.y + dy, wrap(body.yaw + off.yaw)),
             wrap(pose.head_yaw + turn),
-            head,
-            left,
-            right,
+            pose.head and self.reported(pose.head),
+            pose.left_hand and self.reported(pose.left_hand),
+            pose.right_hand and self.reported(pose.right_hand),
         )
