@@ -10,10 +10,7 @@ from enum import Enum
 from types import MemberDescriptorType
 from typing import Any, get_args, get_origin, get_type_hints
 
-import numpy as np
-
-from hw.jit import compiled, example
-from hw.samples import Array, Scan
+from hw.samples import Scan
 
 SampleCheck = Callable[[Any, int], bool]
 """Takes a value and the nesting depth left to inspect; True if it is finite."""
@@ -149,21 +146,9 @@ def _conjunction(sums: list[str], parts: list[str]) -> str:
 
 
 def _is_scan(scan: Scan, _: int) -> bool:
-    return math.isfinite(scan.start + scan.step + scan.beam_time) and _are_ranges(scan.array)
-
-
-@compiled
-def _are_ranges(ranges: Array) -> bool:
-    """True if none is NaN or minus infinity."""
-    for r in ranges:  # noqa: SIM110  compiled generators are slow
-        if not r > -math.inf:
-            return False
-    return True
-
-
-@example
-def _example() -> None:
-    _are_ranges(np.zeros(1))
+    """The least range is NaN if one is."""
+    least: float = scan.array.min(initial=math.inf)
+    return math.isfinite(scan.start + scan.step + scan.beam_time) and least > -math.inf
 
 
 _CHECKS = _Checks({Scan: _is_scan})

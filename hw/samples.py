@@ -30,12 +30,15 @@ from __future__ import annotations
 
 from array import array
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from hw.geometry import Pose2, Pose3, Twist2
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
 
 LATE_S, OLD_S = 0.05, 0.15
 """Ages of poses and velocities, s: fully used up to the first, not used beyond the second.
@@ -45,7 +48,6 @@ In between the robot gets slower: of data some 100 ms old the paper says that th
 OLD_NS = 150_000_000
 """`OLD_S` in ns."""
 
-Array = NDArray[np.float64]
 Joints = tuple[float, ...]
 TimedJoints = tuple[float, Joints]
 """Joint angles, rad, at a time, s from the start of the trajectory."""
@@ -136,6 +138,8 @@ class _Ranges:
         """Called for an attribute that is not set."""
         made: object
         if name == "array":
+            import numpy as np  # only who has scans needs it
+
             made = np.array(array("d", self.ranges))  # refuses texts, which numpy would read
         elif name == "ranges":
             made = tuple(self.array.tolist())

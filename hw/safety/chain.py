@@ -21,7 +21,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-import hw.finite
 import hw.motion
 import hw.safety
 from hw.geometry import STILL, Pose2, Twist2
@@ -124,7 +123,7 @@ class LocalChain:
     """
 
     def __init__(self, limits: SafetyLimits, measures: bool = True) -> None:
-        compile_examples((hw.finite, hw.motion, hw.safety))
+        compile_examples((hw.motion, hw.safety))
         self.limits, self.rule = limits, SafetyRule(limits)
         self.cycles = self.rule.cycles
         self.stops: Pull | None = None
