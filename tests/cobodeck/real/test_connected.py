@@ -36,6 +36,7 @@ from hw.ipc.processes import Child
 from hw.model.robot import MotionLimits, load_robot
 from hw.model.tracking import Tracking
 from hw.motion.reckoner import Reckoner
+from hw.safety.cycle_record import LATCHES, RUNS_ON
 from hw.safety.guarded import HEARD, GuardedBase
 from hw.safety.limits import SafetyLimits
 from hw.safety.stop_line import StopLatch
@@ -352,7 +353,7 @@ def test_a_reset_takes_the_latch_of_the_guard_away_with_a_line_of_its_own_too() 
     plant = connected(base=(Base, ""), stop_line=(Line, ""))
     guard, line = plant.guard, plant.parts["stop_line"]
     assert guard is not None
-    guard.chain.rule.latched = "the base does not stop"
+    guard.chain.rule.state["latched"] = LATCHES.index(RUNS_ON)
     until(lambda: "pull" in OPENED["Line"].calls)
     reset = line.reset()
     plant.close()
