@@ -12,6 +12,7 @@ from hw.geometry import (
     Pose3 as Pose3,
     Twist2 as Twist2,
     displacement_of as displacement_of,
+    total as total,
     velocity_of as velocity_of,
     wrap as wrap,
 )

@@ -7,8 +7,10 @@ A pose named `map_from_base` turns coordinates of the base frame into coordinate
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
 from typing import NamedTuple
 
 from hw.se3 import RigidMotion, act, inverse, product, quaternion_of, unit_quaternion
@@ -28,6 +30,11 @@ def wrap(angle: float) -> float:
     if wrapped <= -math.pi:
         return wrapped + _TURN
     return wrapped
+
+
+def total(values: Iterable[float]) -> float:
+    """The sum from left to right; from Python 3.12 on, `sum` makes up for what rounding loses."""
+    return reduce(add, values, 0.0)
 
 
 def unwrap(angle: float, last: float) -> float:

@@ -18,6 +18,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from engine.files import Duration, Length, Speed
 from engine.files.declared import Fault, Range
+from hw.geometry import total
 from hw.places import PlanePoint
 from hw.samples import USER_RADIUS
 
@@ -83,7 +84,7 @@ class Thing:
         way = since * self.speed
         places = (self.at, *self.walks)
         if self.again:
-            length = sum(math.dist(a, b) for a, b in pairwise(places))
+            length = total(math.dist(a, b) for a, b in pairwise(places))
             way %= 2.0 * length
             way = min(way, 2.0 * length - way)
         return _along(places, way)

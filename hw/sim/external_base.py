@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
-from hw.geometry import STILL, Pose2, Twist2
+from hw.geometry import STILL, Pose2, Twist2, total
 from hw.interfaces import DriveMode
 from hw.model import BaseModel, MotionLimits, RobotModel
 from hw.safety import CYCLE_NS
@@ -76,7 +76,9 @@ class HostedBase(SimBase):
         if until_ns - stamp > SILENT_NS:
             twist = STILL
         if self._against is not None:
-            pushing = sum(a * b for a, b in zip(self._against, self._velocity(twist), strict=True))
+            pushing = total(
+                a * b for a, b in zip(self._against, self._velocity(twist), strict=True)
+            )
             if pushing > 0.0:
                 twist = STILL
             else:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from hw import USER_RADIUS, Joints, Pose2, Pose3, UserPose
+from hw import USER_RADIUS, Joints, Pose2, Pose3, UserPose, total
 from hw.model import Point3
 from states.arm.kinematics import Cylinder, Limb, Wall
 
@@ -186,9 +186,9 @@ def _before(shoulder: Point3, hand: Point3, deep: Pose3 | None) -> Point3:
         return hand
     way = [b - a for a, b in zip(shoulder, hand, strict=True)]
     off = [a - b for a, b in zip(shoulder, (deep.x, deep.y, deep.z), strict=True)]
-    a = sum(w * w for w in way)
-    b = sum(w * o for w, o in zip(way, off, strict=True))
-    c = sum(o * o for o in off) - HAND_BEFORE**2
+    a = total(w * w for w in way)
+    b = total(w * o for w, o in zip(way, off, strict=True))
+    c = total(o * o for o in off) - HAND_BEFORE**2
     square = b * b - a * c
     if a <= 0.0 or square <= 0.0 or c <= 0.0:  # no way, past it, or a shoulder inside
         return hand

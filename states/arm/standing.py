@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from hw import Pose2, PoseSigma, wrap
+from hw import Pose2, PoseSigma, total, wrap
 
 WINDOW_NS = 500_000_000
 """Age of the oldest pose that counts, ns."""
@@ -32,9 +32,9 @@ class Standing:
         if not self._seen:
             return otherwise
         first, n = self._seen[0][1], len(self._seen)
-        x = sum([pose.x for _, pose in self._seen]) / n
-        y = sum([pose.y for _, pose in self._seen]) / n
-        turn = sum([wrap(pose.yaw - first.yaw) for _, pose in self._seen]) / n
+        x = total([pose.x for _, pose in self._seen]) / n
+        y = total([pose.y for _, pose in self._seen]) / n
+        turn = total([wrap(pose.yaw - first.yaw) for _, pose in self._seen]) / n
         return Pose2(x, y, wrap(first.yaw + turn))
 
     def has_left(self, planned: Pose2, sigma: PoseSigma | None) -> bool:
@@ -55,6 +55,6 @@ def _noise(errors: list[float], sigma: float) -> float:
     to the mean. The rest, sqrt(sigma^2 - s^2), lasts longer than the window.
     """
     n = len(errors)
-    square = sum([error * error for error in errors]) / n if n else 0.0
+    square = total([error * error for error in errors]) / n if n else 0.0
     lasting = math.sqrt(max(0.0, sigma * sigma - square))
     return max(LEFT, lasting, SURE * math.sqrt(square / max(1, n)))

@@ -4,7 +4,7 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from hw.geometry import Pose2, Pose3, Twist2, unwrap, wrap
+from hw.geometry import Pose2, Pose3, Twist2, total, unwrap, wrap
 
 coordinate = st.floats(-1e3, 1e3)
 angle = st.floats(-50.0, 50.0)
@@ -192,3 +192,11 @@ def test_a_velocity_is_scaled_as_a_whole_and_never_up() -> None:
     assert fast.scaled_to(4.5, 0.5) == Twist2(0.6, 0.45, 0.5)
     assert slow.scaled_to(0.75, 0.5) == slow
     assert fast.scaled_to(0.0, 0.0) == Twist2(0.0, 0.0, 0.0)
+
+
+def test_a_total_is_added_up_from_left_to_right_whatever_python():
+    values = [0.1] * 10
+
+    assert total(values) == 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1
+    assert total(values) != math.fsum(values)
+    assert total([]) == 0.0

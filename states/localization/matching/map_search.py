@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hw import Pose2, PoseSigma, compiled, wrap
+from hw import Pose2, PoseSigma, compiled, total, wrap
 from states.localization.filter import covariance_of, inverse
 from states.localization.matching.amcl import AmclValues
 from states.localization.matching.correlative import ALIKE, CARRIED, Window, correlated
@@ -77,7 +77,7 @@ class _Hypothesis:
 
     @property
     def log(self) -> float:
-        return self.expected + self.fits + sum(self.here.values())
+        return self.expected + self.fits + total(self.here.values())
 
     def add_fit(self, sensor: str, fit: float) -> None:
         """Take the fit of a scan; several from one place count as one."""
@@ -86,7 +86,7 @@ class _Hypothesis:
 
     def settle(self) -> None:
         """Add what was seen from a place that the base has left."""
-        self.fits = KEEP * self.fits + sum(self.here.values())
+        self.fits = KEEP * self.fits + total(self.here.values())
         self.here = {}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hw import Pose2, TrackerPose
+from hw import Pose2, TrackerPose, total
 from hw.model import Tracking
 
 FRESH_NS = 50_000_000
@@ -41,8 +41,8 @@ class TrackerFeed:
 
 
 def _mean(poses: list[Pose2]) -> Pose2:
-    cosine = sum(math.cos(pose.yaw) for pose in poses)
-    sine = sum(math.sin(pose.yaw) for pose in poses)
+    cosine = total(math.cos(pose.yaw) for pose in poses)
+    sine = total(math.sin(pose.yaw) for pose in poses)
     x = math.fsum(pose.x for pose in poses) / len(poses)
     y = math.fsum(pose.y for pose in poses) / len(poses)
     return Pose2(x, y, math.atan2(sine, cosine))
