@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import random
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import pytest
@@ -18,13 +19,14 @@ from cobodeck.loop.wiring import Wired
 from engine.clock import TickGrid
 from engine.machine.machine import Leaf, Machine
 from engine.machine.node import Substitute
+from engine.operator.operator import Operator
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board
 from engine.signals.signal_kinds import Derived, Estimated, Measured, declare
 from engine.state import NEVER_NS, On, Stamped, Until
 from hw.samples import Sample
 from tests.engine.conftest import Part
-from tests.engine.run.test_lifecycle import INTERFACES, decorate
+from tests.engine.run.test_lifecycle import INTERFACES, bother, decorate
 from tests.engine.run.test_skipping import with_reads
 from tests.engine.valid_charts import chart_texts
 from tests.repeats import examples
@@ -101,11 +103,13 @@ class Toy(Nothing):
         self.now = 0
         self._values: tuple[float | None, float | None] = (None, None)
         self._tick = 0
+        self.orders: Mapping[int, Callable[[], object]] = {}
 
     def advance(self, to_ns: int) -> None:
         self.now = max(to_ns, 0)
         while self._tick <= GRID.last(self.now):
             self._values = self.script.get(self._tick, self._values)
+            self.orders.get(self._tick, lambda: None)()
             self._tick += 1
 
     def samples(self, now_ns: int) -> list[Sample]:
@@ -113,7 +117,8 @@ class Toy(Nothing):
         return [Sample(name, now_ns, value) for name, value in pairs if value is not None]
 
     def quiet_until(self) -> int:
-        return min((GRID.instant(n) for n in self.script if n >= self._tick), default=NEVER_NS)
+        ahead = (GRID.instant(n) for n in (*self.script, *self.orders) if n >= self._tick)
+        return min(ahead, default=NEVER_NS)
 
     def _leap(self, span_ns: int) -> None:
         self.leapt += span_ns // 10**9
@@ -169,7 +174,7 @@ def script_of(chance: random.Random) -> Script:
     return found
 
 
-def stage(text: str, seed: int) -> tuple[Loop, Toy]:
+def stage(text: str, seed: int, commands: int = 0) -> tuple[Loop, Toy]:
     chance = random.Random(seed)
     library = decorate(text, chance)
     machine = Machine(library["c"], library, INTERFACES)
@@ -180,12 +185,15 @@ def stage(text: str, seed: int) -> tuple[Loop, Toy]:
         stand_ins[leaf.path] = Substitute(make, leaf.interface.outputs)
     board, toy = Board(SIGNALS), Toy(script_of(random.Random(seed + 1)))
     run = ChartRun(machine, board, {"base": Part()}, stand_ins=stand_ins)
+    outside = random.Random(seed + 2)
+    order = partial(bother, Operator(run), machine, outside)
+    toy.orders = {outside.randrange(1, END_NS * HZ // 10**9): order for _ in range(commands)}
     wired = Wired(run, board, Inlet(board, {"toy": toy}))
     return Loop(toy, wired, GRID, [Watched(board)]), toy
 
 
 def played(text: str, seed: int, leave_out: bool, leaps: bool) -> tuple[Loop, Toy]:
-    loop, toy = stage(text, seed)
+    loop, toy = stage(text, seed, commands=seed % 6)
     loop.leave_out, loop.observers[0].leaps = leave_out, leaps  # type: ignore[attr-defined]
     loop.go(END_NS)
     return loop, toy
@@ -193,7 +201,7 @@ def played(text: str, seed: int, leave_out: bool, leaps: bool) -> tuple[Loop, To
 
 @settings(
     deadline=None,
-    max_examples=examples(120),
+    max_examples=examples(200),
     suppress_health_check=list(HealthCheck),
     derandomize=True,
 )
