@@ -8,12 +8,12 @@ import numpy as np
 
 from behaviors.prediction import STEP_S
 from behaviors.situation import Situation
-from hw import STILL, USER_RADIUS, Twist2, compiled, example
+from hw import STILL, USER_RADIUS, Twist2, compiled, example, wrapped
 from hw.safety import nearness
 from hw.scene import Point
 from states import SubsystemName
 from states.environment import Environment
-from states.navigation.exact import Array, Triple, wrapped
+from states.navigation.exact import Array, Triple
 
 Rates = tuple[float, float, float, float, float, float, float]
 """Greatest speed, acceleration and deceleration; a period, and the time until a command of the next

@@ -31,6 +31,7 @@ from hw.jit import (
     compiled_like_numpy as compiled_like_numpy,
     example as example,
     record_type as record_type,
+    wrapped as wrapped,
 )
 from hw.places import (
     AnyAngle as AnyAngle,

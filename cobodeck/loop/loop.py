@@ -197,13 +197,16 @@ class Loop:
         due = self.wired.run.schedule.next_due(board.steady)
         until = min(self.plant.quiet_until(), due, end_ns)
         seconds = self.grid.seconds(self.grid.first(until) - self.ticks)
-        if seconds > 0 and board.leaps(MEMORY_S):
-            self._skip(seconds * hz)
-            self.leapt += seconds * hz
-            board.leap(seconds * hz, self.grid.instant(seconds * hz))
-            leap(self.grid.instant(seconds * hz))
-            for observer in self.observers:
-                observer.watch(self.grid.instant(self.ticks - 1))
+        if seconds <= 0 or not board.leaps(MEMORY_S):
+            return
+        ticks = seconds * hz
+        span_ns = self.grid.instant(ticks)
+        self._skip(ticks)
+        self.leapt += ticks
+        board.leap(ticks, span_ns)
+        leap(span_ns)
+        for observer in self.observers:
+            observer.watch(self.grid.instant(self.ticks - 1))
 
     def _skip(self, ticks: int) -> None:
         if ticks > 0:

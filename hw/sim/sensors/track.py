@@ -10,14 +10,13 @@ They are rows of one array, (n, 4): stamp in ns (exact up to 2^53 ns, 104 days),
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hw.geometry import Pose2
-from hw.jit import compiled, example
+from hw.jit import compiled, example, wrapped
 
 Rows = NDArray[np.float64]
 PastPoses = tuple[Rows, int, int]
@@ -69,14 +68,7 @@ def noted(past: PastPoses, now_ns: int, x: float, y: float, yaw: float) -> tuple
     """Add a pose after the newest, in place; there must be room. Returns the new ends."""
     rows, first, end = past
     last = rows[end - 1]
-    turn = yaw - last[3]
-    if not -math.pi < turn <= math.pi:  # as `unwrap` does
-        turn = np.fmod(turn, 2.0 * math.pi)
-        if turn > math.pi:
-            turn -= 2.0 * math.pi
-        elif turn <= -math.pi:
-            turn += 2.0 * math.pi
-    yaw = last[3] + turn
+    yaw = last[3] + wrapped(yaw - last[3])
     still = x == last[1] and y == last[2] and yaw == last[3]
     if end > 1:
         before = rows[end - 2]
@@ -97,13 +89,7 @@ def held(past: PastPoses, stamp_ns: int) -> TrackPose:
     n = end - 1
     if stamp_ns >= rows[n, 0]:
         return rows[n, 1], rows[n, 2], rows[n, 3]
-    low = first
-    while low < n:
-        middle = (low + n) // 2
-        if rows[middle, 0] < stamp_ns:
-            low = middle + 1
-        else:
-            n = middle
+    n = first + int(np.searchsorted(rows[first:n, 0], stamp_ns))
     if rows[n, 0] == stamp_ns or n == first:
         return rows[n, 1], rows[n, 2], rows[n, 3]
     a, b = rows[n - 1], rows[n]

@@ -6,7 +6,6 @@ from states.localization.wheels.steps import (
     Planar as Planar,
     composed as composed,
     place_of as place_of,
-    wrapped as wrapped,
 )
 from states.localization.wheels.tracker_feed import (
     TrackerFeed as TrackerFeed,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from hw import Pose2, compiled
-from states.localization.wheels.steps import Planar, place_of, step, wrapped
+from hw import Pose2, compiled, wrapped
+from states.localization.wheels.steps import Planar, place_of, step
 from states.localization.wheels.trail import Trail, TrailPast, at
 
 WINDOW_NS = 1_000_000_000

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from hw import Pose2, compiled
+from hw import Pose2, compiled, wrapped
 
 Planar = tuple[float, float, float]
 """x, y, m, and yaw, rad; or a velocity vx, vy, m/s, and wz, rad/s."""
@@ -19,17 +17,6 @@ Planar = tuple[float, float, float]
 def place_of(pose: Pose2) -> Planar:
     """The same as a tuple of floats."""
     return float(pose.x), float(pose.y), float(pose.yaw)
-
-
-@compiled
-def wrapped(angle: float) -> float:
-    """The same angle in (-pi, pi]."""
-    if -math.pi < angle <= math.pi:
-        return angle
-    found: float = np.fmod(angle, 2.0 * math.pi)
-    if found > math.pi:
-        return found - 2.0 * math.pi
-    return found + 2.0 * math.pi if found <= -math.pi else found
 
 
 @compiled

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from hw import Pose2, Twist2, compiled
-from states.localization.wheels.steps import Planar, composed, pace, step, way, wrapped
+from hw import Pose2, Twist2, compiled, wrapped
+from states.localization.wheels.steps import Planar, composed, pace, step, way
 from states.maps import Array
 
 REMEMBERED_NS = 4_000_000_000
@@ -135,13 +135,7 @@ def at(past: TrailPast, stamp_ns: int) -> tuple[bool, Planar]:
     if stamp_ns >= rows[n, 0]:
         velocity, time = (newest[0], newest[1], newest[2]), (stamp_ns - rows[n, 0]) * 1e-9
         return True, composed(_place(rows, n), way(velocity, time))
-    low = first
-    while low < n:
-        middle = (low + n) // 2
-        if rows[middle, 0] < stamp_ns:
-            low = middle + 1
-        else:
-            n = middle
+    n = first + int(np.searchsorted(rows[first:n, 0], stamp_ns))
     if rows[n, 0] == stamp_ns or n == first:
         return bool(rows[n, 0] == stamp_ns), _place(rows, n)
     a, b = _place(rows, n - 1), _place(rows, n)

@@ -19,8 +19,7 @@ from collections import deque
 
 import numpy as np
 
-from hw import compiled, wrap
-from states.localization.wheels.steps import wrapped
+from hw import compiled, wrap, wrapped
 from states.localization.wheels.trail import Trail, TrailPast, at
 from states.maps import Array
 

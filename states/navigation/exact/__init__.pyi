@@ -14,7 +14,6 @@ from states.navigation.exact.clearance import (
     lines_cross as lines_cross,
     passes_disc as passes_disc,
     turn_between as turn_between,
-    wrapped as wrapped,
 )
 from states.navigation.exact.path import (
     Path as Path,

@@ -43,17 +43,6 @@ def check_radius(radius: float) -> None:
 
 
 @compiled
-def wrapped(angle: float) -> float:
-    """`hw.wrap`, with the remainder that numba knows."""
-    if -math.pi < angle <= math.pi:
-        return angle
-    left = float(np.fmod(angle, TURN))
-    if left > math.pi:
-        return left - TURN
-    return left + TURN if left <= -math.pi else left
-
-
-@compiled
 def turn_between(first: float, second: float) -> float:
     """Angle from one direction to another, in [-pi, pi), rad."""
     return (second - first + math.pi) % TURN - math.pi

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hw import compiled
-from states.localization.wheels import Planar, composed, wrapped
+from hw import compiled, wrapped
+from states.localization.wheels import Planar, composed
 from states.navigation.exact import Array
 
 Cells = NDArray[np.int64]

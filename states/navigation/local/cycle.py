@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-from hw import compiled
+from hw import compiled, wrapped
 from hw.scene import Point
-from states.navigation.exact import Array, Circle, Triple, wrapped
+from states.navigation.exact import Array, Circle, Triple
 from states.navigation.local.reckoning import (
     lose_track,
     reckon_place,

@@ -16,9 +16,9 @@ import math
 
 import numpy as np
 
-from hw import compiled
+from hw import compiled, wrapped
 from hw.scene import Point
-from states.navigation.exact import Array, Triple, wrapped
+from states.navigation.exact import Array, Triple
 
 MEMORY = 1.0 / 3.0
 """Time constant with which measured poses are averaged, s."""
