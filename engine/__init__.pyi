@@ -13,6 +13,15 @@ from engine.files.units import (
     Ratio as Ratio,
     Speed as Speed,
 )
+from engine.interfaces import (
+    Argument as Argument,
+    Interface as Interface,
+    interface as interface,
+)
+from engine.literals import (
+    OpenName as OpenName,
+    convert as convert,
+)
 from engine.reports import (
     FORMATS as FORMATS,
     report as report,
@@ -28,8 +37,6 @@ from engine.state import (
     NEVER_NS as NEVER_NS,
     Action as Action,
     Context as Context,
-    Interface as Interface,
-    Key as Key,
     Monitor as Monitor,
     On as On,
     Outcome as Outcome,
@@ -38,7 +45,6 @@ from engine.state import (
     State as State,
     Until as Until,
     Yielded as Yielded,
-    interface as interface,
 )
 from engine.state_class import (
     StateError as StateError,
@@ -48,8 +54,8 @@ from engine.state_code import (
     mistakes_in_code as mistakes_in_code,
 )
 from engine.types import (
+    Key as Key,
     Type as Type,
     builtin_types as builtin_types,
-    convert as convert,
     from_annotation as from_annotation,
 )

@@ -17,27 +17,23 @@ outcome; `finally` stops what was started. A new instance is made for each entry
             return "seen"
 
 Parameters are the annotated arguments of `__init__`, inputs those of `run`; neither is declared
-again elsewhere.
+again elsewhere. A parameter can name what a state reads, commands or ends with: `$name` in these
+attributes stands for its value, text or a list, at the node that gives it.
+
+    class Above(Monitor):
+        \"\"\"`above` once a signal is greater than `limit`.\"\"\"
+        outcomes = ("above",)
+        reads = {"$signal": "$older"}
+
+        def __init__(self, signal: Key[T], limit: T, older: Duration | None = None) -> None:
 """
 
 from __future__ import annotations
 
-import inspect
-import typing
-from collections.abc import Callable, Generator, Mapping
-from dataclasses import dataclass, field
-from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Protocol, cast, overload
+from collections.abc import Generator, Mapping
+from typing import Any, ClassVar, Generic, NamedTuple, Protocol, overload
 
-from engine.state_class import StateError, require_declarations
-from engine.types import Type, from_annotation
-
-if TYPE_CHECKING:
-    from typing_extensions import TypeVar
-
-    V = TypeVar("V", default=Any, covariant=True)
-else:
-    V = typing.TypeVar("V", covariant=True)
+from engine.types import Key as Key, V
 
 NEVER_NS = 1 << 62  # later than any run lasts
 ALWAYS_NS = NEVER_NS  # stamp of a value that does not age: later than any other, never too old
@@ -107,22 +103,6 @@ class Stamped(NamedTuple, Generic[V]):
     stamp: int
 
 
-class Key(str, Generic[V]):
-    """The name of a signal, with the type of its values for the type checker.
-
-        USER_POSE: Key[UserPose] = Key("user.pose")
-
-    `ctx.value(USER_POSE)` is then a `UserPose | None`; with plain text it is `Any`. At run time a
-    key is a plain `str`, so a lookup costs the same as with any text.
-    """
-
-    __slots__ = ()
-
-    def __new__(cls, name: str) -> Key[V]:
-        """Return the name itself."""
-        return cast("Key[V]", str(name))
-
-
 class Context(Protocol):
     """What a running state sees: the time, the signals and the parts it has declared."""
 
@@ -174,7 +154,7 @@ class State:
     outcomes: ClassVar[tuple[str, ...]] = ()
     inputs: ClassVar[Mapping[str, Any]] = {}  # only where `run` takes them as **inputs
     outputs: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  # outcome -> name -> type
-    reads: ClassVar[Mapping[str, float | None]] = {}  # signal -> maximum accepted age, s; None: any
+    reads: ClassVar[Mapping[str, float | str | None]] = {}  # signal -> greatest age, s; None: any
     commands: ClassVar[tuple[str, ...]] = ()  # parts
 
     def run(self, ctx: Context) -> Run:
@@ -188,108 +168,3 @@ class Action(State):
 
 class Monitor(State):
     """A state that only watches; it is stepped before every action."""
-
-
-_REQUIRED: Any = inspect.Parameter.empty
-
-
-@dataclass(frozen=True, slots=True)
-class Argument:
-    """A parameter or input: its type, and its default if it need not be given."""
-
-    type: Type
-    default: Any = _REQUIRED
-
-    @property
-    def required(self) -> bool:
-        """Whether a chart must give it."""
-        return self.default is _REQUIRED
-
-
-@dataclass(frozen=True, slots=True)
-class Interface:
-    """What the engine needs to know about a state class."""
-
-    name: str
-    monitor: bool
-    outcomes: tuple[str, ...]
-    parameters: Mapping[str, Argument]
-    inputs: Mapping[str, Argument]
-    outputs: Mapping[str, Mapping[str, Type]]
-    reads: Mapping[str, float | None]
-    commands: tuple[str, ...]
-    instant: bool
-    about: str
-    make: Callable[..., State] = field(compare=False)
-
-
-@cache
-def interface(cls: type[State]) -> Interface:
-    """The interface of a state class, from its attributes, docstring and annotations.
-
-    Raises:
-        StateError: for a class without docstring, outcomes or usable annotations.
-    """
-    name = cls.__name__
-    if not issubclass(cls, Action | Monitor):
-        raise StateError(f"{name}: derive from Action or Monitor")
-    require_declarations(cls)
-    _check_ages(cls)
-    monitor = issubclass(cls, Monitor)
-    if monitor and cls.commands:
-        raise StateError(f"{name}: a Monitor commands no part, but lists {cls.commands!r}")
-    outputs = {
-        outcome: {key: _type(f"{name}.outputs: {key!r}", kind) for key, kind in named.items()}
-        for outcome, named in cls.outputs.items()
-    }
-    has_init = cls.__init__ is not object.__init__
-    return Interface(
-        name=name,
-        monitor=monitor,
-        outcomes=tuple(map(str.__str__, cls.outcomes)),
-        parameters=_arguments(cls, cls.__init__, skip=1) if has_init else {},
-        inputs=_inputs(cls),
-        outputs=outputs,
-        reads=dict(cls.reads),
-        commands=tuple(cls.commands),
-        instant=not inspect.isgeneratorfunction(cls.run),
-        about=inspect.cleandoc(cls.__doc__ or ""),
-        make=cls,
-    )
-
-
-def _check_ages(cls: type[State]) -> None:
-    for signal, age in cls.reads.items():
-        number = isinstance(age, int | float) and not isinstance(age, bool)
-        if age is not None and not (number and 0.0 <= age < LONGEST_S):
-            wanted = "the greatest age accepted, s, or None for any"
-            raise StateError(f"{cls.__name__}.reads[{signal!r}]: {wanted}; not {age!r}")
-
-
-def _inputs(cls: type[State]) -> dict[str, Argument]:
-    arguments = inspect.signature(cls.run).parameters.values()
-    if not cls.inputs and all(a.kind is not a.VAR_KEYWORD for a in arguments):
-        return _arguments(cls, cls.run, skip=2)
-    of = cls.__name__
-    return {n: Argument(_type(f"{of}.inputs: {n!r}", kind)) for n, kind in cls.inputs.items()}
-
-
-def _arguments(cls: type[State], function: Callable[..., Any], skip: int) -> dict[str, Argument]:
-    hints = typing.get_type_hints(function, include_extras=True)
-    found = {}
-    for parameter in list(inspect.signature(function).parameters.values())[skip:]:
-        if parameter.kind not in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY):
-            raise StateError(f"{cls.__name__}: argument {parameter} cannot be given by name")
-        if parameter.name not in hints:
-            wanted = f"annotate {parameter.name!r} with its type, like `{parameter.name}: float`"
-            raise StateError(f"{cls.__name__}: {wanted}")
-        kind = _type(f"{cls.__name__}: {parameter.name!r}", hints[parameter.name])
-        found[parameter.name] = Argument(kind, parameter.default)
-    return found
-
-
-def _type(what: str, annotation: Any) -> Type:
-    try:
-        return from_annotation(annotation)
-    except TypeError as error:
-        raise StateError(f"{what}: {error}") from None

@@ -55,7 +55,7 @@ def require_tuple_of_names(what: str, value: object) -> None:
 def _require_outcomes(name: str, outcomes: Any) -> None:
     require_tuple_of_names(f"{name}.outcomes", outcomes)
     for outcome in outcomes:
-        if outcome in RESERVED_OUTCOMES or not outcome.isidentifier():
+        if outcome in RESERVED_OUTCOMES or not outcome.removeprefix("$").isidentifier():
             raise StateError(f"{name}.outcomes: {outcome!r} is reserved or not a name")
         if outcomes.count(outcome) > 1:
             raise StateError(f"{name}.outcomes: {outcome!r} is there twice; keep one")

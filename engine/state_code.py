@@ -11,10 +11,11 @@ import ast
 import inspect
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from typing import Any
 
 from engine.files import did_you_mean
-from engine.state import Interface
+from engine.interfaces import Interface
 from engine.state_class import WAITS
 
 Mistake = tuple[str, int, str]
@@ -34,18 +35,87 @@ def doubts_in_code(state: Interface) -> list[Mistake]:
     return _found(state, lambda body: _never_returns(body, state))
 
 
+def outcomes_at_once(state: Interface) -> frozenset[str]:
+    """The outcomes, written out, with which `run` can return before it has yielded.
+
+    A `yield from` may yield nothing. Code that cannot be read has none.
+    """
+    body = _body(state.make)
+    return frozenset() if body is None else frozenset(_Beginning(state.outcomes).found(body.body))
+
+
+class _Beginning:
+    """Follows the statements of a function up to its first `yield`."""
+
+    def __init__(self, outcomes: Iterable[str]) -> None:
+        self._outcomes = frozenset(outcomes)
+        self._found: set[str] = set()
+
+    def found(self, body: list[ast.stmt]) -> set[str]:
+        """The outcomes that these statements can return."""
+        self._goes_on(body)
+        return self._found
+
+    def _goes_on(self, body: Iterable[ast.stmt]) -> bool:
+        """Whether what follows these statements can be reached without a `yield`."""
+        return all(map(self._passes, body))
+
+    def _passes(self, statement: ast.stmt) -> bool:
+        if isinstance(statement, ast.Return):
+            self._note(statement.value)
+            return False
+        if isinstance(statement, ast.If):
+            branches = [self._goes_on(statement.body), self._goes_on(statement.orelse)]
+            return any(branches)
+        if isinstance(statement, ast.While | ast.For):
+            self._goes_on(statement.body)
+            endless = isinstance(statement, ast.While) and _is_true(statement.test)
+            return not endless or any(isinstance(node, ast.Break) for node in _inside(statement))
+        if isinstance(statement, ast.With):
+            return self._goes_on(statement.body)
+        if isinstance(statement, ast.Try):
+            tried = [self._goes_on(statement.body)]
+            tried += [self._goes_on(handler.body) for handler in statement.handlers]
+            return any(tried)
+        return not any(isinstance(node, ast.Yield) for node in ast.walk(statement)) and not (
+            isinstance(statement, ast.Raise | ast.Break | ast.Continue)
+        )
+
+    def _note(self, value: ast.expr | None) -> None:
+        for found in _alternatives(value):
+            is_pair = isinstance(found, ast.Tuple) and found.elts
+            outcome = found.elts[0] if is_pair else found  # type: ignore[union-attr]
+            if isinstance(outcome, ast.Constant) and outcome.value in self._outcomes:
+                self._found.add(str(outcome.value))
+
+
+def _is_true(test: ast.expr) -> bool:
+    return isinstance(test, ast.Constant) and bool(test.value)
+
+
 def _found(state: Interface, look: Callable[[ast.FunctionDef], Iterable[Told]]) -> list[Mistake]:
-    function: Any = vars(state.make).get("run")
-    try:
-        file = inspect.getsourcefile(inspect.unwrap(function))
-        lines, first = inspect.getsourcelines(function)
-        (body,) = ast.parse(textwrap.dedent("".join(lines))).body
-    except (OSError, SyntaxError, TypeError, ValueError):
+    body = _body(state.make)
+    if body is None:
         return []
-    if not isinstance(body, ast.FunctionDef):
-        return []
+    function: Any = vars(state.make)["run"]
+    file, (_, first) = inspect.getsourcefile(inspect.unwrap(function)), _lines(function)
     told = look(body)
     return [(str(file), first + line - 1, f"{state.name}.run {what}") for line, what in told]
+
+
+def _lines(function: Any) -> tuple[list[str], int]:
+    return inspect.getsourcelines(function)
+
+
+@cache
+def _body(cls: Any) -> ast.FunctionDef | None:
+    """The `run` of a class itself, as a tree; None if it is inherited, or has no text."""
+    try:
+        lines, _ = _lines(vars(cls).get("run"))
+        (body,) = ast.parse(textwrap.dedent("".join(lines))).body
+    except (OSError, SyntaxError, TypeError, ValueError):
+        return None
+    return body if isinstance(body, ast.FunctionDef) else None
 
 
 def _inside(node: ast.AST) -> Iterator[ast.AST]:

@@ -1,7 +1,4 @@
-"""The types of parameters and data keys, and the conversion of chart values to them.
-
-Numbers are SI and radians; text with a unit (`5 s`, `30 deg`, `20 cm`) is converted once, at load.
-"""
+"""The types of parameters and data keys. How charts write their values: `engine.literals`."""
 
 from __future__ import annotations
 
@@ -13,18 +10,42 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from enum import Enum
 from functools import cache
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, cast
 
 from engine.files import DIMENSIONS, Dimension
-from engine.files.declared import Mismatch, boolean, choice, number, shown, text, whole
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar
+
+    V = TypeVar("V", default=Any, covariant=True)
+else:
+    V = typing.TypeVar("V", covariant=True)
+
+
+class Key(str, Generic[V]):
+    """The name of a signal, with the type of its values.
+
+        USER_POSE: Key[UserPose] = Key("user.pose")
+
+    `ctx.value(USER_POSE)` is then a `UserPose | None`; with plain text it is `Any`. At run time a
+    key is a plain `str`, so a lookup costs the same as with any text. A parameter annotated
+    `Key[float]` names any signal of numbers.
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, name: str) -> Key[V]:
+        """Return the name itself."""
+        return cast("Key[V]", str(name))
 
 
 @dataclass(frozen=True, slots=True)
 class Type:
     """What a parameter or key holds.
 
-    `name` is a dimension, `number`, `integer`, `boolean`, `text`, `choice`, `list`, `any`, or the
-    name of a Python class, whose values charts can pass on but not write down.
+    `name` is a dimension, `number`, `integer`, `boolean`, `text`, `choice`, `list`, `signal`, `any`
+    or the name of a Python class. `item` is the type of a list's items or of a signal's values.
+    `variable`: the name of a type variable, until a node says what it stands for.
     """
 
     name: str
@@ -32,13 +53,14 @@ class Type:
     item: Type | None = None
     optional: bool = False
     python: type | None = None
+    variable: str = ""
 
     def __str__(self) -> str:
         shown = self.name
         if self.choices:
             shown = " | ".join(str(choice) for choice in self.choices)
         if self.item is not None:
-            shown = f"list of {self.item}"
+            shown = f"{self.name} of {self.item}"
         return f"{shown} | none" if self.optional else shown
 
     @property
@@ -62,7 +84,12 @@ def from_annotation(annotation: Any) -> Type:
         return _SCALARS[annotation]
     if annotation is Any or annotation is object:
         return ANY
+    if isinstance(annotation, typing.TypeVar):
+        above = ANY if annotation.__bound__ is None else from_annotation(annotation.__bound__)
+        return replace(above, optional=False, variable=annotation.__name__)
     origin, arguments = typing.get_origin(annotation), typing.get_args(annotation)
+    if origin is Key:
+        return Type("signal", item=from_annotation(arguments[0]))
     if origin is Annotated:
         marks = [mark for mark in arguments[1:] if isinstance(mark, Dimension)]
         return Type(marks[0].name) if marks else from_annotation(arguments[0])
@@ -84,7 +111,25 @@ def _from_union(arguments: tuple[Any, ...]) -> Type:
     if len(others) != 1 or len(others) == len(arguments):
         raise TypeError(f"a union of {arguments!r} cannot be a chart type; only X | None can")
     inner = from_annotation(others[0])
-    return Type(inner.name, inner.choices, inner.item, True, inner.python)
+    return replace(inner, optional=True)
+
+
+def bind(wanted: Type, given: Type, bound: dict[str, Type]) -> None:
+    """Note in `bound` what the type variables in `wanted` stand for where `given` is given."""
+    if wanted.variable and given.name != "any":
+        bound.setdefault(wanted.variable, given)
+    elif wanted.item is not None and given.item is not None:
+        bind(wanted.item, given.item, bound)
+
+
+def substituted(kind: Type, bound: Mapping[str, Type]) -> Type:
+    """A type with what its variables stand for; unbound ones stay."""
+    if kind.variable in bound:
+        found = bound[kind.variable]
+        return replace(found, optional=True) if kind.optional else found
+    if kind.item is None:
+        return kind
+    return replace(kind, item=substituted(kind.item, bound))
 
 
 def fits(source: Type, target: Type) -> bool:
@@ -112,49 +157,6 @@ def _kinds(choices: tuple[Any, ...]) -> set[tuple[type, Any]]:
     return {(type(choice), choice) for choice in choices}
 
 
-def convert(value: Any, wanted: Type) -> Any:
-    """Convert a value, as written in a chart, to the type `wanted`.
-
-    Raises:
-        Mismatch: when it is not of that type.
-    """
-    if value is None:
-        if wanted.optional:
-            return None
-        raise Mismatch(f"nothing given; wanted: {wanted}")
-    if wanted.choices:
-        return choice(value, wanted.choices)
-    reader = _READERS.get(wanted.name)
-    if reader is not None:
-        return reader(value, wanted)
-    if wanted.is_number:
-        return whole(value) if wanted.name == "integer" else number(value, wanted.name)
-    raise Mismatch(f"a {wanted} cannot be written in a chart, only passed on by `in:`")
-
-
-def _list(value: Any, wanted: Type) -> tuple[Any, ...]:
-    if not isinstance(value, list | tuple):
-        raise Mismatch(f"{shown(value)} is not a list")
-    assert wanted.item is not None
-    return tuple(convert(item, wanted.item) for item in value)
-
-
-def _any(value: Any, _wanted: Type) -> Any:
-    if isinstance(value, list | tuple):
-        return tuple(_any(item, _wanted) for item in value)
-    if isinstance(value, Mapping):
-        raise Mismatch("a mapping is not a value")
-    return value
-
-
-_READERS: dict[str, Callable[[Any, Type], Any]] = {
-    "text": lambda value, _wanted: text(value),
-    "boolean": lambda value, _wanted: boolean(value),
-    "list": _list,
-    "any": _any,
-}
-
-
 def builtin_types() -> dict[str, Type]:
     """The types that every chart can name."""
     named = {name: Type(name) for name in (*DIMENSIONS, "number", "integer", "boolean", "text")}
@@ -162,9 +164,11 @@ def builtin_types() -> dict[str, Type]:
 
 
 def known_types(more: Mapping[str, Type]) -> dict[str, Type]:
-    """The built-in types and `more` by name, each also as `list of NAME` and `NAME | none`."""
+    """The built-in types and `more` by name; `list of` and `signal of` these; all `| none`, too."""
     named = builtin_types() | dict(more)
-    named |= {f"list of {name}": Type("list", item=kind) for name, kind in named.items()}
+    single = dict(named)
+    for shape in ("list", "signal"):
+        named |= {f"{shape} of {name}": Type(shape, item=kind) for name, kind in single.items()}
     return named | {f"{name} | none": replace(kind, optional=True) for name, kind in named.items()}
 
 

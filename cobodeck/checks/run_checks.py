@@ -57,6 +57,16 @@ def provided(
         yield CheckResult(setup.chart.name, BAD, about, code=FAILED)
 
 
+def given(setup: Setup) -> Iterator[CheckResult]:
+    """Whether all inputs of the chart have a value."""
+    missing = setup.machine().missing
+    if missing:
+        wanted = [f"{name!r} (a {setup.chart.inputs[name].type})" for name in missing]
+        about = f"needs input{'s' if missing[1:] else ''} {', '.join(wanted)}"
+        hint = " ".join(f"--in '{name}=VALUE'" for name in missing)
+        yield CheckResult(f"chart {setup.chart.name}", BAD, about, f"give it with {hint}")
+
+
 def tick_rate(setup: Setup, uses: Uses, options: Options) -> Iterator[CheckResult]:
     """Whether velocities come more often than the safety chain's time-out for them.
 

@@ -27,6 +27,7 @@ Occasion = Literal[
     "setup",  # chart, scene, robot and connection are read
     "simulate",  # `simulate` and `run`, about a chart with a scene, before anything is compiled
     "import",  # before drivers are imported
+    "begin",  # before a chart is run on anything
     "localize",  # before the robot is given a localization
     "fold",  # `validate` of a robot, and before its arm is planned for
     "start",  # before anything is opened

@@ -80,6 +80,7 @@ CHECKS = (
     FitnessCheck(
         "Is there all that the chart commands and reads?", "run_checks:provided", ("wire",)
     ),
+    FitnessCheck("Have the chart's inputs values?", "run_checks:given", ("begin",)),
     FitnessCheck("Can the robot localize itself?", "run_checks:localized", ("localize",)),
     FitnessCheck("Do velocities come often enough?", "run_checks:tick_rate", ("start",)),
     FitnessCheck("Is the latency shorter than a tick?", "run_checks:latency", ("start",)),

@@ -15,6 +15,10 @@ from cobodeck.project.named_files import (
     kind_of as kind_of,
     own_files_around as own_files_around,
 )
+from cobodeck.project.names_in_values import (
+    PLACE as PLACE,
+    constants_of as constants_of,
+)
 from cobodeck.project.part_check import (
     error_text as error_text,
     made as made,

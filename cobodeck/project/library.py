@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from cobodeck.project.named_files import head_of, kind_of
+from cobodeck.project.names_in_values import known_names
 from cobodeck.project.state_catalogue import Catalogue, shipped_charts
 from cobodeck.terminal import FAILED, Problem
 from engine import text
@@ -112,9 +113,10 @@ def findings_of(library: Library, catalogue: Catalogue, files: Iterable[Path]) -
         library,
         catalogue.interfaces,
         types=catalogue.types,
-        signals=catalogue.signal_names,
+        signals=catalogue.signals,
         parts=catalogue.parts,
         strangers=catalogue.strangers,
+        around=known_names(library, catalogue),
     )
     return [finding for finding in found if finding.place.file in named]
 

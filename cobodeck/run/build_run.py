@@ -61,6 +61,7 @@ def stage(
         wired = wander(setup, options.seed)
         loop = Loop(Nothing(), wired, grid, clock=timing, leave_out=not options.eager)
         return _timed(loop, options)
+    require("begin", setup=setup)
     setup = localizing(setup, options)
     uses = setup.uses(parameters)
     require(

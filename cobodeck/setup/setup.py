@@ -12,13 +12,14 @@ from typing import Any
 from behaviors import MEASURED, signals
 from behaviors.profile import Profile, load_profile
 from cobodeck.fitness import require
-from cobodeck.project import Catalogue, catalogue, open_chart, reached
+from cobodeck.project import PLACE, Catalogue, catalogue, constants_of, open_chart, reached
 from cobodeck.setup.open_scene import RunPlace, environment_at, open_place
 from cobodeck.terminal import Problem
 from engine.chart import Chart
 from engine.files import FileError
-from engine.machine import Box, Leaf, Machine, Vertex
-from engine.signals import Measured, Signal, closure, roots
+from engine.files.declared import Mismatch
+from engine.machine import Box, Leaf, Machine, NamedValues, Vertex
+from engine.signals import Measured, Signal, closure, roots, types_of
 from hw import Pose2, PoseSigma
 from hw.connection import Connection, Narrowed
 from hw.model import RobotModel, Tracking, load_robot
@@ -54,7 +55,7 @@ class Setup:
 
     `given` holds the names and files by which it was requested. `localizing` is the seed of the
     localization if the base does not measure its own pose, else None. If a `connection` was named,
-    its limits are already applied to robot and profile.
+    its limits are already applied to robot and profile. `inputs` of the chart are as in a chart.
     """
 
     chart: Chart
@@ -67,6 +68,7 @@ class Setup:
     given: Mapping[str, Any] = field(default_factory=dict)
     localizing: int | None = None
     connection: Connection | None = None
+    inputs: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def limits(self) -> Narrowed:
@@ -168,9 +170,31 @@ class Setup:
         return Uses(frozenset(commands), frozenset(roots(known, reads)), welcome)
 
     def machine(self, parameters: Mapping[str, Any] | None = None) -> Machine:
-        """The chart with its parameters, ready to run."""
+        """The chart with its parameters and inputs, ready to run.
+
+        Raises:
+            Mismatch: a value is wrong, or names something that is not there.
+        """
         known = self.catalogue
-        return Machine(self.chart, self.library, known.interfaces, parameters, known.types)
+        return Machine(
+            self.chart,
+            self.library,
+            known.interfaces,
+            parameters,
+            known.types,
+            inputs=self.inputs,
+            around=self.named_values,
+        )
+
+    @cached_property
+    def named_values(self) -> NamedValues:
+        """What names in the values of charts stand for in this run."""
+        places = {} if self.scene is None else dict(self.scene.parking)
+        return NamedValues(
+            constants=constants_of(self.profile.values),
+            signals=types_of(self.signals),
+            named={PLACE: places},
+        )
 
 
 def open_setup(  # noqa: PLR0913  one call says all there is to say
@@ -182,6 +206,7 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
     charts: Mapping[str, Chart] | None = None,
     known: Catalogue | None = None,
     sets: Sequence[str] = (),
+    inputs: Mapping[str, Any] | None = None,
 ) -> Setup:
     """Read and check everything that a run needs.
 
@@ -189,12 +214,13 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
     apply to its robot, which must be the scene's; the connection may name a scene. `charts` are
     those of an earlier run by name, in place of files; `chart` is one of them. `known` is what
     charts may name, by default everything found from the current folder. `sets` are single values
-    of the profile, as KEY=VALUE.
+    of the profile, as KEY=VALUE. `inputs` are values for the chart's inputs, as in a chart.
 
     Raises:
         Problem: the chart cannot run; FileError: a file or a value of `sets` is wrong.
     """
     known = known or catalogue()
+    recorded = charts is not None
     used_profile = profile_with(profile or PROFILE, sets)
     if charts is None:
         opened, charts = open_chart(chart, known)
@@ -214,7 +240,7 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
         used_profile = used_profile.narrowed(connection.limits)
     with _blaming_sets():
         applied = used_profile.apply(charts)
-    return Setup(
+    setup = Setup(
         chart=applied[chart],
         library=applied,
         catalogue=known,
@@ -230,7 +256,23 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
             "connection": None if connection is None else connection.known_as,
         },
         connection=connection,
+        inputs=inputs or {},
     )
+    if not recorded:  # the states of an earlier run may be unknown here
+        _require_values(setup)
+    return setup
+
+
+def _require_values(setup: Setup) -> None:
+    """Check that all values have the types that they need.
+
+    Raises:
+        Problem: a value is wrong; the text names it.
+    """
+    try:
+        setup.machine()
+    except Mismatch as mismatch:
+        raise Problem(f"chart {setup.chart.name}: {mismatch}") from None
 
 
 def profile_with(name: str, sets: Sequence[str]) -> Profile:

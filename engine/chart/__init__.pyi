@@ -1,6 +1,7 @@
 from engine.chart.chart import (
     AUTONOMY as AUTONOMY,
     CONTAINERS as CONTAINERS,
+    LEAVES as LEAVES,
     Chart as Chart,
     DataKey as DataKey,
     Node as Node,

@@ -10,17 +10,12 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
 from engine.files import Map, Mark, Place, SourceFile
+from engine.literals import Reference as Reference
 
 Form = Literal["do", "watch", "use", "states", "any", "all"]
 LEAVES = ("do", "watch")
 CONTAINERS = ("states", "any", "all")
 AUTONOMY = {"off": 0, "low": 1, "high": 2, "full": 3, "inherit": -1}
-
-
-class Reference(NamedTuple):
-    """`$name`: a parameter of the chart."""
-
-    name: str
 
 
 class Rule(NamedTuple):
@@ -37,14 +32,17 @@ class Rule(NamedTuple):
 class Retry(NamedTuple):
     """Up to `times` further tries after one of the outcomes `on`, `wait` apart."""
 
-    times: int
+    times: Any
     on: tuple[str, ...]
     wait: Any = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
-    """One node of a chart. `raw` is its YAML mapping, with source positions."""
+    """One node of a chart. `raw` is its YAML mapping, with source positions.
+
+    Of `inputs`, text is a data key; anything else is a value, or a `Reference` to one.
+    """
 
     name: str
     form: Form
@@ -53,7 +51,7 @@ class Node:
     target: str = ""
     children: tuple[Node, ...] = ()
     next: Mapping[str, str] = field(default_factory=dict)
-    inputs: Mapping[str, str] = field(default_factory=dict)
+    inputs: Mapping[str, Any] = field(default_factory=dict)
     outputs: Mapping[str, str] = field(default_factory=dict)
     parameters: Mapping[str, Any] = field(default_factory=dict)
     when: tuple[Rule, ...] = ()
@@ -62,6 +60,16 @@ class Node:
     autonomy: Mapping[str, str] = field(default_factory=dict)
     priority: int = 0
     about: str = ""
+
+    @property
+    def reads(self) -> dict[str, str]:
+        """The data keys that inputs and parameters are read from, by their names."""
+        return {name: key for name, key in self.inputs.items() if type(key) is str}
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """The values of inputs that stand in the chart, by their names."""
+        return {name: value for name, value in self.inputs.items() if type(value) is not str}
 
     @property
     def keeps(self) -> bool:
@@ -84,7 +92,10 @@ class Node:
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A parameter of a chart: `type` by name; without `default` it must be given."""
+    """A parameter of a chart: `type` by name; without `default` it must be given.
+
+    `origin`: what the default was taken from, if not from the chart's file.
+    """
 
     name: str
     type: str
@@ -92,13 +103,15 @@ class Parameter:
     required: bool
     about: str
     at: Mark
+    origin: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class DataKey:
     """A key of a chart's data, one of its inputs, or one of its outputs.
 
-    `optional`: declared with `initial: none`, it may be empty until a node writes it.
+    `initial` is the `default` of an input. `optional`: declared with `initial: none`, or
+    `default: none`, it may be empty until a node writes it.
     """
 
     name: str

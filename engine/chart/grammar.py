@@ -15,6 +15,7 @@ from engine.chart.chart import CONTAINERS, LEAVES, Form
 
 Value = Literal[
     "any",
+    "bindings",
     "conditions",
     "count",
     "data",
@@ -75,7 +76,11 @@ NODE: Keys = {
     "with": ChartKey(
         "values", "Values of parameters: `5 s`, `20 cm`, or `$parameter`.", _NAMED, "parameters"
     ),
-    "in": ChartKey("words", "Inputs and the data keys they are read from.", field="inputs"),
+    "in": ChartKey(
+        "bindings",
+        "Inputs and the data keys they are read from, or their values: `{x: 2 m, y: 1 m}`.",
+        field="inputs",
+    ),
     "out": ChartKey("words", "Outputs and the data keys they are written to.", field="outputs"),
     "next": ChartKey(
         "words", "The target of each outcome: a sibling, or `.x` to end the container with x."
@@ -111,19 +116,23 @@ RULE: Keys = {
     "if": ChartKey("conditions", "Children and the outcomes they must have ended with."),
 }
 RETRY: Keys = {
-    "times": ChartKey("count", "How many further tries."),
+    "times": ChartKey("count", "How many further tries; a number or `$parameter`."),
     "on": ChartKey("names", "Outcomes after which to try again."),
     "wait": ChartKey("duration", "How long to wait before each."),
 }
-INPUT: Keys = {
+_DECLARED: Keys = {
     "type": ChartKey("type", "A type by name."),
     "about": ChartKey("text", "What it is for."),
 }
 PARAMETER: Keys = {
-    **INPUT,
+    **_DECLARED,
     "default": ChartKey("any", "Its value where none is given; without it one must be."),
 }
-DATA: Keys = {**INPUT, "initial": ChartKey("any", "Its value at the start; `none`: empty.")}
+INPUT: Keys = {
+    **_DECLARED,
+    "default": ChartKey("any", "Its value where none is given; `none`: empty."),
+}
+DATA: Keys = {**_DECLARED, "initial": ChartKey("any", "Its value at the start; `none`: empty.")}
 
 KEYS_OF: Mapping[str, frozenset[str]] = {
     form: frozenset(key for key, known in NODE.items() if form in known.on) for form in FORMS

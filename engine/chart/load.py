@@ -239,11 +239,30 @@ class _Reader:
         if type(value) is str and value.startswith("$"):
             return Reference(value[1:])
         if isinstance(value, Seq):
-            return [self.value(item) for item in value]
+            items = Seq(value.at)
+            items += map(self.value, value)
+            items.values_at = value.values_at
+            return items
+        if isinstance(value, Map):
+            inside = Map(value.at)
+            inside.update((entry, self.value(item)) for entry, item in value.items())
+            inside.keys_at, inside.values_at = value.keys_at, value.values_at
+            return inside
         return value
 
     def values(self, raw: Map, key: str) -> Mapping[str, Any]:
         inside = self.mapping(raw, key, "parameter: value")
+        return {entry: self.value(value) for entry, value in inside.items()}
+
+    def bindings(self, raw: Map, key: str) -> Mapping[str, Any]:
+        """What inputs are read from: data keys; on leaves and `use`, values as well."""
+        if not raw.keys() & {*NODE["with"].on}:
+            return self.words(raw, key)
+        inside = self.mapping(raw, key, "a: b")
+        for entry, value in inside.items():
+            if value is None and (":" in entry or " " in entry):
+                self.not_a_word(key, entry, value, inside)
+                return {}
         return {entry: self.value(value) for entry, value in inside.items()}
 
     def rules(self, raw: Map, key: str) -> tuple[Rule, ...]:
@@ -272,7 +291,8 @@ class _Reader:
         inside = self.mapping(raw, key, _TRIES)
         self.unknown_keys(inside, RETRY, f"{key!r}")
         times, on = inside.get("times"), inside.get("on")
-        if type(times) is not int or times < 1:
+        times = self.value(times)
+        if not isinstance(times, Reference) and (type(times) is not int or times < 1):
             self.report(
                 "C03", "'times' is a whole number from 1", mark_of(raw, key, "times"), _A_RETRY
             )
@@ -340,14 +360,16 @@ class _Reader:
 
     def parameter(self, name: str, item: Map, at: Mark) -> Parameter:
         kind, about = self.text(item, "type") or "any", self.text(item, "about") or ""
-        return Parameter(name, kind, item.get("default"), "default" not in item, about, at)
+        default = self.value(item.get("default"))
+        return Parameter(name, kind, default, "default" not in item, about, at)
 
     def keys(self, raw: Map, section: str) -> dict[str, DataKey]:
         is_input = section == "inputs"
+        start = "default" if is_input else "initial"
 
         def key(name: str, item: Map, at: Mark) -> DataKey:
-            given = "initial" in item
-            initial = item.get("initial")
+            given = start in item
+            initial = self.value(item.get(start))
             if initial == "none":
                 initial = None
             nothing = given and initial is None
@@ -381,6 +403,7 @@ class _Reader:
 
 
 _READERS: Mapping[str, Callable[[_Reader, Map, str], Any]] = {
+    "bindings": _Reader.bindings,
     "words": _Reader.words,
     "values": _Reader.values,
     "rules": _Reader.rules,

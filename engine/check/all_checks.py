@@ -11,19 +11,20 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from engine.chart import Library
-from engine.check.arguments import check_arguments
 from engine.check.callee import Facts, KnownNames
 from engine.check.checked_chart import CheckedChart, resolve_names
-from engine.check.declarations import check_declarations
 from engine.check.endless import check_endless, report_dead_ends
 from engine.check.flow import check_flow
 from engine.check.outcomes import check_outcomes
 from engine.check.parts import check_parts, report_unmapped, unmapped
 from engine.check.reachability import check_reach
 from engine.check.uses import check_recursion, components, measure, uses
+from engine.check.values import check_arguments, check_declarations, name_by_nodes
 from engine.check.when import check_rules
 from engine.files import Finding, in_order
-from engine.state import Interface
+from engine.interfaces import Interface
+from engine.machine import NamedValues
+from engine.signals import Signal, types_of
 from engine.types import Type, known_types
 
 __all__ = ["check"]
@@ -34,9 +35,10 @@ def check(
     interfaces: Mapping[str, Interface],
     *,
     types: Mapping[str, Type] | None = None,
-    signals: Collection[str] | None = None,
+    signals: Collection[str] | Mapping[str, Signal] | None = None,
     parts: Collection[str] | None = None,
     strangers: Mapping[str, str] | None = None,
+    around: NamedValues | None = None,
 ) -> list[Finding]:
     """All findings in the charts of a library, sorted by place.
 
@@ -47,16 +49,24 @@ def check(
         library: charts as loaded; their findings of loading are part of the result.
         interfaces: the state classes by name.
         types: types beyond the built-in ones, by name.
-        signals: the declared signals; `None`: what classes read is not checked.
+        signals: the declared signals, or their names; `None`: what is read is not checked.
         parts: the parts of the robot; `None`: what classes command is not checked.
         strangers: what is no state class although a chart may take it for one, and why, by name.
+        around: what names in values may stand for; of its `named`, a run may know others.
     """
     scope = KnownNames(
-        library, interfaces, known_types(types or {}), signals, parts, strangers or {}
+        library,
+        interfaces,
+        known_types(types or {}),
+        None if signals is None else types_of(signals),
+        parts,
+        around or NamedValues(),
+        strangers or {},
     )
     charts = {name: CheckedChart(chart, scope) for name, chart in library.items()}
     for checked in charts.values():
         resolve_names(checked)
+        name_by_nodes(checked)
     graph = {name: uses(checked) for name, checked in charts.items()}
     recursive = check_recursion(charts, graph)
     order = [charts[name] for component in components(graph) for name in component]
@@ -88,4 +98,5 @@ def _check_chart(checked: CheckedChart, *, recursive: bool) -> None:
         vertices=vertices,
         depth=levels,
         deadlines=checked.deadlines,
+        beside=frozenset(checked.beside),
     )

@@ -6,8 +6,9 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 
-from engine.chart import Chart, Library, Parameter
-from engine.state import Argument, Interface
+from engine.chart import Chart, DataKey, Library, Parameter
+from engine.interfaces import Argument, Interface
+from engine.machine import NamedValues
 from engine.types import ANY, Type
 
 
@@ -23,6 +24,7 @@ class Facts:
         depth: the number of levels of these.
         deadlines: the parameters used as durations in it: True for a timeout, which must be
             positive, False for a wait.
+        beside: pairs of parts that may be commanded at the same time, where a parameter names one.
     """
 
     commands: frozenset[str] = frozenset()
@@ -31,6 +33,7 @@ class Facts:
     vertices: int = 1
     depth: int = 1
     deadlines: Mapping[str, bool] = field(default_factory=dict)
+    beside: frozenset[tuple[str, str]] = frozenset()
 
 
 @dataclass(slots=True, eq=False)
@@ -38,7 +41,7 @@ class Callee:
     """A state class or chart with its parameters, inputs and outputs.
 
     `outputs` has the types of the outputs by outcome and name. The `facts` of a chart are filled
-    in once that chart has been checked.
+    in once that chart has been checked. `named_by`: the parameters of a class that name something.
     """
 
     name: str
@@ -48,6 +51,7 @@ class Callee:
     outputs: Mapping[str, Mapping[str, Type]]
     facts: Facts = field(default_factory=Facts)
     monitor: bool = False
+    named_by: frozenset[str] = frozenset()
     ends: dict[str, tuple[()]] = field(init=False)
     required_parameters: frozenset[str] = field(init=False)
     required_inputs: frozenset[str] = field(init=False)
@@ -66,6 +70,8 @@ def _required(arguments: Mapping[str, Argument]) -> frozenset[str]:
 class KnownNames:
     """Everything that names in charts can refer to; `None`: not known, hence not checked.
 
+    `signals` have their types, `around` says what names in values may stand for.
+
     `classes` and `charts` are caches; `unread` has the names of files in which no chart was found.
     `strangers` says, by name, what else there is that is no state class, and why.
     """
@@ -73,8 +79,9 @@ class KnownNames:
     library: Library
     interfaces: Mapping[str, Interface]
     types: Mapping[str, Type]
-    signals: Collection[str] | None = None
+    signals: Mapping[str, Type] | None = None
     parts: Collection[str] | None = None
+    around: NamedValues = field(default_factory=NamedValues)
     strangers: Mapping[str, str] = field(default_factory=dict)
     classes: dict[str, Callee] = field(default_factory=dict)
     charts: dict[str, Callee] = field(default_factory=dict)
@@ -87,7 +94,7 @@ class KnownNames:
     def state_class(self, name: str) -> Callee | None:
         """The state class of this name."""
         if name not in self.classes and name in self.interfaces:
-            self.classes[name] = _of_interface(self.interfaces[name])
+            self.classes[name] = of_interface(self.interfaces[name])
         return self.classes.get(name)
 
     def chart(self, name: str) -> Callee | None:
@@ -97,7 +104,8 @@ class KnownNames:
         return self.charts.get(name)
 
 
-def _of_interface(interface: Interface) -> Callee:
+def of_interface(interface: Interface) -> Callee:
+    """What a state class, or one with the names that a node gives it, looks like from outside."""
     commands = frozenset(interface.commands)
     instant = frozenset(interface.outcomes if interface.instant else ())
     return Callee(
@@ -108,6 +116,7 @@ def _of_interface(interface: Interface) -> Callee:
         interface.outputs,
         Facts(commands, bool(commands), instant),
         interface.monitor,
+        interface.named_by,
     )
 
 
@@ -116,12 +125,20 @@ def _of_chart(chart: Chart, types: Mapping[str, Type]) -> Callee:
     for name, parameter in chart.parameters.items():
         kind = parameter_type(parameter, types)
         parameters[name] = Argument(kind) if parameter.required else Argument(kind, None)
-    inputs = {name: Argument(types.get(key.type, ANY)) for name, key in chart.inputs.items()}
+    inputs = {name: input_of(key, types) for name, key in chart.inputs.items()}
     outputs = {
         outcome: {name: types.get(kind, ANY) for name, kind in named.items()}
         for outcome, named in chart.outputs.items()
     }
     return Callee(chart.name, chart.outcomes, parameters, inputs, outputs)
+
+
+def input_of(key: DataKey, types: Mapping[str, Type]) -> Argument:
+    """An input of a chart as others see it; with `default: none` it may be empty."""
+    kind = types.get(key.type, ANY)
+    if key.optional:
+        return Argument(replace(kind, optional=True), None)
+    return Argument(kind, key.initial) if key.has_initial else Argument(kind)
 
 
 def parameter_type(parameter: Parameter, types: Mapping[str, Type]) -> Type:

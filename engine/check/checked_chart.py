@@ -104,7 +104,7 @@ class Data:
         self.kinds = {name: types.get(key.type, ANY) for name, key in keys.items()}
         self.start = 0
         for key in self.keys:
-            if key.has_initial or key.is_input:
+            if key.has_initial or (key.is_input and not key.optional):
                 self.start |= self.bits[key.name]
         self.read = self.written = 0
         self.nullable = 0  # keys that may be written with none
@@ -129,6 +129,7 @@ class CheckedChart:
     parameters_used: set[str] = field(default_factory=set)
     deadlines: dict[str, bool] = field(default_factory=dict)
     dead_ends: list[PlacedNode] = field(default_factory=list)
+    beside: set[tuple[str, str]] = field(default_factory=set)
     effort: int = EFFORT
 
     def __post_init__(self) -> None:
@@ -196,14 +197,14 @@ def _resolve(
     elif node.form == "use":
         placed.callee = _used_chart(checked, node)
     else:
-        placed.callee = _state_class(checked, node)
+        placed.callee = _state_class(checked, placed)
     return placed
 
 
 def _aliases(checked: CheckedChart, placed: PlacedNode) -> Mapping[str, str | None]:
     """The chart's keys by name inside a container, whose `in` and `out` may rename them."""
     names = placed.names
-    for section, entries in (("in", placed.node.inputs), ("out", placed.node.outputs)):
+    for section, entries in (("in", placed.node.reads), ("out", placed.node.outputs)):
         for inner, outer in entries.items():
             if outer not in names:
                 unknown_key(checked, placed, section, inner, outer, names)
@@ -226,8 +227,9 @@ def unknown_key(
     checked.error("N11", f"no data key {key!r}", mark_of(placed.node.raw, section, entry), hint)
 
 
-def _state_class(checked: CheckedChart, node: Node) -> Callee | None:
-    scope, at = checked.scope, mark_of(node.raw, node.form)
+def _state_class(checked: CheckedChart, placed: PlacedNode) -> Callee | None:
+    node, scope = placed.node, checked.scope
+    at = mark_of(node.raw, node.form)
     found = scope.state_class(node.target)
     if found is None:
         if node.raw[node.form] == node.target:  # otherwise reported on loading

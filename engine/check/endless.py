@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
+
 from engine.check.checked_chart import CheckedChart, PlacedNode
 from engine.check.uses import components, cycle_in
 from engine.check.when import TooLarge, uncovered
+from engine.state_code import outcomes_at_once
 
 MOST_BESIDE = 100
+Edges = dict[PlacedNode, list[PlacedNode]]
 
 
 def check_endless(checked: CheckedChart) -> None:
@@ -50,32 +54,92 @@ def _entered_at_once(placed: PlacedNode) -> list[PlacedNode]:
     return queue
 
 
-def _instant_edges(placed: PlacedNode) -> dict[PlacedNode, list[PlacedNode]]:
-    quick = [child for child in placed.reached if child.instant]
-    if not quick:
+def _instant_edges(placed: PlacedNode) -> Edges:
+    return _edges(placed, {child: child.instant for child in placed.reached})
+
+
+def _edges(placed: PlacedNode, quick: Mapping[PlacedNode, Collection[str]]) -> Edges:
+    """What follows each child by these outcomes; empty if none has any."""
+    if not any(quick.values()):
         return {}
     named = {child.node.name: child for child in placed.children}
-    edges: dict[PlacedNode, list[PlacedNode]] = {child: [] for child in placed.children}
-    for child in quick:
+    edges: Edges = {child: [] for child in placed.children}
+    for child, outcomes in quick.items():
         for outcome, target in child.routes:
-            if outcome in child.instant and target in named:
+            if outcome in outcomes and target in named:
                 edges[child].append(named[target])
     return edges
 
 
 def _check_busy(checked: CheckedChart, placed: PlacedNode) -> None:
-    """S03: a cycle of instant states, in which nothing ever waits."""
-    edges = _instant_edges(placed)
+    """S03: a cycle of states in which nothing ever waits, or nothing has to."""
+    never = _cycles(placed, _instant_edges(placed))
+    for cycle in never:
+        message = f"busy loop: {_shown(cycle)} never waits"
+        hint = "put a state between them that waits, or a monitor that watches"
+        checked.warning("S03", message, cycle[0].node.at, hint)
+    told = {child for cycle in never for child in cycle}
+    for cycle in _hasty_cycles(checked, placed):
+        if told.isdisjoint(cycle):
+            message = f"busy loop: {_shown(cycle)} in every tick, as long as they end at once"
+            hint = "try again after a `wait`, or put a state between them that waits"
+            checked.warning("S03", message, cycle[0].node.at, hint)
+
+
+def _hasty_cycles(checked: CheckedChart, placed: PlacedNode) -> list[list[PlacedNode]]:
+    """Cycles in which nothing has to wait, and an action ends otherwise than it is meant to.
+
+    Those of instant states, and of actions whose code can return before its first `yield`. What an
+    action is for is the first of its outcomes: two drives after one another will not both be at
+    their goals already.
+    """
+    acting = {child: _acting(child) for child in placed.reached}
+    if not _cycles(placed, _edges(placed, {c: c.instant | acting[c] for c in acting})):
+        return []
+    known, quick = checked.scope.interfaces, {}
+    for child, outcomes in acting.items():
+        at_once = outcomes_at_once(known[child.node.target]) if outcomes else frozenset()
+        quick[child] = child.instant | (outcomes & at_once)
+    edges = _edges(placed, quick)
+    failing = _edges(placed, {c: quick[c] - {*[*c.ends][:1]} for c in acting if acting[c]})
+    found = []
+    for component in components(edges):
+        inside = {child: [t for t in edges[child] if t in component] for child in component}
+        pairs = ((c, t) for c in component for t in failing.get(c, ()) if t in inside)
+        first = next(pairs, None)
+        if first is not None:
+            found.append(_through(inside, *first))
+    return found
+
+
+def _through(edges: Edges, child: PlacedNode, target: PlacedNode) -> list[PlacedNode]:
+    """The shortest cycle through an edge of a strongly connected graph, from its target on."""
+    cut = {**edges, child: [target]}
+    cycle = cycle_in(cut, [target, *(c for c in edges if c is not target)])
+    assert cycle is not None
+    return cycle
+
+
+def _acting(child: PlacedNode) -> frozenset[str]:
+    """The outcomes of an action that is not tried again first."""
+    acts = child.form == "do" and child.callee is not None and child.node.retry is None
+    return frozenset(child.ends) - {"timeout"} if acts else frozenset()
+
+
+def _cycles(placed: PlacedNode, edges: Edges) -> list[list[PlacedNode]]:
     order = {child: index for index, child in enumerate(placed.children)}
+    found = []
     for component in components(edges):
         component.sort(key=order.__getitem__)
         cycle = cycle_in(edges, component)
         if cycle is not None:
-            names = [child.node.name for child in cycle]
-            shown = " -> ".join(names if len(names) < 10 else [*names[:8], "…", names[-1]])
-            message = f"busy loop: {shown} never waits"
-            hint = "put a state between them that waits, or a monitor that watches"
-            checked.warning("S03", message, cycle[0].node.at, hint)
+            found.append(cycle)
+    return found
+
+
+def _shown(cycle: list[PlacedNode]) -> str:
+    names = [child.node.name for child in cycle]
+    return " -> ".join(names if len(names) < 10 else [*names[:8], "…", names[-1]])
 
 
 def _note_dead_end(checked: CheckedChart, placed: PlacedNode) -> None:

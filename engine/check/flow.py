@@ -177,7 +177,7 @@ def _reading(checked: CheckedChart, placed: PlacedNode, mask: int) -> list[tuple
     if not mask:
         return []
     keys = {key.name: key for key in checked.data.within(mask)}
-    bound = ((name, placed.names.get(key)) for name, key in placed.node.inputs.items())
+    bound = ((name, placed.names.get(key)) for name, key in placed.node.reads.items())
     return [(name, keys[real]) for name, real in bound if real in keys]
 
 

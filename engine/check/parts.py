@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 
-from engine.chart import mark_of
+from engine.chart import Reference, mark_of
+from engine.check.callee import Callee
 from engine.check.checked_chart import CheckedChart, PlacedNode
 
 MOST_NOTES = 7  # maximum number of further nodes that one finding names
@@ -17,9 +18,40 @@ def check_parts(checked: CheckedChart) -> None:
             placed.commands = frozenset().union(*[child.commands for child in placed.children])
             if placed.form != "states" and placed.commands:
                 _check_shared(checked, placed)
+        elif placed.form == "use" and placed.callee is not None:
+            _note_used(checked, placed, placed.callee)
         elif placed.callee is not None:
             placed.commands = placed.callee.facts.commands
     _check_known(checked)
+
+
+def _note_used(checked: CheckedChart, placed: PlacedNode, callee: Callee) -> None:
+    """Note what a used chart commands, with the parts that this node names; S08 among them."""
+
+    def part(name: str) -> str:
+        if name[0] != "$":
+            return name
+        argument = callee.parameters[name[1:]]
+        value = placed.node.parameters.get(name[1:], argument.default)
+        return f"${value.name}" if isinstance(value, Reference) else str(value)
+
+    placed.commands = frozenset(map(part, callee.facts.commands))
+    for first, second in callee.facts.beside:
+        _note_beside(checked, placed, part(first), part(second), placed)
+
+
+def _note_beside(
+    checked: CheckedChart, owner: PlacedNode, first: str, second: str, other: PlacedNode
+) -> None:
+    """Two nodes that run side by side command these parts, of which parameters may name some."""
+    if first == second:
+        names = f"{owner.node.name!r} and {other.node.name!r} both command"
+        names = f"nodes in {owner.node.name!r} command" if owner is other else names
+        message = f"{names} {first!r} at the same time"
+        related = () if owner is other else ((owner.node.at, "one of them"),)
+        checked.error("S08", message, other.node.at, "put them one after the other", *related)
+    elif "$" in (first[0], second[0]):
+        checked.beside.add((min(first, second), max(first, second)))
 
 
 def _check_shared(checked: CheckedChart, placed: PlacedNode) -> None:
@@ -29,11 +61,12 @@ def _check_shared(checked: CheckedChart, placed: PlacedNode) -> None:
         for part in sorted(child.commands):
             owner = owners.setdefault(part, child)
             if owner is not child:
-                names = f"{owner.node.name!r} and {child.node.name!r}"
-                message = f"{names} both command {part!r} at the same time"
-                first = (owner.node.at, "one of them")
-                hint = "put them one after the other"
-                checked.error("S08", message, child.node.at, hint, first)
+                _note_beside(checked, owner, part, part, child)
+    named = [part for part in owners if part[0] == "$"]
+    for part in named:
+        for other, owner in owners.items():
+            if owner is not owners[part]:
+                _note_beside(checked, owners[part], part, other, owner)
 
 
 def _check_known(checked: CheckedChart) -> None:
@@ -49,6 +82,9 @@ def _check_known(checked: CheckedChart) -> None:
         interface = scope.interfaces[name]
         _check_names(checked, nodes, "signal", interface.reads, scope.signals)
         _check_names(checked, nodes, "part", interface.commands, scope.parts)
+        for template in interface.commands if scope.parts is not None else ():
+            if template[0] == "$":
+                _check_named_parts(checked, nodes, template[1:], scope.parts or ())
 
 
 def _check_names(
@@ -63,10 +99,23 @@ def _check_names(
     verb = {"signal": "reads", "part": "commands"}[what]
     first, *others = (mark_of(placed.node.raw, placed.form) for placed in nodes)
     for name in names:
-        if name not in known:
+        if name[0] != "$" and name not in known:
             message = f"{nodes[0].node.target} {verb} {name!r}, and there is no such {what}"
             also = ((mark, "and here") for mark in others[:MOST_NOTES])
             checked.error("N12", message, first, checked.near(name, known), *also)
+
+
+def _check_named_parts(
+    checked: CheckedChart, nodes: Sequence[PlacedNode], parameter: str, known: Collection[str]
+) -> None:
+    """N12: the parts that a parameter of these nodes names exist."""
+    for placed in nodes:
+        value = placed.node.parameters.get(parameter)
+        for name in value if isinstance(value, list) else [value]:
+            if isinstance(name, str) and name not in known:
+                at = mark_of(placed.node.raw, "with", parameter)
+                message, hint = f"{parameter}: there is no part {name!r}", checked.near(name, known)
+                checked.error("N12", message, at, hint)
 
 
 def unmapped(placed: PlacedNode) -> list[PlacedNode]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from engine.chart import key_mark_of
 from engine.check.checked_chart import CheckedChart, PlacedNode
 
 _UNREACHED = "map an outcome to it, or delete it"
@@ -17,6 +18,7 @@ def check_reach(checked: CheckedChart) -> None:
                     message, hint = f"{child.node.name!r} is never reached", _UNREACHED
                     checked.warning("S01", message, child.node.at, hint)
             placed.produced = _produced(placed)
+            _check_produced(checked, placed)
         else:
             placed.produced = placed.ends
         placed.routes = _routes(placed)
@@ -25,6 +27,17 @@ def check_reach(checked: CheckedChart) -> None:
         if outcome not in checked.root.produced:
             hint = f"map an outcome to `.{outcome}`, or leave it out"
             checked.warning("S02", f"nothing ends the chart with {outcome!r}", at, hint)
+
+
+def _check_produced(checked: CheckedChart, placed: PlacedNode) -> None:
+    """S02: each outcome that `next` of a container maps can occur, if all inside it is reached."""
+    if len(placed.reached) < len(placed.children):
+        return
+    for outcome in placed.node.next:
+        if outcome in placed.ends and outcome not in placed.produced:
+            at = key_mark_of(placed.node.raw, "next", outcome)
+            message = f"{placed.node.name!r} can never end with {outcome!r}"
+            checked.warning("S02", message, at, "leave it out")
 
 
 def _routes(placed: PlacedNode) -> list[tuple[str, str]]:

@@ -10,13 +10,8 @@ from engine.machine.deciding import (
     Judge as Judge,
 )
 from engine.machine.exploration import explore as explore
-from engine.machine.machine import (
-    Box as Box,
-    Cell as Cell,
-    Leaf as Leaf,
-    Machine as Machine,
-    Vertex as Vertex,
-)
+from engine.machine.machine import Machine as Machine
+from engine.machine.named_values import NamedValues as NamedValues
 from engine.machine.node import (
     ASK as ASK,
     AT_ONCE as AT_ONCE,
@@ -49,4 +44,10 @@ from engine.machine.outputs import (
 from engine.machine.scripted_states import (
     LeafScript as LeafScript,
     perhaps as perhaps,
+)
+from engine.machine.vertices import (
+    Box as Box,
+    Cell as Cell,
+    Leaf as Leaf,
+    Vertex as Vertex,
 )

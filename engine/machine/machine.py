@@ -7,110 +7,19 @@ share it; the run-time state of a vertex is in its `engine.machine.node.RunNode`
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from itertools import chain
 from typing import Any
 
-from engine.chart import AUTONOMY, Chart, Node, Reference
-from engine.state import Interface
-from engine.types import Type, convert, known_types
-
-
-class Cell:
-    """One data key of one chart in the machine; each run holds a value for it."""
-
-    __slots__ = ("initial", "key")
-
-    def __init__(self, key: str, initial: Any = None) -> None:
-        self.key = key
-        self.initial = initial
-
-
-class Vertex:
-    """What leaves and boxes have in common.
-
-    `order` is the index in document order, `last` that of the last vertex below. `turn` is the
-    index in stepping order: all monitors (rule 3), then actions and boxes in document order, each
-    box after its content. `depth` counts the enclosing boxes.
-
-    An outcome either leads to a sibling (`go`) or ends the parent (`leave`); in a box that keeps
-    outcomes it may do neither.
-    """
-
-    __slots__ = (
-        "autonomy", "depth", "go", "guard", "last", "leave", "monitor", "name", "order", "outputs",
-        "parent", "path", "priority", "retry", "signature", "timeout_ns", "turn",
-    )  # fmt: skip
-
-    def __init__(self, name: str, path: str, parent: Box | None) -> None:
-        self.name = name
-        self.path = path
-        self.parent = parent
-        self.depth: int = 0 if parent is None else parent.depth + 1
-        self.order = self.last = self.turn = 0
-        self.go: dict[str, Vertex] = {}
-        self.leave: dict[str, str] = {}
-        self.guard = False
-        self.monitor = False
-        self.priority = 0
-        self.timeout_ns: int | None = None
-        self.retry: tuple[int, frozenset[str], int] | None = None  # times, outcomes, wait in ns
-        self.autonomy: dict[str, int] = {}
-        self.outputs: dict[str, tuple[tuple[Any, Cell], ...]] = {}
-        self.signature: tuple[Any, ...] = ()  # what a replacement of the chart may not change
-
-    def __repr__(self) -> str:
-        return f"<{self.path or '(top)'}>"
-
-
-class Leaf(Vertex):
-    """A state class with its arguments."""
-
-    __slots__ = ("inputs", "interface", "parameters")
-
-    def __init__(self, name: str, path: str, parent: Box, interface: Interface) -> None:
-        super().__init__(name, path, parent)
-        self.interface = interface
-        self.monitor = interface.monitor
-        self.parameters: dict[str, Any] = {}
-        self.inputs: tuple[tuple[str, Cell], ...] = ()
-
-
-class Box(Vertex):
-    """A container. `cells` are the data keys of the chart that begins here, if one does."""
-
-    __slots__ = ("cells", "chart", "children", "form", "inputs", "keeps", "kinds", "rules")
-
-    def __init__(self, name: str, path: str, parent: Box | None, node: Node) -> None:
-        super().__init__(name, path, parent)
-        self.form = node.form
-        self.keeps = node.keeps
-        self.children: tuple[Vertex, ...] = ()
-        self.rules = tuple((rule.outcome, dict(rule.conditions)) for rule in node.rules)
-        self.chart = ""
-        self.cells: dict[str, Cell] = {}
-        self.kinds: dict[str, str] = {}  # type names of `cells`, as in the chart
-        self.inputs: tuple[tuple[Cell, Cell], ...] = ()  # inner, outer
-
-    @property
-    def first(self) -> tuple[Vertex, ...]:
-        """The children that start with it: the first one of a sequence, otherwise all."""
-        return self.children[:1] if self.form == "states" else self.children
-
-    def match(self, ended: Mapping[str, str]) -> str | None:
-        """The outcome of the first rule that holds, else None; a child's `error` has precedence.
-
-        `ended` maps the names of the children that have ended to their outcomes.
-        """
-        if "error" in ended.values():
-            return "error"
-        for outcome, conditions in self.rules:
-            if conditions:
-                if all(ended.get(child) == wanted for child, wanted in conditions.items()):
-                    return outcome
-            elif len(ended) == len(self.children):
-                return outcome
-        return None
+from engine.chart import AUTONOMY, Chart, DataKey, Node, Parameter
+from engine.files import did_you_mean
+from engine.files.declared import Mismatch
+from engine.interfaces import Interface, bindings, python_name, resolved
+from engine.literals import Resolver, convert
+from engine.machine.named_values import NamedValues, ParameterValues
+from engine.machine.vertices import Box, Cell, Leaf, Vertex, monitor_order, walk
+from engine.types import ANY, Type, known_types
 
 
 class Machine:
@@ -122,6 +31,14 @@ class Machine:
         interfaces: the state classes it names.
         parameters: values for the chart's own parameters, as in a chart.
         types: types beyond the built-in ones, by name.
+        inputs: values for the chart's own inputs, as in a chart.
+        around: what names in values stand for.
+
+    Attributes:
+        missing: the inputs of the chart without a value; it cannot run before they have one.
+
+    Raises:
+        Mismatch: a value of `parameters` or `inputs` is of another type, or of no such name.
     """
 
     def __init__(
@@ -131,16 +48,31 @@ class Machine:
         interfaces: Mapping[str, Interface],
         parameters: Mapping[str, Any] | None = None,
         types: Mapping[str, Type] | None = None,
+        *,
+        inputs: Mapping[str, Any] | None = None,
+        around: NamedValues | None = None,
     ) -> None:
         self.chart = chart
         self.library = library
         self.interfaces = interfaces
         self.types = known_types(types or {})
+        self.around = around or NamedValues()
         self.vertices: dict[str, Vertex] = {}
         self.given = dict(parameters or {})
-        given = chart_parameters(chart, self.given, self.types)
+        self.inputs = dict(inputs or {})
+        _require_known("parameter", chart, self.given, chart.parameters)
+        _require_known("input", chart, self.inputs, chart.inputs)
+        self.missing = [
+            name
+            for name, key in chart.inputs.items()
+            if not (name in self.inputs or key.has_initial or self._may_be_empty(key))
+        ]
+        given = self._parameters(chart, self.given, ParameterValues({}, self.around))
         self.root = self._box(chart.root, None, "", {}, given, chart)
         _number(self.root)
+
+    def _may_be_empty(self, key: DataKey) -> bool:
+        return key.optional or self.types.get(key.type, ANY).optional
 
     @property
     def leaves(self) -> list[Leaf]:
@@ -153,18 +85,23 @@ class Machine:
         parent: Box | None,
         path: str,
         names: Mapping[str, Cell],
-        given: Mapping[str, Any],
+        given: ParameterValues,
         used: Chart | None,
+        outer: ParameterValues | None = None,
     ) -> Box:
-        """Build a container; `used`: the chart that begins here; `given`: parameter values."""
+        """Build a container.
+
+        `used`: the chart that begins here; `given`: the values of the parameters inside it, `outer`
+        those around it.
+        """
         inner = used.root if used is not None else node
         box = Box(node.name, path, parent, inner)
         self.vertices[path] = box
         if used is not None:
-            self._open_scope(box, node, names, used)
+            self._open_scope(box, node, names, used, outer)
             names = box.cells
         elif node.inputs or node.outputs:
-            names = {**names, **{inner: names[outer] for inner, outer in node.inputs.items()}}
+            names = {**names, **{inner: names[outer] for inner, outer in node.reads.items()}}
             names |= {inner: names[outer] for inner, outer in node.outputs.items()}
         children = []
         for child in inner.children:
@@ -172,9 +109,8 @@ class Machine:
             children.append(self._vertex(child, box, below, names, given))
         box.children = tuple(children)
         self._connect(box, inner)
-        bindings = (tuple(sorted(node.inputs.items())), tuple(sorted(node.outputs.items())))
-        parameters = tuple(sorted(given.items(), key=str))
-        box.signature = (box.form, box.keeps, box.chart, parameters, *bindings)
+        parameters = tuple(sorted(given.known.items(), key=str))
+        box.signature = (box.form, box.keeps, box.chart, parameters, *_bindings(node))
         return box
 
     def _vertex(
@@ -183,16 +119,15 @@ class Machine:
         parent: Box,
         path: str,
         names: Mapping[str, Cell],
-        given: Mapping[str, Any],
+        given: ParameterValues,
     ) -> Vertex:
         vertex: Vertex
         if node.form in ("do", "watch"):
             vertex = self._leaf(node, parent, path, names, given)
         elif node.form == "use":
             used = self.library[node.target]
-            passed = {name: _resolve(value, given) for name, value in node.parameters.items()}
-            inner = chart_parameters(used, passed, self.types)
-            vertex = self._box(node, parent, path, names, inner, used)
+            inner = self._parameters(used, node.parameters, given)
+            vertex = self._box(node, parent, path, names, inner, used, given)
         else:
             vertex = self._box(node, parent, path, names, given, None)
         self._limits(vertex, node, given)
@@ -204,34 +139,70 @@ class Machine:
         parent: Box,
         path: str,
         names: Mapping[str, Cell],
-        given: Mapping[str, Any],
+        given: ParameterValues,
     ) -> Leaf:
-        interface = self.interfaces[node.target]
+        interface = self._interface(node, names, given)
         leaf = Leaf(node.name, path, parent, interface)
         self.vertices[path] = leaf
         leaf.guard = leaf.monitor and parent.form in ("any", "all")
         for name, value in node.parameters.items():
-            leaf.parameters[name] = convert(_resolve(value, given), interface.parameters[name].type)
-        leaf.inputs = tuple((name, names[key]) for name, key in node.inputs.items())
+            wanted = interface.parameters[name].type
+            leaf.parameters[python_name(name)] = convert(value, wanted, given)
+        for name, value in node.given.items():
+            wanted = (interface.inputs.get(name) or interface.parameters[name]).type
+            held = leaf.given if name in interface.inputs else leaf.parameters
+            held[python_name(name)] = convert(value, wanted, given)
+        read = [(name, python_name(name), names[key]) for name, key in node.reads.items()]
+        leaf.inputs = tuple((called, c) for name, called, c in read if name in interface.inputs)
+        leaf.bound = tuple((called, c) for name, called, c in read if name not in interface.inputs)
         for outcome, produced in interface.outputs.items():
             leaf.outputs[outcome] = tuple(
                 (name, names[node.outputs[name]]) for name in produced if name in node.outputs
             )
-        bindings = (tuple(sorted(node.inputs.items())), tuple(sorted(node.outputs.items())))
         parameters = tuple(sorted(leaf.parameters.items(), key=str))
-        leaf.signature = (node.form, node.target, parameters, *bindings)
+        leaf.signature = (node.form, node.target, parameters, *_bindings(node))
         return leaf
 
-    def _open_scope(self, box: Box, node: Node, outer: Mapping[str, Cell], used: Chart) -> None:
+    def _interface(
+        self, node: Node, names: Mapping[str, Cell], given: ParameterValues
+    ) -> Interface:
+        """The interface of the class that a node names, with what its parameters name."""
+        of = self.interfaces[node.target]
+        if not of.is_open:
+            return of
+        named = {
+            name: convert(node.parameters[name], of.parameters[name].type, given)
+            for name in of.named_by & node.parameters.keys()
+        }
+        signals = {
+            name: self.around.signals.get(signal, ANY)
+            for name, signal in named.items()
+            if of.parameters[name].type.name == "signal"
+        }
+        read = {name: self.types.get(names[key].kind, ANY) for name, key in node.reads.items()}
+        return resolved(of, named, bindings(of, signals, read))
+
+    def _open_scope(
+        self,
+        box: Box,
+        node: Node,
+        outer: Mapping[str, Cell],
+        used: Chart,
+        by: ParameterValues | None,
+    ) -> None:
+        """Make the cells of a chart; inputs that are given a value start with it."""
+        given = self.inputs if by is None else node.given
+        own = ParameterValues({}, self.around)
         box.chart = used.name
         for key in used.keys.values():
-            kind = self.types.get(key.type)
-            initial = convert(key.initial, kind) if key.has_initial and kind else None
-            box.cells[key.name] = Cell(key.name, initial)
-            box.kinds[key.name] = key.type
+            kind = self.types.get(key.type, ANY)
+            value = given.get(key.name, key.initial)
+            around = (by or own) if key.name in given else own
+            initial = None if value is None else _converted(key.name, value, kind, around)
+            box.cells[key.name] = Cell(key.name, initial, key.type)
         if box.parent is None:
             return
-        box.inputs = tuple((box.cells[name], outer[key]) for name, key in node.inputs.items())
+        box.inputs = tuple((box.cells[name], outer[key]) for name, key in node.reads.items())
         for outcome, produced in used.outputs.items():
             box.outputs[outcome] = tuple(
                 (box.cells[name], outer[node.outputs[name]])
@@ -239,15 +210,31 @@ class Machine:
                 if name in node.outputs
             )
 
-    def _limits(self, vertex: Vertex, node: Node, given: Mapping[str, Any]) -> None:
+    def _parameters(
+        self, chart: Chart, passed: Mapping[str, Any], outer: ParameterValues
+    ) -> ParameterValues:
+        """The parameters of a chart; those not `passed`, whose values `outer` knows, by default."""
+        found = {}
+        for name, parameter in chart.parameters.items():
+            value = passed.get(name, parameter.default)
+            by = outer if name in passed else ParameterValues({}, self.around)
+            found[name] = None if value is None else self._parameter(parameter, value, by)
+        return ParameterValues(found, self.around)
+
+    def _parameter(self, parameter: Parameter, value: Any, by: ParameterValues) -> Any:
+        wanted = replace(self.types[parameter.type], optional=True)
+        return _converted(parameter.name, value, wanted, by)
+
+    def _limits(self, vertex: Vertex, node: Node, given: ParameterValues) -> None:
         duration = self.types["duration"]
         vertex.priority = node.priority
         vertex.autonomy = {outcome: AUTONOMY[level] for outcome, level in node.autonomy.items()}
         if node.timeout is not None:
-            vertex.timeout_ns = to_ns(convert(_resolve(node.timeout, given), duration))
+            vertex.timeout_ns = to_ns(convert(node.timeout, duration, given))
         if node.retry is not None:
-            wait = to_ns(convert(_resolve(node.retry.wait, given), duration))
-            vertex.retry = (node.retry.times, frozenset(node.retry.on), wait)
+            wait = to_ns(convert(node.retry.wait, duration, given))
+            times = convert(node.retry.times, self.types["integer"], given)
+            vertex.retry = (times, frozenset(node.retry.on), wait)
 
     def _connect(self, box: Box, node: Node) -> None:
         named = {child.name: child for child in box.children}
@@ -274,43 +261,27 @@ def _number(root: Box) -> None:
         vertex.turn = turn
 
 
-def walk(vertex: Vertex) -> Iterator[Vertex]:
-    """A vertex and all below it, in document order."""
-    yield vertex
-    if isinstance(vertex, Box):
-        for child in vertex.children:
-            yield from walk(child)
-
-
-def monitor_order(box: Box) -> Iterator[Leaf]:
-    """Monitors in stepping order: those directly in a box, then those of the boxes inside it."""
-    for child in box.children:
-        if isinstance(child, Leaf) and child.monitor:
-            yield child
-    for child in box.children:
-        if isinstance(child, Box):
-            yield from monitor_order(child)
-
-
-def chart_parameters(
-    chart: Chart, given: Mapping[str, Any], types: Mapping[str, Type]
-) -> dict[str, Any]:
-    """The parameters of a chart, converted, with defaults where none is given."""
-    found = {}
-    for name, parameter in chart.parameters.items():
-        value = given.get(name, parameter.default)
-        found[name] = None if value is None else convert(value, types[parameter.type])
-    return found
-
-
 def to_ns(seconds: float) -> int:
     """Seconds as whole nanoseconds."""
     return round(seconds * 1e9)
 
 
-def _resolve(value: Any, given: Mapping[str, Any]) -> Any:
-    if isinstance(value, Reference):
-        return given[value.name]
-    if isinstance(value, list):
-        return [_resolve(item, given) for item in value]
-    return value
+def _bindings(node: Node) -> tuple[Any, ...]:
+    """What a node reads, is given and writes, as far as a replacement may not change it."""
+    inputs = sorted((name, str(value)) for name, value in node.inputs.items())
+    return tuple(inputs), tuple(sorted(node.outputs.items()))
+
+
+def _converted(name: str, value: Any, wanted: Type, by: Resolver) -> Any:
+    try:
+        return convert(value, wanted, by)
+    except Mismatch as mismatch:
+        raise Mismatch(f"{name}: {mismatch}") from None
+
+
+def _require_known(
+    what: str, chart: Chart, given: Mapping[str, Any], known: Mapping[str, Any]
+) -> None:
+    for name in given.keys() - known.keys():
+        hint = did_you_mean(name, known) if known else f"it has no {what}s"
+        raise Mismatch(f"chart {chart.name} has no {what} {name!r}; {hint}")

@@ -10,7 +10,8 @@ from collections.abc import Callable, Generator, Iterator, Mapping
 from operator import attrgetter
 from typing import Any, NamedTuple, Protocol
 
-from engine.machine.machine import Box, Cell, Leaf, Machine, Vertex
+from engine.machine.machine import Machine
+from engine.machine.vertices import Box, Cell, Leaf, Vertex
 from engine.state import NEVER_NS, Context, On, State
 from engine.types import Type
 

@@ -11,8 +11,9 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from engine.machine.machine import Leaf, Machine
+from engine.machine.machine import Machine
 from engine.machine.node import Substitute
+from engine.machine.vertices import Leaf
 from engine.state import Context, Outcome, Run, State
 from engine.types import Type
 

@@ -62,9 +62,9 @@ def _differences(node: RunNode, new: Machine) -> list[str]:
     if not isinstance(old, Box) or not isinstance(other, Box):
         return []
     return [
-        f"{key!r} of {old.chart!r} is a {kind} and would be a {other.kinds[key]}"
-        for key, kind in old.kinds.items()
-        if other.kinds.get(key, kind) != kind
+        f"{key!r} of {old.chart!r} is a {cell.kind} and would be a {other.cells[key].kind}"
+        for key, cell in old.cells.items()
+        if key in other.cells and other.cells[key].kind != cell.kind
     ]
 
 

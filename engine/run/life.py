@@ -82,8 +82,11 @@ class Life:
         if node.listens:
             node.context.begin()
         try:
-            state = node.make(**leaf.parameters) if leaf.parameters else node.make()
-            if leaf.inputs:
+            given = leaf.parameters
+            if leaf.bound:
+                given = {**given, **{name: self.data[cell] for name, cell in leaf.bound}}
+            state = node.make(**given) if given else node.make()
+            if leaf.inputs or leaf.given:
                 found = state.run(node.context, **self.inputs_of(leaf))
             else:
                 found = state.run(node.context)
@@ -96,8 +99,8 @@ class Life:
         return BEGUN
 
     def inputs_of(self, leaf: Leaf) -> dict[str, Any]:
-        """The current values of a leaf's inputs, by name."""
-        return {name: self.data[cell] for name, cell in leaf.inputs}
+        """The current values of a leaf's inputs, by their Python names."""
+        return {**leaf.given, **{name: self.data[cell] for name, cell in leaf.inputs}}
 
     def _enter(self, node: RunNode) -> None:
         """Enter a node, after those of its enclosing boxes that do not run yet.

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 from engine.chart import AUTONOMY, CHART, CONTAINERS, FORMS, KEYS_OF, NODE, Chart, Keys, Parameter
 from engine.files.declared import DRAFT, NAME, Schema, said, text_of
+from engine.interfaces import Argument, Interface
 from engine.schema.keys import CHART_SNIPPETS, NODE_SNIPPETS, key_schema
 from engine.schema.value_schemas import ANY_VALUE, value_schema, written
-from engine.state import Argument, Interface
 from engine.types import ANY, Type, known_types
 
 

@@ -37,8 +37,9 @@ _DURATION = value_schema(Type("duration"))
 _WORDS: Schema = {"type": "object", "additionalProperties": {"type": "string"}}
 _VALUES: dict[Value, Schema] = {
     "any": {},
+    "bindings": {"type": "object"},
     "conditions": {**_WORDS, "minProperties": 1},
-    "count": {"type": "integer", "minimum": 1},
+    "count": {**value_schema(Type("integer")), "minimum": 1},
     "duration": {**_DURATION, "minimum": 0},
     "integer": {"type": "integer"},
     "levels": {"type": "object", "additionalProperties": {"enum": list(AUTONOMY)}},

@@ -13,6 +13,7 @@ from engine.signals.signal_kinds import (
     closure as closure,
     declare as declare,
     roots as roots,
+    types_of as types_of,
 )
 from engine.signals.slots import (
     EstimatedSlot as EstimatedSlot,

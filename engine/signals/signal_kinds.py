@@ -5,11 +5,12 @@ This module declares them; the values of one run are on its board (`engine.signa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 from engine.state import Stamped
+from engine.types import ANY, Type, from_annotation
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +115,20 @@ def declare(signals: Iterable[Signal]) -> dict[str, Signal]:
             raise ValueError(f"estimated {signal.name!r} needs {odd[0]!r}, but rests on {rests}")
     closure(named, named)
     return named
+
+
+def types_of(signals: Collection[str] | Mapping[str, Signal]) -> dict[str, Type]:
+    """The types of the values of signals, by name; `any` where it is not known."""
+    if not isinstance(signals, Mapping):
+        return dict.fromkeys(signals, ANY)
+    return {name: _type(signal.type) for name, signal in signals.items()}
+
+
+def _type(annotation: Any) -> Type:
+    try:
+        return from_annotation(annotation)
+    except TypeError:  # a type that no chart could name
+        return ANY
 
 
 def _inputs(signal: Signal) -> tuple[str, ...]:

@@ -20,10 +20,10 @@ import pytest
 
 from behaviors.profile.profile import load_profile
 from behaviors.signal_table import signals
+from engine.interfaces import interface
 from engine.run.context import LeafContext
 from engine.signals.board import Board
 from engine.signals.signal_kinds import declare
-from engine.state import interface
 from hw.geometry import Pose2
 from hw.jit import compile_examples
 from hw.model.robot import load_robot

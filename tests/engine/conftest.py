@@ -9,11 +9,12 @@ import pytest
 
 from engine.chart.load import Library
 from engine.files.source import read
+from engine.interfaces import Interface, interface
 from engine.machine.machine import Machine
 from engine.machine.scripted_states import LeafScript
 from engine.operator.operator import Operator
 from engine.run.chart_run import ChartRun
-from engine.state import Action, Context, Interface, Monitor, Run as Steps, State, interface
+from engine.state import Action, Context, Monitor, Run as Steps, State
 
 HZ = 10
 

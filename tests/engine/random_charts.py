@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from engine.chart.load import Library
 from engine.files.source import read
 from engine.files.units import Duration, Length, Speed
-from engine.state import Action, Context, Interface, Monitor, Run, interface
+from engine.interfaces import Interface, interface
+from engine.state import Action, Context, Monitor, Run
 
 
 @dataclass(frozen=True)

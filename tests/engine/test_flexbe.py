@@ -8,8 +8,8 @@ import pytest
 
 from engine.files.units import Duration
 from engine.flexbe import EventState, UserData
+from engine.interfaces import interface
 from engine.machine.node import Substitute
-from engine.state import interface
 from tests.engine.conftest import Bench
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from engine.state import Argument, Interface
+from engine.interfaces import Argument, Interface
 from engine.types import ANY, Type
 from tests.flexbe.names import camel, identifier, outcome_name
 

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from engine.state import Interface
+from engine.interfaces import Interface
 from tests.flexbe.classes import Classes, Json, Use, type_name
 from tests.flexbe.names import camel, identifier, outcome_name, unique
 

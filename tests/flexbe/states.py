@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from engine.files.units import Duration, Length, Ratio
-from engine.state import Action, Context, Outcome, Run, State, Until, interface
+from engine.interfaces import interface
+from engine.state import Action, Context, Outcome, Run, State, Until
 from engine.types import from_annotation
 
 Numbers = tuple[float, ...]

@@ -12,7 +12,7 @@ import pytest
 from engine.chart.chart import AUTONOMY
 from engine.check.all_checks import check
 from engine.machine.exploration import explore
-from engine.machine.machine import Leaf
+from engine.machine.vertices import Leaf
 from tests.flexbe.conftest import NAMES, Play
 
 every_behaviour = pytest.mark.parametrize("name", NAMES)

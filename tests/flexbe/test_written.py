@@ -7,7 +7,7 @@ import pytest
 from engine.chart.chart import AUTONOMY
 from engine.check.all_checks import check
 from engine.machine.exploration import explore
-from engine.machine.machine import Box, Leaf
+from engine.machine.vertices import Box, Leaf
 from tests.flexbe.conftest import HZ, Play, written_library, written_machine
 from tests.flexbe.states import INTERFACES, TYPES, Pose, Trajectory
 

@@ -18,10 +18,11 @@ from behaviors.make_room import MakeRoom
 from behaviors.profile.profile import Profile
 from behaviors.signal_table import OBSTACLES, signals
 from behaviors.situation.present_situation import Situation
+from engine.interfaces import interface
 from engine.run.context import LeafContext
 from engine.signals.board import Board
 from engine.signals.signal_kinds import closure, declare, roots
-from engine.state import ALWAYS_NS, Action, interface
+from engine.state import ALWAYS_NS, Action
 from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.model.robot import RobotModel
 from hw.safety.guarded import GuardedBase

@@ -17,8 +17,9 @@ from cobodeck.loop.plant import Nothing
 from cobodeck.loop.sample_router import Inlet
 from cobodeck.loop.wiring import Wired
 from engine.clock import TickGrid
-from engine.machine.machine import Leaf, Machine
+from engine.machine.machine import Machine
 from engine.machine.node import Substitute
+from engine.machine.vertices import Leaf
 from engine.operator.operator import Operator
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board

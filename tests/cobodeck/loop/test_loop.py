@@ -30,11 +30,12 @@ from cobodeck.setup.options import Options
 from cobodeck.setup.setup import open_setup
 from engine.chart.load import load_text
 from engine.clock import TickGrid
+from engine.interfaces import interface
 from engine.machine.machine import Machine
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board
 from engine.signals.signal_kinds import Measured, declare
-from engine.state import Action, Context, Monitor, On, Run as Steps, interface
+from engine.state import Action, Context, Monitor, On, Run as Steps
 from hw.samples import Sample
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -16,11 +16,12 @@ from cobodeck.loop.stopwatch import Stopwatch
 from cobodeck.loop.wiring import Wired
 from engine.chart.load import load_text
 from engine.clock import TickGrid
+from engine.interfaces import interface
 from engine.machine.machine import Machine
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board
 from engine.signals.signal_kinds import Measured, declare
-from engine.state import Action, Context, Monitor, On, Run as Steps, interface
+from engine.state import Action, Context, Monitor, On, Run as Steps
 from hw.samples import Sample
 from tests.cobodeck.loop.test_loop import Stepped
 

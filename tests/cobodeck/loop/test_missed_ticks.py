@@ -12,11 +12,12 @@ from cobodeck.loop.sample_router import Inlet
 from cobodeck.loop.wiring import Wired
 from engine.chart.load import load_text
 from engine.clock import TickGrid
+from engine.interfaces import interface
 from engine.machine.machine import Machine
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board
 from engine.signals.signal_kinds import Estimated, Measured, declare
-from engine.state import Action, Context, Run as Steps, interface
+from engine.state import Action, Context, Run as Steps
 from hw.samples import Sample
 
 MS = 10**6

@@ -25,11 +25,12 @@ from cobodeck.setup.setup import Uses
 from cobodeck.terminal.console import Problem
 from engine.chart.load import load_text
 from engine.clock import TickGrid
+from engine.interfaces import interface
 from engine.machine.machine import Machine
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board
 from engine.signals.signal_kinds import Measured, declare
-from engine.state import Action, Context, Run as Steps, interface
+from engine.state import Action, Context, Run as Steps
 from hw.connection.connection import Connection, RunInfo, ServedPart
 from hw.geometry import STILL, Pose2, Twist2
 from hw.ipc.processes import Child

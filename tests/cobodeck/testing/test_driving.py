@@ -9,8 +9,8 @@ import pytest
 
 from behaviors.profile.profile import load_profile
 from cobodeck.testing.testing import ChartTester
-from engine.machine.machine import Leaf
 from engine.machine.node import Substitute
+from engine.machine.vertices import Leaf
 from hw.geometry import Pose2, Twist2
 from hw.model.robot import load_robot
 from hw.samples import UserPose

@@ -10,7 +10,8 @@ from typing import Any
 from engine.chart.load import Library
 from engine.files.source import read
 from engine.files.units import Duration
-from engine.state import Action, Context, Interface, Monitor, Run, interface
+from engine.interfaces import Interface, interface
+from engine.state import Action, Context, Monitor, Run
 
 
 class _Busy:

@@ -13,7 +13,9 @@ from engine.chart.load import Library
 from engine.check.all_checks import check
 from engine.files.finding import Finding
 from engine.files.source import read
-from engine.state import Action, Monitor, State, interface
+from engine.interfaces import interface
+from engine.machine.named_values import NamedValues
+from engine.state import Action, Monitor, State
 
 ENGINE = Path(engine.__file__).parent
 PAGE = (ENGINE / "CODES.md").read_text(encoding="utf-8")
@@ -25,8 +27,8 @@ def states() -> dict[str, Any]:
     """The interfaces of the states that the page shows."""
     shown = re.search(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
     assert shown is not None
-    namespace: dict[str, Any] = {"__name__": "readme"}
-    exec(shown[1], namespace)
+    namespace: dict[str, Any] = {"__name__": __name__}
+    exec(compile(shown[1], "CODES.md", "exec", dont_inherit=True), namespace)
     found = [c for c in namespace.values() if isinstance(c, type) and issubclass(c, State)]
     return {c.__name__: interface(c) for c in found if c not in (Action, Monitor)}
 
@@ -46,7 +48,8 @@ def findings(example: str, without: str) -> list[Finding]:
     library = Library()
     for number, text in enumerate(texts(example, without)):
         library.add(read(text.encode(), f"{number}"))
-    return check(library, INTERFACES, signals=["user.distance"], parts=["base"])
+    around = NamedValues(named={"place": {"dock": None}})
+    return check(library, INTERFACES, signals=["user.distance"], parts=["base"], around=around)
 
 
 @pytest.mark.parametrize("code", sorted(EXAMPLES))
@@ -69,7 +72,7 @@ def test_mistakes_of_a_line_are_found_in_that_line(code: str) -> None:
 
 def test_the_list_has_every_code_of_the_source() -> None:
     files = [
-        *ENGINE.glob("check/*.py"),
+        *ENGINE.glob("check/**/*.py"),
         ENGINE / "files" / "source.py",
         ENGINE / "chart" / "load.py",
     ]

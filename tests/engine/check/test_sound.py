@@ -12,8 +12,9 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 from engine.chart.chart import Chart
 from engine.chart.load import Library
 from engine.check.all_checks import check
-from engine.machine.machine import Box, Leaf, Machine, Vertex
+from engine.machine.machine import Machine
 from engine.machine.scripted_states import LeafScript
+from engine.machine.vertices import Box, Leaf, Vertex
 from engine.run.chart_run import ChartRun
 from tests.engine.check.some_charts import INTERFACES, Maker, damage, library
 from tests.repeats import examples

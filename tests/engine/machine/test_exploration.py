@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import HealthCheck, given, settings
 
 from engine.machine.exploration import Ended, active, after, explore, initial, steps
-from engine.machine.machine import Vertex
+from engine.machine.vertices import Vertex
 from engine.state import Action, Context, Run
 from tests.engine.conftest import Bench
 from tests.engine.valid_charts import chart_texts

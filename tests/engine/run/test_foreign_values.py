@@ -8,9 +8,10 @@ from typing import Any, ClassVar, NamedTuple
 
 import pytest
 
+from engine.interfaces import interface
 from engine.machine.outputs import checked
 from engine.run.trace import encode
-from engine.state import Action, Context, Monitor, On, Run, Until, interface
+from engine.state import Action, Context, Monitor, On, Run, Until
 from engine.state_class import StateError
 from engine.types import ANY, DEPTH, freeze
 from tests.engine.conftest import Bench

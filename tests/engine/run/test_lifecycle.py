@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, Phase, example, given, settings, strategies 
 
 from engine.chart.load import Library, load_text
 from engine.files.source import read
-from engine.machine.machine import Leaf, Machine
+from engine.machine.machine import Machine
 from engine.machine.node import (
     CHOSEN,
     IDLE,
@@ -31,6 +31,7 @@ from engine.machine.node import (
     RunNode,
     Substitute,
 )
+from engine.machine.vertices import Leaf
 from engine.operator.operator import Operator
 from engine.run.chart_run import ChartRun
 from engine.run.life import Life

@@ -10,8 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from engine.clock import TickGrid
-from engine.machine.machine import Leaf, Machine
+from engine.machine.machine import Machine
 from engine.machine.node import Substitute
+from engine.machine.vertices import Leaf
 from engine.operator.operator import Operator
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board

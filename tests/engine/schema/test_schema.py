@@ -17,9 +17,10 @@ from engine.chart.load import Library
 from engine.check.all_checks import check
 from engine.files.declared.values import Mismatch
 from engine.files.finding import Finding
+from engine.literals import convert
 from engine.schema.document import chart_schema, schema_text
 from engine.schema.value_schemas import value_schema
-from engine.types import Type, builtin_types, convert
+from engine.types import Type, builtin_types
 from tests.engine.random_charts import INTERFACES, Spot, charts, library
 from tests.repeats import examples
 

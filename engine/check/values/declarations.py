@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from engine.chart import key_mark_of, mark_of
+from engine.chart import Reference, key_mark_of, mark_of
 from engine.check.checked_chart import CheckedChart
+from engine.check.values.written import check_value
 from engine.files import Map, Mark
-from engine.files.declared import Mismatch
-from engine.types import ANY, Type, convert, fits
+from engine.literals import can_be_written
+from engine.types import ANY, Type, fits
 
 
 def check_declarations(checked: CheckedChart) -> None:
@@ -23,11 +24,11 @@ def _check_parameters(checked: CheckedChart) -> None:
     for name, parameter in checked.chart.parameters.items():
         kind = _type(checked, parameter.type, _mark(raw, "parameters", name, "type"))
         at = _mark(raw, "parameters", name, "default")
-        if not _can_be_written(kind):
+        if not can_be_written(kind):
             hint = "pass it on as data, by `inputs`"
             checked.error("N09", f"a {kind} cannot be written in a chart", parameter.at, hint)
         elif not parameter.required and parameter.default is not None:
-            _check_value(checked, name, parameter.default, kind, at)
+            _check_start(checked, name, parameter.default, kind, at)
 
 
 def _check_keys(checked: CheckedChart) -> None:
@@ -37,11 +38,12 @@ def _check_keys(checked: CheckedChart) -> None:
         if not _declares(raw, section, name):
             continue  # declared by `outputs`, see `_check_outputs`
         kind = _type(checked, key.type, _mark(raw, section, name, "type"))
-        if key.has_initial and not _can_be_written(kind):
-            at, hint = _mark(raw, section, name, "initial"), "`initial: none`"
+        start = "default" if key.is_input else "initial"
+        if key.has_initial and not can_be_written(kind):
+            at, hint = _mark(raw, section, name, start), f"`{start}: none`"
             checked.error("N09", f"a {kind} cannot be written in a chart", at, hint)
         elif key.has_initial:
-            _check_value(checked, name, key.initial, kind, _mark(raw, section, name, "initial"))
+            _check_start(checked, name, key.initial, kind, _mark(raw, section, name, start))
         if _declares(raw, "inputs", name) and _declares(raw, "data", name):
             first = (key_mark_of(raw, "inputs", name), "first here")
             at = key_mark_of(raw, "data", name)
@@ -77,15 +79,15 @@ def _type(checked: CheckedChart, name: str, at: Mark) -> Type:
 _OWN_TYPES = "a project adds types of its own by `TYPES`, beside its states"
 
 
-def _check_value(checked: CheckedChart, name: str, value: Any, kind: Type, at: Mark) -> None:
-    try:
-        convert(value, kind)
-    except Mismatch as mismatch:
-        checked.error("N09", f"{name}: {mismatch}", at)
-
-
-def _can_be_written(kind: Type) -> bool:
-    return kind.python is None and (kind.item is None or _can_be_written(kind.item))
+def _check_start(checked: CheckedChart, name: str, value: Any, kind: Type, at: Mark) -> None:
+    """N09: a default or an initial value; of names it may use those from outside of the chart."""
+    if isinstance(value, Reference) and not value.is_constant:
+        message = f"{name}: a default is a value; ${value.name} has none before the chart starts"
+        hint = "names of values from outside have dots, as in `$profile.chase.inner`"
+        checked.error("N09", message, at, hint)
+        return
+    empty = "" if kind.python is None else "`none` if it starts empty"
+    check_value(checked, value, kind, at, name, empty)
 
 
 def _declares(raw: Map, section: str, name: str) -> bool:

@@ -1,4 +1,7 @@
-"""Checks values and data at nodes: `with`, `in`, `out`, `timeout`, `retry` (N08–N11, F02, S11)."""
+"""Checks values and data at nodes: `with`, `in`, `out`, `timeout`, `retry` (N08–N11, F02, S11).
+
+How a single value is checked: `written.py`.
+"""
 
 from __future__ import annotations
 
@@ -6,16 +9,19 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import Any
 
-from engine.chart import Node, Reference, key_mark_of, mark_of
-from engine.check.callee import Callee, parameter_type
+from engine.chart import LEAVES, Node, Reference, key_mark_of, mark_of
+from engine.check.callee import Callee
 from engine.check.checked_chart import CheckedChart, PlacedNode, unknown_key
+from engine.check.values.written import check_value
 from engine.files import Map, Mark
 from engine.files.declared import Mismatch
-from engine.types import Type, convert, fits
+from engine.interfaces import Argument
+from engine.literals import convert
+from engine.types import Type, fits
 
 LONGEST = 1e9  # seconds of a timeout or wait, about 30 years
 
-_DURATION = Type("duration")
+_DURATION, _TIMES = Type("duration"), Type("integer")
 
 
 def check_arguments(checked: CheckedChart) -> None:
@@ -24,12 +30,15 @@ def check_arguments(checked: CheckedChart) -> None:
         node = placed.node
         if "timeout" in node.raw:
             at = mark_of(node.raw, "timeout")
-            _check_value(checked, node.timeout, _DURATION, at, "timeout")
+            check_value(checked, node.timeout, _DURATION, at, "timeout")
             _check_deadline(checked, node.timeout, at, is_timeout=True)
         if node.retry is not None:
             at = mark_of(node.raw, "retry", "wait")
-            _check_value(checked, node.retry.wait, _DURATION, at, "wait")
+            check_value(checked, node.retry.wait, _DURATION, at, "wait")
             _check_deadline(checked, node.retry.wait, at, is_timeout=False)
+            at = mark_of(node.raw, "retry", "times")
+            check_value(checked, node.retry.times, _TIMES, at, "times")
+            _check_count(checked, node.retry.times, at)
         if placed.callee is not None:
             _check_parameters(checked, node, placed.callee)
             _check_inputs(checked, placed, placed.callee)
@@ -43,14 +52,16 @@ def _check_parameters(checked: CheckedChart, node: Node, callee: Callee) -> None
         argument = callee.parameters.get(name)
         at = mark_of(node.raw, "with", name)
         if argument is None:
-            hint = checked.near(name, callee.parameters)
+            is_input = name in callee.inputs
+            hint = f"it is an input: `in: {{{name}: …}}`" if is_input else ""
+            hint = hint or checked.near(name, callee.parameters)
             message = f"{callee.name} has no parameter {name!r}"
             checked.error("N08", message, key_mark_of(node.raw, "with", name), hint)
             continue
-        _check_value(checked, value, argument.type, at, name)
+        check_value(checked, value, argument.type, at, name)
         if name in callee.facts.deadlines:
             _check_deadline(checked, value, at, is_timeout=callee.facts.deadlines[name])
-    if not callee.required_parameters <= node.parameters.keys():
+    if not callee.required_parameters <= node.parameters.keys() | node.inputs.keys():
         _report_missing(checked, node, "with", callee.required_parameters, "N08", "parameter")
 
 
@@ -68,57 +79,37 @@ def _report_missing(
         checked.error(code, message, mark_of(node.raw, node.form), hint)
 
 
-def _check_value(checked: CheckedChart, value: Any, wanted: Type, at: Mark, what: str) -> None:
-    """N09: a value as written in the chart can be converted to the type `wanted`."""
-    if isinstance(value, Reference):
-        _check_reference(checked, value, wanted, at, what)
-        return
-    if isinstance(value, list) and (wanted.item is not None or wanted.name == "any"):
-        for item in value:
-            _check_value(checked, item, wanted.item or wanted, at, what)
-        return
-    try:
-        convert(value, wanted)
-    except Mismatch as mismatch:
-        is_parameter = isinstance(value, str) and value in checked.chart.parameters
-        hint = f"`${value}` is the chart's parameter" if is_parameter else ""
-        checked.error("N09", f"{what}: {mismatch}", at, hint)
-
-
-def _check_reference(
-    checked: CheckedChart, value: Reference, wanted: Type, at: Mark, what: str
-) -> None:
-    parameters = checked.chart.parameters
-    if value.name not in parameters:
-        bare = value.name.strip("{}()")
-        hint = f"write `${bare}`" if bare in parameters else checked.near(value.name, parameters)
-        checked.error("N09", f"{what}: the chart has no parameter {value.name!r}", at, hint)
-        return
-    checked.parameters_used.add(value.name)
-    kind = parameter_type(parameters[value.name], checked.scope.types)
-    untyped = kind.name == "any" and wanted.name != "any"
-    if untyped or not fits(kind, wanted):
-        first = (parameters[value.name].at, "declared here")
-        message = f"{what}: ${value.name} is a {kind}; wanted: a {wanted}"
-        checked.error("N09", message, at, f"declare it with `type: {wanted.name}`", first)
-
-
 def _check_deadline(checked: CheckedChart, value: Any, at: Mark, *, is_timeout: bool) -> None:
     """S11: timeouts are positive and waits not negative, also if given by a parameter."""
-    if isinstance(value, Reference):
+    if isinstance(value, Reference) and not value.is_constant:
         before = checked.deadlines.get(value.name, False)
         checked.deadlines[value.name] = is_timeout or before
         return
+    if isinstance(value, Reference):
+        value = checked.scope.around.constants.get(value.name)
     try:
         seconds = convert(value, _DURATION)
     except Mismatch:
-        return  # reported by `_check_value`
+        return  # reported by `check_value`
     if seconds > LONGEST:
         checked.error("S11", f"{seconds:g} s is too long", at, f"at most {LONGEST:g} s")
     elif is_timeout and seconds <= 0:
         checked.error("S11", "a timeout must be positive", at, "`timeout: 5 s`")
     elif seconds < 0:
         checked.error("S11", "a wait cannot be negative", at, "`wait: 1 s`")
+
+
+def _check_count(checked: CheckedChart, times: Any, at: Mark) -> None:
+    """S11: a parameter that says how often to try again is 1 or more, by its default."""
+    if not isinstance(times, Reference):
+        return
+    parameter = checked.chart.parameters.get(times.name)
+    default = (
+        checked.scope.around.constants.get(times.name) if parameter is None else parameter.default
+    )
+    if type(default) is int and default < 1:
+        note = ((parameter.at, "declared here"),) if parameter is not None else ()
+        checked.error("S11", f"'times' is 1 or more; ${times.name} is {default}", at, "", *note)
 
 
 def _check_defaults(checked: CheckedChart) -> None:
@@ -132,14 +123,12 @@ def _check_defaults(checked: CheckedChart) -> None:
 
 def _check_inputs(checked: CheckedChart, placed: PlacedNode, callee: Callee) -> None:
     node, data = placed.node, checked.data
-    for name, key in node.inputs.items():
-        argument = callee.inputs.get(name)
-        if argument is None:
-            is_swapped = key in callee.inputs and name in placed.names
-            hint = f"the other way round: `{key}: {name}`" if is_swapped else ""
-            hint = hint or checked.near(name, callee.inputs)
-            message = f"{callee.name} has no input {name!r}"
-            checked.error("N10", message, key_mark_of(node.raw, "in", name), hint)
+    for name, value in node.given.items():
+        argument = _argument(checked, node, callee, name)
+        if argument is not None:
+            check_value(checked, value, argument.type, mark_of(node.raw, "in", name), name)
+    for name, key in node.reads.items():
+        argument = _argument(checked, node, callee, name, key if name in placed.names else "")
         if key not in placed.names:
             unknown_key(checked, placed, "in", name, key, placed.names)
         real = placed.names.get(key)
@@ -148,13 +137,36 @@ def _check_inputs(checked: CheckedChart, placed: PlacedNode, callee: Callee) -> 
         held, wanted = data.kinds[real], argument.type
         if not fits(held, wanted):
             at = mark_of(node.raw, "in", name)
-            message = f"{key!r} holds a {held}; input {name!r} of {callee.name} is a {wanted}"
+            what = "input" if name in callee.inputs else "parameter"
+            message = f"{key!r} holds a {held}; {what} {name!r} of {callee.name} is a {wanted}"
             checked.error("F02", message, at, "", (checked.chart.keys[real].at, "declared here"))
         data.read |= data.bits[real]
         if not (checked.chart.keys[real].optional and wanted.optional):
             placed.needs |= data.bits[real]
     if not callee.required_inputs <= node.inputs.keys():
         _report_missing(checked, node, "in", callee.required_inputs, "N10", "input")
+
+
+def _argument(
+    checked: CheckedChart, node: Node, callee: Callee, name: str, key: str = ""
+) -> Argument | None:
+    """The input, or parameter of a class, that an entry of `in` gives; N10 if there is none.
+
+    `key`: what it is read from, if the chart has data of both names.
+    """
+    is_class = node.form in LEAVES
+    found = callee.inputs.get(name) or (callee.parameters.get(name) if is_class else None)
+    if found is None:
+        is_parameter = name in callee.parameters
+        hint = f"the other way round: `{key}: {name}`" if key in callee.inputs else ""
+        hint = hint or (f"it is a parameter: `with: {{{name}: …}}`" if is_parameter else "")
+        hint = hint or checked.near(name, callee.inputs)
+        message = f"{callee.name} has no input {name!r}"
+        checked.error("N10", message, key_mark_of(node.raw, "in", name), hint)
+    elif name in node.parameters:
+        at, first = key_mark_of(node.raw, "in", name), (mark_of(node.raw, "with", name), "here")
+        checked.error("N10", f"{name!r} is given by `with` already", at, "keep one of them", first)
+    return found
 
 
 def _check_outputs(checked: CheckedChart, placed: PlacedNode, callee: Callee) -> None:

@@ -1,0 +1,112 @@
+"""The interface of a leaf whose parameters name signals, parts or outcomes, or whose types vary."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from engine.chart import LEAVES, Node, Reference, mark_of
+from engine.check.callee import Callee, of_interface, parameter_type
+from engine.check.checked_chart import CheckedChart, PlacedNode
+from engine.files.declared import Mismatch
+from engine.interfaces import Interface, bindings, resolved
+from engine.literals import convert
+from engine.types import ANY, Type
+
+
+def name_by_nodes(checked: CheckedChart) -> None:
+    """Give the leaves whose interface depends on their node the one that results."""
+    for placed in checked.nodes:
+        of = checked.scope.interfaces.get(placed.node.target)
+        if placed.form in LEAVES and placed.callee is not None and of is not None and of.is_open:
+            placed.callee = _callee_at(checked, placed, of)
+
+
+def _callee_at(checked: CheckedChart, placed: PlacedNode, of: Interface) -> Callee:
+    """What a leaf looks like with the names that its node gives; N05 where they cannot be used."""
+    node = placed.node
+    given = {name: _named(checked, node, of, name) for name in of.named_by}
+    types = bindings(of, _signal_types(checked, node, of, given), _read_types(checked, placed, of))
+    _bind_references(checked, node, of, types)
+    ending = _naming_outcomes(of)
+    try:
+        unknown = next((name for name in ending if given[name] is _UNKNOWN), None)
+        if unknown is not None:  # reported: assumed to have the outcomes that are mapped
+            mapped = tuple(outcome for outcome in node.next if outcome not in ("error", "timeout"))
+            given |= dict.fromkeys(ending, mapped)
+        known = {name: () if value is _UNKNOWN else value for name, value in given.items()}
+        return of_interface(resolved(of, known, types))
+    except ValueError as error:
+        at = mark_of(node.raw, "with", ending[0])
+        checked.error("N05", f"{of.name}: {error}", at)
+        return of_interface(resolved(of, dict.fromkeys(of.named_by, ()), types))
+
+
+_UNKNOWN: Any = object()
+
+
+def _named(checked: CheckedChart, node: Node, of: Interface, name: str) -> Any:
+    """The value of a parameter that names something; for `$x`, text that begins with `$`."""
+    argument = of.parameters[name]
+    if name not in node.parameters:
+        if name in node.inputs:
+            at = mark_of(node.raw, "in", name)
+            message = f"{name!r} says what {of.name} reads, commands or ends with"
+            hint = f"it has to be known before the run: `with: {{{name}: …}}`"
+            checked.error("N10", message, at, hint)
+        return _UNKNOWN if argument.required else argument.default
+    value = node.parameters[name]
+    if isinstance(value, Reference) and not value.is_constant:
+        if name not in _naming_outcomes(of):
+            return f"${value.name}"
+        message = f"the outcomes of {of.name} are named by {name!r}, and ${value.name} hides them"
+        at = mark_of(node.raw, "with", name)
+        checked.error("N05", message, at, f"write them here: `{name}: [first, second]`")
+        return _UNKNOWN
+    try:
+        return convert(value, argument.type)
+    except Mismatch:
+        return _UNKNOWN  # reported with the other values
+
+
+def _naming_outcomes(of: Interface) -> list[str]:
+    named = (*of.outcomes, *of.outputs)
+    return list(dict.fromkeys(name[1:] for name in named if name[0] == "$"))
+
+
+def _signal_types(
+    checked: CheckedChart, node: Node, of: Interface, given: Mapping[str, Any]
+) -> dict[str, Type]:
+    found = {}
+    for name, argument in of.parameters.items():
+        if argument.type.name != "signal":
+            continue
+        value = node.parameters.get(name)
+        if isinstance(value, Reference) and value.name in checked.chart.parameters:
+            kind = parameter_type(checked.chart.parameters[value.name], checked.scope.types)
+            found[name] = kind.item or ANY
+        elif checked.scope.signals is not None and isinstance(given.get(name), str):
+            found[name] = checked.scope.signals.get(given[name], ANY)
+    return found
+
+
+def _read_types(checked: CheckedChart, placed: PlacedNode, of: Interface) -> dict[str, Type]:
+    known = {**of.parameters, **of.inputs}
+    keys = ((name, placed.names.get(key)) for name, key in placed.node.reads.items())
+    return {n: checked.data.kinds[key] for n, key in keys if n in known and key is not None}
+
+
+def _bind_references(
+    checked: CheckedChart, node: Node, of: Interface, types: dict[str, Type]
+) -> None:
+    """Let parameters and inputs that are given as `$name` say what type variables stand for."""
+    given = {**node.parameters, **node.given}
+    named = {n: v for n, v in given.items() if isinstance(v, Reference)}
+    known = {**of.parameters, **of.inputs}
+    kinds = {
+        name: parameter_type(checked.chart.parameters[value.name], checked.scope.types)
+        for name, value in named.items()
+        if name in known and value.name in checked.chart.parameters
+    }
+    for variable, kind in bindings(of, {}, kinds).items():
+        types.setdefault(variable, kind)

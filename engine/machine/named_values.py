@@ -1,0 +1,53 @@
+"""What names in the values of a chart stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from engine.chart import Reference
+from engine.files import did_you_mean
+from engine.files.declared import Mismatch
+from engine.literals import OpenName, Resolver, convert
+from engine.types import Type
+
+
+@dataclass(frozen=True)
+class NamedValues:
+    """What names in values stand for: `$profile.x` in `constants`, `{place: x}` in `named`.
+
+    `constants` are as in a chart, by their whole names; `named` are values by kind and name. Where
+    `named` is None, names stay open (`engine.literals.OpenName`). `signals`: the types of signals.
+    """
+
+    constants: Mapping[str, Any] = field(default_factory=dict)
+    signals: Mapping[str, Type] = field(default_factory=dict)
+    named: Mapping[str, Mapping[str, Any]] | None = None
+
+
+@dataclass(frozen=True)
+class ParameterValues(Resolver):
+    """The values of a chart's parameters, `known` by name, and of names of its surroundings."""
+
+    known: Mapping[str, Any]
+    around: NamedValues
+
+    def reference(self, reference: Reference, wanted: Type) -> Any:
+        """The value of a parameter, or of a constant."""
+        if reference.is_constant:
+            constants = self.around.constants
+            if reference.name not in constants:
+                near = did_you_mean(reference.name, constants)
+                raise Mismatch(f"there is no value ${reference.name}; {near}")
+            return convert(constants[reference.name], wanted, self)
+        return convert(self.known[reference.name], wanted, self)
+
+    def named(self, kind: str, name: str) -> Any:
+        """The value of a name."""
+        if self.around.named is None:
+            return OpenName(kind, name)
+        known = self.around.named.get(kind, {})
+        if name not in known:
+            raise Mismatch(f"there is no {kind} {name!r} here; {did_you_mean(name, known)}")
+        return known[name]
