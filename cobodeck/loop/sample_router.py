@@ -163,12 +163,17 @@ class Inlet:
         Raises:
             WrongSample: it is not of its signal's type, or a number in it is not finite.
         """
-        wrong = None if value is None else misfit(value, self._types.get(name, object))
-        if wrong is None and name in self._types and not is_finite(value):
-            wrong = NOT_FINITE
+        wrong = self.why_not(name, value)
         if wrong is not None:
             raise _wrong(name, wrong)
         self.board.put(name, value, stamp_ns)
+
+    def why_not(self, name: str, value: Any) -> str | None:
+        """Why `put` would refuse a value for its type or its numbers; None if it would not."""
+        wrong = None if value is None else misfit(value, self._types.get(name, object))
+        if wrong is None and name in self._types and not is_finite(value):
+            wrong = NOT_FINITE
+        return wrong
 
     def _check(self, name: str, value: object, route: _Route) -> str | WrongSample | None:
         """Why a new value is refused; None if it is not."""

@@ -1,3 +1,6 @@
+from cobodeck.testing.edge_coverage import (
+    EdgeCoverage as EdgeCoverage,
+)
 from cobodeck.testing.stub_parts import (
     Parts as Parts,
 )

@@ -15,6 +15,8 @@ from engine.machine import Machine
 from engine.run import ChartRun
 from engine.signals import Board, Measured, Signal
 
+__tracebackhide__ = True  # a failing test shows its own line
+
 HZ = 30
 """Ticks per second of virtual time."""
 _FILE = "<test>"
@@ -31,7 +33,8 @@ def chart_of_text(text: str, known: Catalogue) -> tuple[Chart, Mapping[str, Char
         library.setdefault(name, other)
     findings = findings_of(library, known, [Path(_FILE)])
     errors = [finding for finding in findings if finding.severity == "error"]
-    assert not errors, f"the chart cannot run\n{report_text(errors, library.sources)}"
+    if errors:
+        raise AssertionError(f"the chart cannot run\n{report_text(errors, library.sources)}")
     return next(iter(library.values())), library
 
 
@@ -57,10 +60,21 @@ def loop_alone(
     board = Board(_declared(machine, known, signals))
     inlet = Inlet(board)
     for name, value in signals.items():
+        fitting(inlet, name, value)
         inlet.put(name, value, 0)
     commands = {name for leaf in machine.leaves for name in leaf.interface.commands}
     run = ChartRun(machine, board, {name: parts[name] for name in sorted(commands)})
     return Loop(Nothing(parts), Wired(run, board, inlet), TickGrid(HZ))
+
+
+def fitting(inlet: Inlet, name: str, value: Any) -> None:
+    """Make sure that a value is of its signal's type.
+
+    Raises:
+        AssertionError: it is not; the message says what would be right.
+    """
+    if wrong := inlet.why_not(name, value):
+        raise AssertionError(f"signal {name!r}: {wrong}")
 
 
 def _declared(

@@ -12,38 +12,63 @@ scene everything that the script does not name is real, on the simulated robot.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from cobodeck.loop import Loop
 from cobodeck.project import Catalogue, catalogue, open_chart
 from cobodeck.setup import Options
+from cobodeck.terminal import Problem
 from cobodeck.testing.chart_only import HZ, chart_of_text, loop_alone
+from cobodeck.testing.edge_coverage import EdgeCoverage
+from cobodeck.testing.scripted_leaves import Outcomes, ScriptedLeaves
+from cobodeck.testing.signal_feed import SignalFeed
+from cobodeck.testing.story import story
 from cobodeck.testing.stub_parts import Parts
-from engine.files import did_you_mean
-from engine.machine import Leaf, LeafScript
+from cobodeck.testing.visits import entered, reaching, require_node
 from engine.operator import Operator
 from engine.run import ChartRun
-from engine.signals import Measured
 
-ScriptedOutcome = str | tuple[str, Mapping[str, Any]] | Exception
-Outcomes = ScriptedOutcome | Sequence[ScriptedOutcome]
+__tracebackhide__ = True  # a failing test shows its own line, and one message
+
+
+class _Started(NamedTuple):
+    """A run that has been started, and what the test does to it."""
+
+    loop: Loop
+    feed: SignalFeed
+    scripted: ScriptedLeaves
 
 
 class ChartTester:
     """Starts charts, lets virtual time pass, and reports what the charts did.
 
     Charts are looked up in `folder`, states and other charts in the project around `root`.
+    `covers`, if given, counts the edges that the charts take.
     """
 
-    def __init__(self, folder: Path, root: Path, parts: Parts | None = None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        root: Path,
+        parts: Parts | None = None,
+        covers: EdgeCoverage | None = None,
+    ) -> None:
         self.folder, self.root = folder, root
         self.parts = parts if parts is not None else Parts()
+        self.covers = covers
         self.metrics: Callable[[], Mapping[str, Any]] | None = None
         self._known: Catalogue | None = None
-        self._loop: Loop | None = None
-        self._script: LeafScript | None = None
+        self._started: _Started | None = None
+
+    def __repr__(self) -> str:
+        if self._started is None:
+            return "<sim, not started>"
+        ended = f"ended with {self.outcome!r}" if self.outcome else "nothing runs"
+        doing = ", ".join(self.active) or ended
+        return f"<sim of {self.run.machine.chart.name} at {self.now:.2f} s: {doing}>"
 
     # -- starting --------------------------------------------------------------------------------
 
@@ -80,22 +105,32 @@ class ChartTester:
         Raises:
             AssertionError, Problem: the chart has errors, or names something that does not exist.
         """
+        self._note_edges()
         alone = scene is None and robot is None
-        if alone:
-            known = self._catalogue()
-            opened = chart_of_text(chart, known) if "\n" in chart else None
-            opened = opened or open_chart(self._beside(chart), known)
-            self._loop = loop_alone(*opened, known, self.parts, signals or {}, parameters)
-        else:
-            self._start_simulated(
-                self._beside(chart), scene, robot, profile, Options(user, requests), parameters
-            )
-        for path, outcomes in self._script_for(script or {}, real, everything=alone).items():
-            for outcome in outcomes:
-                self._end(path, outcome)
+        if signals and not alone:
+            raise AssertionError("signals= is for charts without a robot; here its parts measure")
+        try:
+            if alone:
+                loop = self._alone(chart, signals or {}, parameters)
+            else:
+                options = Options(user, requests)
+                loop = self._simulated(chart, scene, robot, profile, options, parameters)
+        except Problem as problem:
+            raise problem.with_traceback(None) from None
+        scripted = ScriptedLeaves(loop.wired.run)
+        self._started = _Started(loop, SignalFeed(loop), scripted)
+        scripted.play(script or {}, real, everything=alone)
         return self
 
-    def _start_simulated(
+    def _alone(
+        self, chart: str, signals: Mapping[str, Any], parameters: Mapping[str, Any] | None
+    ) -> Loop:
+        known = self._catalogue()
+        opened = chart_of_text(chart, known) if "\n" in chart else None
+        opened = opened or open_chart(self._beside(chart), known)
+        return loop_alone(*opened, known, self.parts, signals, parameters)
+
+    def _simulated(
         self,
         chart: str,
         scene: str | None,
@@ -103,16 +138,17 @@ class ChartTester:
         profile: str | None,
         options: Options,
         parameters: Mapping[str, Any] | None,
-    ) -> None:
+    ) -> Loop:
         from cobodeck.evaluate import Evaluator
         from cobodeck.run import stage
         from cobodeck.setup import open_setup
 
-        setup = open_setup(chart, scene, profile, HZ, robot, known=self._catalogue())
-        self._loop = stage(setup, options, parameters)
-        for observer in self._loop.observers:
+        known, chart = self._catalogue(), self._beside(chart)
+        loop = stage(open_setup(chart, scene, profile, HZ, robot, known=known), options, parameters)
+        for observer in loop.observers:
             if isinstance(observer, Evaluator):
                 self.metrics = observer.report
+        return loop
 
     def _beside(self, chart: str) -> str:
         """The file of this name beside the test if there is one, else the name itself."""
@@ -124,29 +160,18 @@ class ChartTester:
             self._known = catalogue(self.root)
         return self._known
 
-    def _script_for(
-        self, script: Mapping[str, Outcomes], real: Iterable[str], *, everything: bool
-    ) -> dict[str, list[ScriptedOutcome]]:
-        machine = self.run.machine
-        played = {
-            leaf.path: [outcomes] if isinstance(outcomes, str | tuple | Exception) else outcomes
-            for name, outcomes in script.items()
-            for leaf in self._leaves(name)
-        }
-        kept = {leaf.path for name in real for leaf in self._leaves(name)}
-        self._script = LeafScript(machine)
-        for path, stand_in in self._script.stand_ins.items():
-            if path not in kept and (everything or path in played):
-                self.run.put_in(path, stand_in)
-        return {path: list(outcomes) for path, outcomes in played.items()}
-
     # -- while it runs ---------------------------------------------------------------------------
 
     @property
     def loop(self) -> Loop:
         """The loop that runs the chart."""
-        assert self._loop is not None, "start a chart first: sim.start(…)"
-        return self._loop
+        return self._begun.loop
+
+    @property
+    def _begun(self) -> _Started:
+        if self._started is None:
+            raise AssertionError("start a chart first: sim.start(…)")
+        return self._started
 
     @property
     def run(self) -> ChartRun:
@@ -180,8 +205,10 @@ class ChartTester:
 
     def tick(self, count: int = 1) -> None:
         """Let `count` ticks pass."""
+        loop, feed, _ = self._begun
         for _ in range(count):
-            self.loop.tick()
+            feed.deliver()
+            loop.tick()
 
     def wait(self, seconds: float) -> None:
         """Let virtual time pass, s."""
@@ -197,45 +224,50 @@ class ChartTester:
         Raises:
             AssertionError: it did not happen within `timeout`, s.
         """
-        end = self.loop.ticks + max(1, round(timeout * HZ))
-        reached = where if callable(where) else self._reaching(where)
+        begin, end = self.now, self.loop.ticks + max(1, round(timeout * HZ))
+        reached = where if callable(where) else reaching(self.run, where)
         while not reached():
-            assert self.loop.ticks < end, (
-                f"{where!r} was not reached within {timeout:g} s; {self._story()}"
-            )
+            if self.loop.ticks >= end:
+                what = "the condition" if callable(where) else repr(where)
+                raise AssertionError(
+                    f"{what} was not reached within {timeout:g} s, from {begin:.2f} s"
+                    f" to {self.now:.2f} s\n{story(self.run)}"
+                )
             self.tick()
 
-    def signal(self, name: str, value: Any) -> None:
+    def signal(self, name: str, value: Any, hold: float | bool = False) -> None:
         """Deliver a sample of a measured signal at the next tick.
 
         Derived and estimated signals can be fed too, once `start(signals={name: value})` takes
         them over.
+
+        Args:
+            name: of the signal.
+            value: of its type, or None for "nothing".
+            hold: `True` delivers it anew at every tick until the test feeds this signal again, so
+                that it is never too old; a number does so for as long, s.
+
+        Raises:
+            AssertionError: the chart reads no such signal, or the value is of another type.
         """
-        declared = self.run.board.declared
-        hint = did_you_mean(name, declared)
-        assert name in declared, f"no signal {name!r} is read by this chart; {hint}"
-        kind = type(declared[name]).__name__.lower()
-        assert isinstance(declared[name], Measured), (
-            f"{name!r} is {kind}; take it over with start(signals={{{name!r}: …}})"
-        )
-        self.loop.wired.inlet.put(name, value, self.loop.next_ns)
+        if hold is False:
+            self._begun.feed.sample(name, value)
+        else:
+            self._begun.feed.hold(name, {0.0: value}, math.inf if hold is True else hold)
+
+    def series(self, name: str, values: Mapping[float, Any]) -> None:
+        """Let a measured signal take one value after the other, each held until the next one.
+
+        `sim.series("user.distance", {0: 3.0, 1.5: 0.5})` holds 3 m, and from 1.5 s later on 0.5 m.
+        Requires of signal and values the same as `signal`.
+        """
+        self._begun.feed.hold(name, values)
 
     def end(self, name: str, outcome: str | Exception, **outputs: Any) -> None:
         """Let a scripted leaf end with an outcome at its next step."""
-        for leaf in self._leaves(name):
-            self._end(leaf.path, outcome if isinstance(outcome, Exception) else (outcome, outputs))
-
-    def _end(self, path: str, outcome: ScriptedOutcome) -> None:
-        assert self._script is not None
-        if isinstance(outcome, Exception):
-            self._script.end(path, outcome)
-            return
-        name, outputs = (outcome, {}) if isinstance(outcome, str) else outcome
-        known = self.run.machine.vertices[path]
-        assert isinstance(known, Leaf)
-        declared = known.interface.outcomes
-        assert name in declared, f"{path} has no outcome {name!r}; {did_you_mean(name, declared)}"
-        self._script.end(path, name, **outputs)
+        self.loop  # noqa: B018  started?
+        ended = outcome if isinstance(outcome, Exception) else (outcome, outputs)
+        self._begun.scripted.end(name, ended)
 
     # -- what happened ---------------------------------------------------------------------------
 
@@ -243,71 +275,27 @@ class ChartTester:
         """The nodes entered, in order: all leaves, or only the nodes named."""
         if not names:
             return self.run.trace.path()
-        entered = [record.subject for record in self.run.trace if record.kind == "enter"]
-        matched = [next((n for n in names if _is_named(path, n)), None) for path in entered]
-        return [name for name in matched if name is not None]
+        return entered(self.run, names)
 
     def assert_path(self, *names: str) -> None:
         """Assert that the nodes named were entered exactly so, in order; others are ignored."""
         for name in names:
-            self._require(name)
+            require_node(self.run, name)
         found = self.path(*dict.fromkeys(names))
-        assert found == list(names), (
-            f"expected {' -> '.join(names)}\n"
-            f"     got {' -> '.join(found) or 'nothing'}\n{self._story()}"
-        )
+        if found != list(names):
+            raise AssertionError(
+                f"expected {' -> '.join(names)}\n"
+                f"     got {' -> '.join(found) or 'nothing'}\n"
+                f"at {self.now:.2f} s:\n{story(self.run)}"
+            )
 
     def finish(self) -> None:
         """Stop the run if it has not ended."""
-        if self._loop is not None and self.outcome is None:
+        self._note_edges()
+        if self._started is not None and self.outcome is None:
             self.operator.stop()
-            self.tick()
+            self.loop.tick()
 
-    def _reaching(self, where: str) -> Callable[[], bool]:
-        outcomes = {*self.run.machine.chart.outcomes, "error"}
-        if where not in outcomes or any(_is_named(p, where) for p in self.run.machine.vertices):
-            self._require(where, outcomes)
-        before = sum(1 for _ in self.run.trace)
-
-        def reached() -> bool:
-            if self.run.outcome == where:
-                return True
-            active: set[str] = set()
-            for n, record in enumerate(self.run.trace):
-                if not _is_named(record.subject, where):
-                    continue
-                if record.kind == "enter":
-                    active.add(record.subject)
-                    if n >= before:
-                        return True
-                elif record.kind == "exit":
-                    active.discard(record.subject)
-            return bool(active)
-
-        return reached
-
-    def _require(self, name: str, also: Iterable[str] = ()) -> None:
-        vertices = self.run.machine.vertices
-        known = {path.rpartition("/")[2] for path in vertices} | set(vertices) | set(also)
-        found = any(_is_named(path, name) for path in vertices)
-        assert found, f"no node {name!r} in the chart; {did_you_mean(name, known - {''})}"
-
-    def _leaves(self, name: str) -> list[Leaf]:
-        leaves = self._leaves_of_run()
-        found = [v for v in leaves if _is_named(v.path, name) or v.interface.name == name]
-        known = {v.path for v in leaves} | {v.interface.name for v in leaves}
-        assert found, f"no leaf {name!r} in the chart; {did_you_mean(name, known)}"
-        return found
-
-    def _leaves_of_run(self) -> list[Leaf]:
-        return self.run.machine.leaves
-
-    def _story(self) -> str:
-        shown = self.path()[-12:]
-        active = ", ".join(self.active) or f"nothing, outcome {self.outcome}"
-        raised = "".join(f"; raised: {error}" for error in self.run.errors[-1:])
-        return f"at {self.now:.2f} s; active: {active}; last entered: {' -> '.join(shown)}{raised}"
-
-
-def _is_named(path: str, name: str) -> bool:
-    return path == name or path.endswith("/" + name)
+    def _note_edges(self) -> None:
+        if self.covers is not None and self._started is not None:
+            self.covers.add(self.run)

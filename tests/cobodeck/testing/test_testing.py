@@ -1,15 +1,10 @@
 """The tools for authors of charts: scripted outcomes, scripted signals, virtual time."""
 
 import math
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
-from cobodeck.loop.sample_router import WrongSample
 from cobodeck.terminal.console import Problem
 from cobodeck.testing.stub_parts import Parts
 from cobodeck.testing.testing import ChartTester
@@ -114,7 +109,7 @@ def test_a_signal_of_another_type_fails_the_test(
 ) -> None:
     sim.start(FETCH, real=["fault"])
 
-    with pytest.raises(WrongSample, match=re.escape(f"sample {name!r}: {wrong}")):
+    with pytest.raises(AssertionError, match=re.escape(f"signal {name!r}: {wrong}")):
         sim.signal(name, value)
 
 
@@ -225,12 +220,21 @@ MISTAKES = [
     (lambda sim: sim.start(FETCH).until("drve"), "no node 'drve'.*'drive'"),
     (
         lambda sim: sim.start(FETCH).until("there", timeout=1),
-        "not reached within 1 s; at .* active: f",
+        "not reached within 1 s, .*active:  f",
     ),
     (lambda sim: sim.start(FETCH).signal("user.pos", 1), "no signal 'user.pos'"),
     (lambda sim: sim.start(FETCH).assert_path("drive"), "expected drive\n.*got nothing"),
     (lambda sim: sim.start(FETCH.replace("ParkArm", "Park")), "no state class 'Park'"),
     (lambda sim: sim.tick(), "start a chart first"),
+    (lambda sim: sim.signal("stop.engaged", None), "start a chart first"),
+    (
+        lambda sim: sim.start(FETCH, signals={"stop.engaged": 5}),
+        "'stop.engaged': its value is 5 .int.; wanted: str",
+    ),
+    (
+        lambda sim: sim.start("chase", scene="study", signals={"stop.engaged": "x"}),
+        "signals= is for charts without a robot",
+    ),
 ]
 
 
@@ -243,50 +247,3 @@ def test_mistakes_in_a_test_are_named(sim: ChartTester, mistake: object, message
 def test_a_chart_that_is_not_there_is_named(sim: ChartTester) -> None:
     with pytest.raises(Problem, match="did you mean 'chase'"):
         sim.start("chasse")
-
-
-PLUGIN = """
-import pytest
-from hw.geometry import Twist2
-
-def test_leaves_the_base_moving(parts):
-    parts["base"].drive(Twist2(1.0))
-
-def test_stops_it(parts):
-    parts["base"].drive(Twist2(1.0))
-    parts["base"].stop()
-
-@pytest.mark.requirement(3, 4, 5, 9)
-def test_golden(golden):
-    golden("text.txt", "some text")
-"""
-
-
-def run_pytest(folder: Path, *arguments: str) -> str:
-    root = Path(__file__).resolve().parents[3]
-    command = [sys.executable, "-m", "pytest", "-p", "cobodeck.pytest_plugin", *arguments]
-    environment = {**os.environ, "PYTHONPATH": str(root)}
-    result = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, check=False
-    )
-    return result.stdout + result.stderr
-
-
-def test_the_plug_in_watches_parts_compares_golden_files_and_lists_requirements(
-    tmp_path: Path,
-) -> None:
-    (tmp_path / "test_own.py").write_text(PLUGIN)
-
-    first = run_pytest(tmp_path, "-q", "--requirements")
-    assert "left moving: base" in first
-    assert "is missing; write it with --update-golden" in first
-    assert "covered 4 of 150" in first
-    assert "covered: R3-R5 R9" in first
-    assert "open:    R1-R2 R6-R8 R10-R150" in first
-
-    run_pytest(tmp_path, "-q", "--update-golden")
-    assert (tmp_path / "golden" / "text.txt").read_text() == "some text"
-    assert "2 passed" in run_pytest(tmp_path, "-q", "-k", "golden or stops")
-
-    (tmp_path / "golden" / "text.txt").write_text("another text")
-    assert "differs from" in run_pytest(tmp_path, "-q", "-k", "golden")

@@ -3,9 +3,10 @@
 
 def test_it_waits_until_somebody_comes_near(sim):
     sim.start("greet", script={"park": "parked"}, real=["PersonNear"])
-    sim.signal("user.distance", 3.0)
+    sim.series("user.distance", {0: 3.0, 5: 2.0})  # 3 m, and after 5 s 2 m
     sim.until("stay", timeout=1)
-    sim.signal("user.distance", 2.0)
+    sim.wait(4)
+    assert sim.outcome is None
     sim.until("met", timeout=1)
     sim.assert_path("park", "stay")
 

@@ -17,9 +17,10 @@ FOLDER = Path(__file__).parents[1] / "PROJECT"
 
 def test_a_low_battery_sends_it_home_with_the_lamp_on(sim):
     sim.start("patrol", script={"GoTo": ["there", "there"]}, real=["BatteryLow", "Light"])
-    sim.signal("battery.level", 0.8)
-    sim.wait(1)
-    sim.signal("battery.level", 0.2)
+    sim.signal("battery.level", 0.8, hold=True)  # anew at every tick
+    sim.wait(10)
+    assert sim.active
+    sim.signal("battery.level", 0.2, hold=True)
     sim.until("home", timeout=1)
     assert ("light", True) in sim.parts["lamp"].commands
 
