@@ -148,6 +148,8 @@ def taken(machine: Machine, records: Iterable[TraceRecord]) -> set[Event]:
     open_: dict[str, str] = {}  # what each path ended with, until it is known what that led to
     for record in records:
         path, kind, detail = record.subject, record.kind, record.detail
+        if path not in machine.vertices:
+            continue  # of a chart that was replaced
         if kind == "enter" or (kind == "exit" and detail == ("lost",)):
             open_.pop(path, None)
         elif kind == "move":
@@ -155,7 +157,7 @@ def taken(machine: Machine, records: Iterable[TraceRecord]) -> set[Event]:
             inner = f"{path}/{child}" if path else child
             found.add((inner, outcome))
             open_.pop(inner, None)
-        elif kind in ("outcome", "exit") and isinstance(machine.vertices.get(path), Box):
+        elif kind in ("outcome", "exit") and isinstance(machine.vertices[path], Box):
             found |= _closed(machine, path, detail[0] if kind == "outcome" else "", open_)
         if kind == "outcome":
             open_.pop(path, None)
@@ -173,6 +175,5 @@ def _closed(machine: Machine, path: str, outcome: str, open_: dict[str, str]) ->
 
 
 def _is_kept(machine: Machine, path: str, outcome: str) -> bool:
-    vertex = machine.vertices.get(path)
-    box = vertex.parent if vertex is not None else None
-    return box is not None and box.keeps and outcome not in vertex.leave  # type: ignore[union-attr]
+    vertex = machine.vertices[path]
+    return vertex.parent is not None and vertex.parent.keeps and outcome not in vertex.leave

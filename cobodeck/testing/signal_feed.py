@@ -58,7 +58,7 @@ class SignalFeed:
         for instant, value in values.items():
             if not 0 <= instant < math.inf:
                 raise AssertionError(f"signal {name!r} at {instant!r}; wanted: s, 0 or more")
-            self._require(name, value)
+            self._require(name, value, held=True)
         if not seconds > 0:
             raise AssertionError(f"signal {name!r} held for {seconds!r}; wanted: s, more than 0")
         first, instants = self._loop.ticks, sorted(values)
@@ -77,8 +77,8 @@ class SignalFeed:
     def _ticks(self, seconds: float) -> int:
         return round(seconds * self._loop.grid.hz)
 
-    def _require(self, name: str, value: Any) -> None:
-        declared = self._loop.wired.board.declared
+    def _require(self, name: str, value: Any, *, held: bool = False) -> None:
+        declared, inlet = self._loop.wired.board.declared, self._loop.wired.inlet
         signal = declared.get(name)
         if signal is None:
             hint = did_you_mean(name, declared)
@@ -88,4 +88,8 @@ class SignalFeed:
                 f"{name!r} is {type(signal).__name__.lower()}; "
                 f"take it over with start(signals={{{name!r}: …}})"
             )
-        fitting(self._loop.wired.inlet, name, value)
+        if signal.constant and held:
+            raise AssertionError(f"{name!r} is a constant, and never too old; do not hold it")
+        if name in inlet.flowing and not signal.event:
+            raise AssertionError(f"{name!r} is measured by a part here; feed it without a robot")
+        fitting(inlet, name, value)

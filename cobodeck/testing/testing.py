@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from cobodeck.loop import Loop
 from cobodeck.project import Catalogue, catalogue, open_chart
-from cobodeck.setup import Options
+from cobodeck.setup import Options, Setup, open_setup
 from cobodeck.terminal import Problem
 from cobodeck.testing.chart_only import HZ, chart_of_text, loop_alone
 from cobodeck.testing.edge_coverage import EdgeCoverage
@@ -110,11 +110,13 @@ class ChartTester:
         if signals and not alone:
             raise AssertionError("signals= is for charts without a robot; here its parts measure")
         try:
+            known = self._catalogue()
             if alone:
-                loop = self._alone(chart, signals or {}, parameters)
+                loop = self._alone(chart, known, signals or {}, parameters)
             else:
-                options = Options(user, requests)
-                loop = self._simulated(chart, scene, robot, profile, options, parameters)
+                file = self._beside(chart)
+                setup = open_setup(file, scene, profile, HZ, robot, known=known)
+                loop = self._simulated(setup, Options(user, requests), parameters)
         except Problem as problem:
             raise problem.with_traceback(None) from None
         scripted = ScriptedLeaves(loop.wired.run)
@@ -123,28 +125,23 @@ class ChartTester:
         return self
 
     def _alone(
-        self, chart: str, signals: Mapping[str, Any], parameters: Mapping[str, Any] | None
+        self,
+        chart: str,
+        known: Catalogue,
+        signals: Mapping[str, Any],
+        parameters: Mapping[str, Any] | None,
     ) -> Loop:
-        known = self._catalogue()
         opened = chart_of_text(chart, known) if "\n" in chart else None
         opened = opened or open_chart(self._beside(chart), known)
         return loop_alone(*opened, known, self.parts, signals, parameters)
 
     def _simulated(
-        self,
-        chart: str,
-        scene: str | None,
-        robot: str | None,
-        profile: str | None,
-        options: Options,
-        parameters: Mapping[str, Any] | None,
+        self, setup: Setup, options: Options, parameters: Mapping[str, Any] | None
     ) -> Loop:
         from cobodeck.evaluate import Evaluator
         from cobodeck.run import stage
-        from cobodeck.setup import open_setup
 
-        known, chart = self._catalogue(), self._beside(chart)
-        loop = stage(open_setup(chart, scene, profile, HZ, robot, known=known), options, parameters)
+        loop = stage(setup, options, parameters)
         for observer in loop.observers:
             if isinstance(observer, Evaluator):
                 self.metrics = observer.report

@@ -141,3 +141,19 @@ def test_what_cannot_be_fed_is_refused_at_once(
 ) -> None:
     with pytest.raises(AssertionError, match=re.escape(message)):
         wrong(watching)
+
+
+def test_what_a_part_measures_cannot_be_fed_but_events_can_be_added(sim: ChartTester) -> None:
+    sim.start("cobodeck", scene="study")
+
+    with pytest.raises(AssertionError, match="measured by a part here"):
+        sim.signal("user.pose", HERE, hold=True)
+    sim.signal("operator.acknowledge", True)
+    sim.tick()
+
+
+def test_a_constant_is_given_once(sim: ChartTester) -> None:
+    sim.start("chase")
+
+    with pytest.raises(AssertionError, match="'settings' is a constant, and never too old"):
+        sim.signal("settings", object(), hold=True)
