@@ -8,6 +8,7 @@ has taken no edge.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -18,6 +19,8 @@ from engine.run import ChartRun, TraceRecord
 
 Event = tuple[str, str]
 """A node's path and its outcome."""
+KEPT, TRIED = "(kept)", "(tried again)"
+"""What an outcome may lead to beside the outcome of its box."""
 
 
 class ChartEdge(NamedTuple):
@@ -144,36 +147,73 @@ def _outcomes(vertex: Vertex) -> list[str]:
 
 def taken(machine: Machine, records: Iterable[TraceRecord]) -> set[Event]:
     """The edges, by path and outcome, that were taken according to the trace of a run."""
-    found: set[Event] = set()
-    open_: dict[str, str] = {}  # what each path ended with, until it is known what that led to
+    reading = _Reading(machine)
     for record in records:
+        if record.subject in machine.vertices:  # else it is of a chart that was replaced
+            reading.take(record)
+    reading.keep(reading.open)
+    return reading.found
+
+
+class _Reading:
+    """Reads a trace, one record after the other.
+
+    Attributes:
+        found: the edges taken so far.
+        open: the outcomes of which it is not known yet what they lead to, by path.
+        entries: how often each node was entered since its box was.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self.found: set[Event] = set()
+        self.open: dict[str, str] = {}
+        self.entries: Counter[str] = Counter()
+        self._vertices = machine.vertices
+
+    def take(self, record: TraceRecord) -> None:
         path, kind, detail = record.subject, record.kind, record.detail
-        if path not in machine.vertices:
-            continue  # of a chart that was replaced
-        if kind == "enter" or (kind == "exit" and detail == ("lost",)):
-            open_.pop(path, None)
+        vertex = self._vertices[path]
+        if kind == "enter":
+            self._enter(vertex)
         elif kind == "move":
-            child, outcome, _ = detail
-            inner = f"{path}/{child}" if path else child
-            found.add((inner, outcome))
-            open_.pop(inner, None)
-        elif kind in ("outcome", "exit") and isinstance(machine.vertices[path], Box):
-            found |= _closed(machine, path, detail[0] if kind == "outcome" else "", open_)
-        if kind == "outcome":
-            open_.pop(path, None)
-            open_[path] = detail[0]
-    return found | {event for event in open_.items() if _is_kept(machine, *event)}
+            inner = f"{path}/{detail[0]}" if path else detail[0]
+            self.found.add((inner, detail[1]))
+            self.open.pop(inner, None)
+        elif kind == "outcome":
+            self._close(vertex, detail[0])
+            self.open.pop(path, None)
+            self.open[path] = detail[0]  # the newest is the last
+        elif kind == "exit":
+            self._close(vertex, "")
+            if detail == ("lost",):
+                self.open.pop(path, None)
 
+    def _enter(self, vertex: Vertex) -> None:
+        self.open.pop(vertex.path, None)  # that was not the last try
+        self.entries[vertex.path] += 1
+        for child in vertex.children if isinstance(vertex, Box) else ():
+            self.entries[child.path] = 0
 
-def _closed(machine: Machine, path: str, outcome: str, open_: dict[str, str]) -> set[Event]:
-    """The edges of children by which the box at `path` has ended, or whose outcomes it kept."""
-    inside = [p for p in open_ if p and p.rpartition("/")[0] == path]
-    ended = [(p, open_.pop(p)) for p in inside]
-    kept = {event for event in ended if _is_kept(machine, *event)}
-    up = [e for e in ended if machine.vertices[e[0]].leave.get(e[1], e[1]) == outcome]
-    return kept or set(up[-1:])
+    def _close(self, vertex: Vertex, outcome: str) -> None:
+        """A box ends: with what it kept, and by the newest outcome that leads to its own."""
+        children = vertex.children if isinstance(vertex, Box) else ()
+        ended = {child.path for child in children}
+        inside = [path for path in self.open if path in ended]
+        self.keep(inside)
+        up = [path for path in inside if self._leads(path) == outcome]
+        self.found.update((path, self.open[path]) for path in up[-1:])
+        for path in inside:
+            del self.open[path]
 
+    def keep(self, paths: Iterable[str]) -> None:
+        """Those of the outcomes of these nodes that their boxes keep are taken."""
+        self.found.update((path, self.open[path]) for path in paths if self._leads(path) == KEPT)
 
-def _is_kept(machine: Machine, path: str, outcome: str) -> bool:
-    vertex = machine.vertices[path]
-    return vertex.parent is not None and vertex.parent.keeps and outcome not in vertex.leave
+    def _leads(self, path: str) -> str:
+        """What a node's outcome ends its box with, or `KEPT`, or `TRIED` if it is tried again."""
+        vertex, outcome = self._vertices[path], self.open[path]
+        times, on, _ = vertex.retry or (0, (), 0)
+        if outcome in on and self.entries[path] <= times:
+            return TRIED
+        keeps = vertex.parent is not None and vertex.parent.keeps
+        return vertex.leave.get(outcome, KEPT if keeps else outcome)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from random import Random
 
 import pytest
 
@@ -10,7 +12,10 @@ from cobodeck.project import catalogue, open_chart
 from cobodeck.testing.edge_coverage import EdgeCoverage, edges_of, taken
 from cobodeck.testing.stub_parts import Parts
 from cobodeck.testing.testing import ChartTester
-from engine.machine import Leaf, Machine, explore
+from engine.machine import ASK, REOPEN, RETRY, Leaf, Machine, Route, explore
+from engine.run import ChartRun
+from tests.engine.conftest import Bench
+from tests.engine.seeded_charts import made_of
 
 ROOT = Path(__file__).resolve().parents[3]
 LOOP = """
@@ -205,3 +210,40 @@ def test_a_chart_that_is_text_in_a_test_is_left_out(covering: ChartTester, tmp_p
 
     assert covering.covers is not None
     assert list(covering.covers.report(tmp_path)) == []
+
+
+def carried_out(run: ChartRun) -> set[tuple[str, str]]:
+    """The edges that a run takes from now on, by what the engine carries out."""
+    found: set[tuple[str, str]] = set()
+    carry_out = run._carry_out
+
+    def watched(route: Route) -> None:
+        again = route.kind in (ASK, RETRY, REOPEN)
+        ends = [*route.ends, (route.cause, route.came)]
+        found.update((node.path, came) for node, came in ends if not (again and node is route.top))
+        carry_out(route)
+
+    run._carry_out = watched  # type: ignore[method-assign]
+    return found
+
+
+@pytest.mark.parametrize("first", range(0, 200, 50))
+def test_the_trace_tells_which_edges_the_engine_has_carried_out(first: int) -> None:
+    taken_at_all = 0
+    for seed in range(first, first + 50):
+        charts, script = made_of(seed), Random(seed)
+        bench = Bench("---\n".join(json.dumps(chart) + "\n" for chart in charts.values()))
+        expected = carried_out(bench.run)
+        for _ in range(25):
+            for path in bench.active:
+                if script.random() < 0.3:
+                    leaf = bench.machine.vertices[path]
+                    assert isinstance(leaf, Leaf)
+                    end = script.choice([*leaf.interface.outcomes, RuntimeError("scripted")])
+                    bench.end(path, end)
+            bench.tick()
+
+        edges = {event for event, _ in edges_of(bench.machine)}
+        assert taken(bench.machine, bench.run.trace) & edges == expected & edges, seed
+        taken_at_all += len(expected & edges)
+    assert taken_at_all > 200
