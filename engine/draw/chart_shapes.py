@@ -1,9 +1,9 @@
 """What a picture of a chart consists of, before anything is laid out.
 
-A sequence (`states`) is a box: its children are inside, edges lead from one to the next, and each
-way out is a pin on the lower border. A container whose children run in parallel is a table, one row
-per child; a row says in words which outcome of the container it brings about. A parallel container
-that holds a sequence is a box with its other children as rows at its head.
+A sequence (`states`) is a box: its children are inside, and edges lead from one to the next. Each
+way out of a shape is a pin on its border. A container whose children run in parallel is a table,
+one row per child; a row says in words which outcome of the container it brings about. A parallel
+container that holds a sequence is a box with its other children as rows at its head.
 """
 
 from __future__ import annotations
@@ -13,6 +13,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from engine.draw.style import Cause
+
+Declared = tuple[tuple[str, tuple[str, ...]], ...]
+"""What a chart declares: headings, and the items under each."""
 
 
 class OutcomeLabel(NamedTuple):
@@ -30,15 +33,44 @@ class Ending(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
+class Pin:
+    """Outcomes of the shape at `path` that lead to the same place; `notes` say when they occur.
+
+    `back`: that place is the shape itself, or a sibling before it.
+    """
+
+    path: str
+    outcomes: tuple[str, ...]
+    labels: tuple[OutcomeLabel, ...]
+    notes: tuple[str, ...] = ()
+    back: bool = False
+
+    @property
+    def id(self) -> str:
+        """The id that edges from and to this pin refer to."""
+        return f"{self.path}:{'|'.join(self.outcomes)}"
+
+    @property
+    def cause(self) -> Cause:
+        """The cause that all of its outcomes share, else ""."""
+        return common(label.cause for label in self.labels)
+
+
+@dataclass(frozen=True, slots=True)
 class LeafShape:
-    """A node drawn as one shape: `kind` is `do`, `watch` or `use`. `endings` are those of a row."""
+    """A node drawn as one shape: `kind` is `do`, `watch` or `use`, `target` what it names.
+
+    Of the ways out, `endings` are those of a row, `pins` those of any other shape.
+    """
 
     path: str
     name: str
     kind: str
+    target: str
     notes: tuple[str, ...]
     about: str
     endings: tuple[Ending, ...] = ()
+    pins: tuple[Pin, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,26 +88,7 @@ class TableShape:
     rows: tuple[LeafShape | TableShape, ...]
     rules: tuple[str, ...] = ()
     endings: tuple[Ending, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Pin:
-    """Outcomes of a box that lead to the same place; `notes` say when they occur."""
-
-    path: str
-    outcomes: tuple[str, ...]
-    labels: tuple[OutcomeLabel, ...]
-    notes: tuple[str, ...] = ()
-
-    @property
-    def id(self) -> str:
-        """The id that edges from and to this pin refer to."""
-        return f"{self.path}:{'|'.join(self.outcomes)}"
-
-    @property
-    def cause(self) -> Cause:
-        """The cause that all of its outcomes share, else ""."""
-        return common(label.cause for label in self.labels)
+    pins: tuple[Pin, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,32 +132,28 @@ Shape = LeafShape | TableShape | BoxShape
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """An edge between two shapes: `tail` and `head` are paths of nodes or ids of pins.
+    """The edge from a pin to `head`, the path of a node or the id of a pin of the enclosing box.
 
-    `outcomes` are those of the node at `path`, `within` is the path of the box that holds both
-    ends. An edge to a pin inside the picture is only half of the route and has no arrow. `step` is
-    the number of levels by which the head is farther from the start than the tail.
+    `within` is the path of the box that holds both ends. An edge to a pin inside the picture is
+    only half of the route and has no arrow.
     """
 
-    path: str
-    outcomes: tuple[str, ...]
-    tail: str
+    pin: Pin
     head: str
-    labels: tuple[OutcomeLabel, ...] = ()
-    cause: Cause = ""
-    within: str = ""
-    arrow: bool = True
-    step: int = 1
+    within: str
+    arrow: bool
 
 
 @dataclass(frozen=True, slots=True)
 class Picture:
     """A chart as shapes and edges.
 
-    `passed_on` maps a row's path and outcome to those of the container that it ends.
+    `declared`: parameters, inputs and data of the chart, by heading. `passed_on` maps a row's path
+    and outcome to those of the container that it ends.
     """
 
     root: BoxShape
+    declared: Declared
     edges: tuple[Edge, ...]
     passed_on: Mapping[tuple[str, str], tuple[str, str]]
 
@@ -152,11 +161,12 @@ class Picture:
         """The edges that an outcome of the node at `path` follows, through pins to the end."""
         while (path, outcome) in self.passed_on:
             path, outcome = self.passed_on[path, outcome]
-        tails = {edge.tail: edge for edge in self.edges}
-        edge = next((e for e in self.edges if e.path == path and outcome in e.outcomes), None)
+        leads = {edge.pin.id: edge for edge in self.edges}
+        starts = (e for e in self.edges if e.pin.path == path and outcome in e.pin.outcomes)
+        edge = next(starts, None)
         while edge is not None:
             yield edge
-            edge = tails.get(edge.head) if ":" in edge.head else None
+            edge = leads.get(edge.head) if ":" in edge.head else None
 
 
 def common(causes: Iterable[Cause]) -> Cause:

@@ -6,28 +6,37 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from engine.chart import Chart
-from engine.draw.chart_shapes import BoxShape, Edge, LeafShape, Picture, Pin, TableShape
+from engine.draw.chart_shapes import BoxShape, Edge, LeafShape, Picture, Pin, TableShape, entry_of
 from engine.draw.markup import (
+    ABOVE,
+    BELOW,
+    SIDES,
     SMALL,
+    Side,
     head_label,
+    leaf_label,
     legend,
     outcomes_label,
     printable,
-    shape_label,
     small,
     table_label,
     text,
+    tooltip,
 )
 from engine.draw.picture import picture
-from engine.draw.style import CAUSES, FILLS, FRAME, GREY, INK, KINDS, LINE, LIT_FRAME, RED
+from engine.draw.style import CAUSES, FILLS, FRAME, GREY, INK, KINDS, LIT_FRAME, PAGE, RED
 
 _HEADER = f"""\
-  graph [compound=true, splines=polyline, nodesep=0.2, ranksep=0.18, pad=0.15, labeljust=l,
+  graph [compound=true, splines=true, nodesep=0.2, ranksep=0.35, pad=0.15, labeljust=l,
+    bgcolor="{PAGE}",
     fontname="Helvetica,Arial,sans-serif", fontsize=10.5, fontcolor="{INK}", tooltip=" "]
   node [shape=box, margin="0.08,0.04", height=0.25, width=0.25, penwidth=1.3,
     fontname="Helvetica,Arial,sans-serif", fontsize=10.5, fontcolor="{INK}"]
-  edge [arrowsize=0.7, penwidth=1.1, weight=8, color="{LINE}",
-    fontname="Helvetica,Arial,sans-serif", fontsize=9, fontcolor="{LINE}"]"""
+  edge [arrowsize=0.7, penwidth=1.1, weight=8, color="{GREY}",
+    fontname="Helvetica,Arial,sans-serif", fontsize=9, fontcolor="{GREY}"]"""
+
+
+_FREE = "|"  # no outcome, so no pin is called so
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +59,8 @@ def dot(
 ) -> str:
     """`chart` as DOT text; the same chart gives the same text.
 
-    In the SVG, shapes have the ids `s:PATH` (rows of tables `a_s:PATH`), pins
-    `o:PATH:OUTCOME|OUTCOME`, edges `t:PATH:OUTCOME|OUTCOME`.
+    In the SVG, shapes have the ids `s:PATH` (rows of tables `a_s:PATH`), pins of boxes
+    `o:PATH:OUTCOME|OUTCOME` (of other shapes `a_o:…`), edges `t:PATH:OUTCOME|OUTCOME`.
 
     Args:
         chart: the chart.
@@ -66,14 +75,17 @@ class _Writer:
     """Writes the shapes of a box, then the boxes inside it, then the edges between them.
 
     Graphviz puts a shape into the box that mentions it first, so an edge must not be written before
-    both of its ends; and it keeps an edge's label inside the box in which the edge is written.
+    both of its ends.
     """
 
     def __init__(self, shown: Picture, active: Active) -> None:
         self.root = shown.root
+        self.declared = shown.declared
         self.edges: dict[str, list[Edge]] = {}
         for edge in shown.edges:
             self.edges.setdefault(edge.within, []).append(edge)
+        self.met = {(edge.head, BELOW if edge.pin.back else ABOVE) for edge in shown.edges}
+        self.ports: dict[str | tuple[str, Side], str] = {}
         self.active = active
         self.taken = frozenset(shown.route(*active.last)) if active.last else frozenset()
         self.boxes = {box.path: box for box in shown.root.boxes()}
@@ -95,18 +107,18 @@ class _Writer:
             "color": LIT_FRAME if lit else FRAME,
             "fillcolor": FILLS[level % len(FILLS)],
             "penwidth": "2.2" if lit else "1.1",
-            "margin": "7",
+            "margin": "9" if box.path else "20",  # routes bulge over the boxes inside
             "labelloc": "t",
         }
         yield f"subgraph {_quoted('cluster_' + box.path)} {{"
-        yield f"  graph [label=<{head_label(box, self.active.holds)}>, {_listed(attributes)}]"
+        head = head_label(box, () if box.path else self.declared, self.active.holds)
+        yield f"  graph [label=<{head}>, {_listed(attributes)}]"
         for line in self.inside(box, level):
             yield f"  {line}"
         for line in self.order(box):
             yield f"  {line}"
         for edge in self.edges.get(box.path, ()):
-            for line in self.edge(edge):
-                yield f"  {line}"
+            yield f"  {self.edge(edge)}"
         yield "}"
 
     def inside(self, box: BoxShape, level: int) -> Iterator[str]:
@@ -122,8 +134,12 @@ class _Writer:
                 yield self.leaf(member)
         for pin in box.pins:
             yield _pin(pin) if box.path else _outcome(pin)
+        lowest = [pin.id for pin in box.pins]
+        if box.pins and (box.path, BELOW) in self.met:
+            lowest.append(f"{box.path}:{_FREE}")
+            yield f'{_quoted(lowest[-1])} [label="", style=invis]'
         if box.pins:
-            yield f"{{rank=sink; {'; '.join(_quoted(pin.id) for pin in box.pins)}}}"
+            yield f"{{rank=sink; {'; '.join(map(_quoted, lowest))}}}"
 
     def table(self, table: TableShape) -> str:
         attributes = {
@@ -131,7 +147,7 @@ class _Writer:
             "shape": "plain",
             "tooltip": table.about or table.name or " ",
         }
-        label = table_label(table, self.active.holds)
+        label = table_label(table, self.free(table), self.active.holds)
         return f"{_quoted(table.path)} [label=<{label}>, {_listed(attributes)}]"
 
     def leaf(self, leaf: LeafShape) -> str:
@@ -139,54 +155,70 @@ class _Writer:
         border, fill, lit_fill, style = KINDS[leaf.kind]
         attributes = {
             "id": f"s:{leaf.path}",
-            "tooltip": leaf.about or leaf.name,
+            "tooltip": tooltip(leaf),
             "style": f"filled,{style}",
             "color": border,
             "fillcolor": lit_fill if lit else fill,
         }
         if lit:
             attributes["penwidth"] = "2.4"
-        label = shape_label(leaf.name, leaf.notes)
+        label = leaf_label(leaf, self.free(leaf))
         return f"{_quoted(leaf.path)} [label=<{label}>, {_listed(attributes)}]"
 
+    def free(self, shape: LeafShape | TableShape) -> Collection[Side]:
+        """The sides on which edges end beside pins; notes those ports, and those of the pins."""
+        name = _quoted(shape.path)
+        taken = set()
+        for number, pin in enumerate(shape.pins):
+            self.ports[pin.id] = f"{name}:{number}:{'n' if pin.back else 's'}"
+            taken.add(ABOVE if pin.back else BELOW)
+        free = [side for side in SIDES if side in taken and (shape.path, side) in self.met]
+        for side in free:
+            self.ports[shape.path, side] = f"{name}:{side}:{'n' if side == ABOVE else 's'}"
+        return free
+
     def order(self, box: BoxShape) -> Iterator[str]:
-        """The arrow from the start dot, and invisible edges that keep the pins at the bottom."""
-        if box.start:
-            first = box.members[0].path
-            beside = {} if first in self.boxes else {"minlen": "0"}
-            yield self.arrow(box.start, first, {"weight": "30", **beside})
+        """The arrow from the start dot, and invisible edges: boxes in order, pins at the bottom."""
+        for number, member in enumerate(box.members if box.start else ()):
+            look = {"style": "invis", "weight": "9"} if number else {"weight": "30"}
+            if isinstance(member, BoxShape):
+                look["lhead"] = f"cluster_{member.path}"
+            elif number:
+                continue
+            else:
+                look["minlen"] = "0"
+            yield f"{_quoted(box.start)} -> {_quoted(entry_of(member))} [{_listed(look)}]"
         for member in box.members if box.pins else ():
             if isinstance(member, BoxShape):
                 hidden = {"style": "invis", "weight": "1"}
                 low = member.exit or member.entry
                 yield f"{_quoted(low)} -> {_quoted(box.pins[0].id)} [{_listed(hidden)}]"
 
-    def edge(self, edge: Edge) -> Iterator[str]:
-        """An edge; in two halves if it has a label, which is then a shape between them.
-
-        Graphviz places its own edge labels after routing, sometimes outside of the frame.
-        """
-        name = f"{edge.path}:{'|'.join(edge.outcomes)}"
-        look = self.look(edge)
-        head = {"id": f"t:{name}", **look, **self.freedom(edge)}
-        if not edge.arrow:
-            head["arrowhead"] = "none"
-        up = edge.step < 0
-        if not edge.labels:
-            yield self.arrow(edge.tail, edge.head, head, up=up)
-            return
-        label, tail = f"l:{name}", {"id": f"h:{name}", **look, "arrowhead": "none"}
-        shape = {"id": label, "shape": "plain", "fontcolor": LINE, "fontsize": str(SMALL)}
-        words = f"label=<{outcomes_label(edge.labels)}>, tooltip={_quoted(name)}"
-        yield f"{_quoted(label)} [{words}, {_listed(shape)}]"
-        if edge.step == 0:
-            yield f"{{rank=same; {'; '.join(map(_quoted, (edge.tail, label, edge.head)))}}}"
-        yield self.arrow(edge.tail, label, tail, up=up)
-        yield self.arrow(label, edge.head, head, up=up)
+    def edge(self, edge: Edge) -> str:
+        """An edge; one back is turned, so that Graphviz puts its head above its tail."""
+        pin, box = edge.pin, self.boxes.get(edge.head)
+        tail = self.ports.get(pin.id, _quoted(pin.id))
+        attributes = {"id": f"t:{pin.id}", **self.look(edge), **self.freedom(edge)}
+        arrow = "normal" if edge.arrow else "none"
+        if box is None:
+            side = BELOW if pin.back else ABOVE
+            head = self.ports.get((edge.head, side), _quoted(edge.head))
+        elif box.path == pin.path:
+            head = _quoted(box.entry)
+        elif pin.back and box.pins:
+            head = _quoted(f"{box.path}:{_FREE}")
+            attributes["ltail"] = f"cluster_{box.path}"
+        else:
+            head = _quoted(box.entry)
+            attributes["ltail" if pin.back else "lhead"] = f"cluster_{box.path}"
+        if pin.back:
+            return f"{head} -> {tail} [{_listed(attributes)}, dir=back, arrowtail={arrow}]"
+        return f"{tail} -> {head} [{_listed(attributes)}, arrowhead={arrow}]"
 
     def look(self, edge: Edge) -> dict[str, str]:
-        look = {"color": CAUSES[edge.cause]} if edge.cause else {}
-        if edge.cause == "timeout":
+        cause = edge.pin.cause
+        look = {"color": CAUSES[cause]} if cause else {}
+        if cause == "timeout":
             look["style"] = "dotted"
         if edge in self.taken:
             look["penwidth"] = "3"
@@ -197,21 +229,10 @@ class _Writer:
 
         Boxes are placed side by side; any other shape that follows a box, just below its pins.
         """
-        if edge.path in self.boxes and edge.head in self.boxes:
+        ends = [path for path in (edge.pin.path, edge.head) if path in self.boxes]
+        if len(ends) == 2:
             return {"constraint": "false"}
-        return {"minlen": "0"} if edge.path in self.boxes or edge.head in self.boxes else {}
-
-    def arrow(self, tail: str, head: str, attributes: dict[str, str], *, up: bool = False) -> str:
-        """An arrow, which ends at the border of a box; `up`: its head is above its tail."""
-        end, box = head, self.boxes.get(head)
-        if box is not None:
-            end = (up and box.exit) or box.entry
-            attributes = {**attributes, ("ltail" if up else "lhead"): f"cluster_{head}"}
-        if not up:
-            return f"{_quoted(tail)} -> {_quoted(end)} [{_listed(attributes)}]"
-        arrow = {"dir": "back", "arrowtail": attributes.get("arrowhead", "normal")}
-        kept = {name: value for name, value in attributes.items() if name != "arrowhead"}
-        return f"{_quoted(end)} -> {_quoted(tail)} [{_listed(kept | arrow)}]"
+        return {"minlen": "0"} if ends and ":" not in edge.head else {}
 
 
 def _pin(pin: Pin) -> str:
@@ -219,9 +240,8 @@ def _pin(pin: Pin) -> str:
         "id": f"o:{pin.id}",
         "tooltip": " | ".join(pin.outcomes),
         "style": "filled",
-        "fillcolor": "white",
+        "fillcolor": PAGE,
         "color": RED if pin.cause == "error" else GREY,
-        "fontcolor": LINE,
         "fontsize": str(SMALL),
         "height": "0.2",
         "margin": "0.06,0.02",
@@ -237,7 +257,7 @@ def _outcome(pin: Pin) -> str:
         "tooltip": f"outcome {pin.outcomes[0]}",
         "style": "rounded,filled",
         "peripheries": "2",
-        "fillcolor": "white",
+        "fillcolor": PAGE,
         "color": color,
         "fontcolor": color,
     }

@@ -21,20 +21,26 @@ from engine.draw.chart_shapes import (
     TableShape,
 )
 from engine.draw.picture import picture
-from engine.draw.style import CAUSES, Cause
+from engine.draw.style import CAUSES, FILLS, FRAME, GREY, INK, KINDS, RED, Cause
+from engine.draw.wording import noted
 
-_CLASSES = """\
-  classDef do fill:#eaf5ea,stroke:#2e7d32,color:#1f2933
-  classDef watch fill:#fff6e0,stroke:#c77700,color:#1f2933,stroke-dasharray:5 3
-  classDef use fill:#e8f1fb,stroke:#1f5fa8,color:#1f2933
-  classDef table fill:#ffffff,stroke:#9aa5b1,color:#1f2933,stroke-dasharray:5 3,text-align:left
-  classDef pin fill:#ffffff,stroke:#6b7785,color:#52606d
-  classDef outcome fill:#ffffff,stroke:#6b7785,color:#6b7785,stroke-width:3px
-  classDef error stroke:#c62828,color:#c62828
-  classDef start fill:#1f2933,stroke:#1f2933
-  classDef sequence fill:#f6f8fa,stroke:#9aa5b1
-  classDef parallel fill:#f6f8fa,stroke:#9aa5b1,stroke-dasharray:5 3"""
-_DOTTED = ",stroke-dasharray:2 3"
+_DASHED, _DOTTED = ",stroke-dasharray:5 3", ",stroke-dasharray:2 3"
+_CLASSES = "\n".join(
+    f"  classDef {name} fill:{fill},stroke:{border},color:{letters}{more}"
+    for name, fill, border, letters, more in (
+        ("do", KINDS["do"][1], KINDS["do"][0], INK, ""),
+        ("watch", KINDS["watch"][1], KINDS["watch"][0], INK, _DASHED),
+        ("use", KINDS["use"][1], KINDS["use"][0], INK, ""),
+        ("table", FILLS[0], FRAME, INK, f"{_DASHED},text-align:left"),
+        ("pin", FILLS[0], GREY, GREY, ""),
+        ("outcome", FILLS[0], GREY, GREY, ",stroke-width:3px"),
+        ("error", FILLS[0], RED, RED, ""),
+        ("start", INK, INK, INK, ""),
+        ("sequence", FILLS[1], FRAME, INK, ""),
+        ("parallel", FILLS[1], FRAME, INK, _DASHED),
+    )
+)
+WIDTH = 56  # of small letters, characters
 
 
 def mermaid(chart: Chart, library: Mapping[str, Chart], depth: int | None = 0) -> str:
@@ -45,6 +51,7 @@ def mermaid(chart: Chart, library: Mapping[str, Chart], depth: int | None = 0) -
 class _Writer:
     def __init__(self, shown: Picture) -> None:
         self.shown = shown
+        self.boxes = {box.path for box in shown.root.boxes()}
         self.names: dict[str, str] = {}  # paths could be keywords of Mermaid, such as `end`
 
     def lines(self) -> Iterator[str]:
@@ -60,7 +67,7 @@ class _Writer:
         """The styles of the edges, which Mermaid numbers, from `first` on."""
         numbers: dict[Cause, list[str]] = {}
         for number, edge in enumerate(self.shown.edges, first):
-            numbers.setdefault(edge.cause, []).append(str(number))
+            numbers.setdefault(edge.pin.cause, []).append(str(number))
         for cause, found in numbers.items():
             if cause:
                 dots = _DOTTED if cause == "timeout" else ""
@@ -71,7 +78,11 @@ class _Writer:
 
     def box(self, box: BoxShape) -> Iterator[str]:
         name = self.name(f"{box.path}/")
-        title = "<br/>".join((f"<b>{_text(box.name)}</b> {box.mode}", *map(_text, box.notes)))
+        lines = [f"<b>{_text(box.name)}</b> {box.mode}", *map(_small, noted(box.notes, WIDTH))]
+        for heading, items in () if box.path else self.shown.declared:
+            if items:
+                lines += [_small(f"{heading}:"), *map(_small, noted(items, WIDTH))]
+        title = "<br/>".join(lines)
         yield f'subgraph {name}["{title}"]'
         if box.start:
             yield f'  {self.name(box.start)}((" ")):::start'
@@ -103,8 +114,10 @@ class _Writer:
 
     def edge(self, edge: Edge) -> str:
         line = "-->" if edge.arrow else "---"
-        shown = f'|"{_outcomes(edge.labels)}"|' if edge.labels else ""
-        return f"  {self.name(edge.tail)} {line}{shown} {self.end(edge.head)}"
+        if edge.pin.path in self.boxes:
+            return f"  {self.name(edge.pin.id)} {line} {self.end(edge.head)}"
+        shown = f'|"{_outcomes(edge.pin.labels)}"|'
+        return f"  {self.name(edge.pin.path)} {line}{shown} {self.end(edge.head)}"
 
     def end(self, shape: str) -> str:
         return self.names.get(f"{shape}/") or self.name(shape)
@@ -114,10 +127,11 @@ def _lines(shape: LeafShape | TableShape) -> Iterator[str]:
     """A leaf's name and notes, or a table's with its rows; then how it ends its container."""
     if isinstance(shape, LeafShape):
         yield f"<b>{_text(shape.name)}</b>"
-        yield from map(_small, shape.notes)
+        yield _small(shape.target)
+        yield from map(_small, noted(shape.notes, WIDTH))
     else:
         yield f"<b>{_text(shape.name)}</b> {shape.mode}"
-        yield from map(_small, shape.notes)
+        yield from map(_small, noted(shape.notes, WIDTH))
         for row in shape.rows:
             yield from _row_lines(row)
         yield from map(_small, shape.rules)
@@ -128,10 +142,8 @@ def _row_lines(row: LeafShape | TableShape) -> Iterator[str]:
     if isinstance(row, TableShape):
         yield from _lines(row)
         return
-    target, *notes = row.notes
-    yield f"<b>{_text(row.name)}</b> {_small(target)}"
-    if notes:
-        yield _small(", ".join(notes))
+    yield f"<b>{_text(row.name)}</b> {_small(row.target)}"
+    yield from map(_small, noted(row.notes, WIDTH))
     yield from map(_ending, row.endings)
 
 

@@ -23,8 +23,10 @@ from engine.draw.wording import (
     Values,
     cause_of,
     condition_text,
+    declared_by,
     notes_of,
     outcome_label,
+    target_of,
     values_of,
 )
 
@@ -41,7 +43,7 @@ def picture(chart: Chart, library: Mapping[str, Chart], depth: int | None = 0) -
     """
     painter = _Painter(library)
     root = painter.root(chart, depth)
-    return Picture(root, tuple(_merged(painter.edges)), painter.passed_on)
+    return Picture(root, tuple(declared_by(chart)), tuple(painter.edges), painter.passed_on)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,21 +88,30 @@ class _Painter:
     def members(self, body: Node, path: str, scope: _Scope) -> list[_Member]:
         """The children of the container `body` with their shapes."""
         found = []
+        before: set[str] = set()
         for child in body.children:
             below = f"{path}/{child.name}" if path else child.name
-            found.append(self.member(child, below, body, scope))
+            before.add(child.name)
+            member = self.member(child, below, body, scope)
+            pins = (
+                replace(p, back=member.targets.get(p.outcomes[0]) in before)
+                for p in member.shape.pins
+            )
+            found.append(replace(member, shape=replace(member.shape, pins=tuple(pins))))
         return found
 
     def member(self, node: Node, path: str, parent: Node, scope: _Scope) -> _Member:
         used = self.library.get(node.target) if node.form == "use" else None
-        notes = () if node.form in CONTAINERS else notes_of(node, scope.values)
+        notes = notes_of(node, scope.values)
         if node.form in CONTAINERS:
             body, inner = node, scope
         elif used is None or scope.depth == 0 or used.name in scope.inside:
             labels = {o: _leaf_label(node, o, parent, scope.values) for o in node.next}
-            leaf = LeafShape(path, node.name, node.form, notes, node.about)
-            return _Member(node, leaf, labels, node.next)
+            leaf = LeafShape(path, node.name, node.form, target_of(node), notes, node.about)
+            pins = _pins(node, path, labels, node.next)
+            return _Member(node, replace(leaf, pins=pins), labels, node.next)
         else:
+            notes = (target_of(node), *notes)
             body = used.root
             depth = None if scope.depth is None else scope.depth - 1
             values = values_of(used, node.parameters, scope.values)
@@ -109,20 +120,23 @@ class _Painter:
         labels = _own_outcomes(node, body, members, scope.values)
         targets = {o: node.next.get(o, "" if parent.keeps else f".{o}") for o in labels}
         about = node.about or (used.about if used else "")
+        pins = _pins(body, path, labels, targets)
         shape: Shape
         if (body.form == "states" and members) or any(
             isinstance(m.shape, BoxShape) for m in members
         ):
-            shape = self.box(body, path, members, _pins(body, path, labels, targets))
+            shape = self.box(body, path, members, pins)
         else:
-            shape = self.table(body, path, members)
+            shape = self.table(body, path, members, pins)
         shape = replace(shape, name=node.name, notes=notes, about=about)
         return _Member(node, shape, labels, targets)
 
-    def table(self, body: Node, path: str, members: list[_Member]) -> TableShape:
+    def table(
+        self, body: Node, path: str, members: list[_Member], pins: tuple[Pin, ...]
+    ) -> TableShape:
         rules = [f"{rule.outcome} {condition_text(rule)}" for rule in body.rules if body.keeps]
         rows = tuple(self.row(member, path) for member in members)
-        return TableShape(path, body.name, _mode(body), (), "", rows, tuple(rules))
+        return TableShape(path, body.name, _mode(body), (), "", rows, tuple(rules), pins=pins)
 
     def row(self, member: _Member, path: str) -> LeafShape | TableShape:
         """A member's shape with the outcomes of the container at `path` that it brings about."""
@@ -133,7 +147,7 @@ class _Painter:
                 bundles.setdefault(target[1:], []).append(member.labels[outcome])
                 self.passed_on[member.shape.path, outcome] = (path, target[1:])
         endings = (Ending(tuple(labels), ends) for ends, labels in bundles.items())
-        return replace(member.shape, endings=tuple(endings))
+        return replace(member.shape, endings=tuple(endings), pins=())
 
     def box(self, body: Node, path: str, members: list[_Member], pins: tuple[Pin, ...]) -> BoxShape:
         rows: list[LeafShape | TableShape] = []
@@ -143,7 +157,7 @@ class _Painter:
                 shapes.append(member.shape)
             else:
                 rows.append(self.row(member, path))
-        self.edges += _edges(body, path, [m for m in members if m.shape in shapes], pins)
+        self.edges += _edges(path, [m for m in members if m.shape in shapes], pins)
         mode, inside = _mode(body), tuple(shapes)
         return BoxShape(path, body.name, mode, (), body.about, tuple(rows), inside, pins)
 
@@ -190,72 +204,14 @@ def _pins(
     )
 
 
-def _edges(body: Node, path: str, members: list[_Member], pins: tuple[Pin, ...]) -> Iterator[Edge]:
+def _edges(path: str, members: list[_Member], pins: tuple[Pin, ...]) -> Iterator[Edge]:
     """Edges from the members of a box to each other and to its pins."""
-    names = {child.name for child in body.children}
-    pin_of = {outcome: pin.id for pin in pins for outcome in pin.outcomes}
-    levels = _levels(body)
-    shapes = {member.node.name: member.shape for member in members}
+    names = {member.node.name for member in members}
+    ends = {outcome: pin.id for pin in pins for outcome in pin.outcomes}
     for member in members:
-        shape = member.shape
-        exits = (
-            {o: pin.id for pin in shape.pins for o in pin.outcomes}
-            if isinstance(shape, BoxShape)
-            else {}
-        )
-        for outcome, target in member.targets.items():
-            if target.startswith("."):
-                head, arrow = pin_of.get(target[1:], ""), not path
+        for pin in member.shape.pins:
+            target = member.targets[pin.outcomes[0]]
+            if target.startswith(".") and target[1:] in ends:
+                yield Edge(pin, ends[target[1:]], path, arrow=not path)
             elif target in names:
-                head, arrow = f"{path}/{target}" if path else target, True
-            else:
-                continue
-            label, tail = member.labels[outcome], exits.get(outcome, shape.path)
-            yield Edge(
-                shape.path, (outcome,), tail, head, (label,), label.cause, path, arrow,
-                _step(levels, member, target, shapes),
-            )  # fmt: skip
-
-
-def _levels(parent: Node) -> dict[str, int]:
-    """The number of edges from the first child of a sequence to each of its children."""
-    ways = {child.name: child.next.values() for child in parent.children}
-    levels: dict[str, int] = {}
-    for start in ways:
-        queue = [] if start in levels else [start]
-        levels.setdefault(start, 0)
-        for name in queue:
-            for target in ways[name]:
-                if target in ways and target not in levels:
-                    levels[target] = levels[name] + 1
-                    queue.append(target)
-    return levels
-
-
-def _step(
-    levels: Mapping[str, int], member: _Member, target: str, shapes: Mapping[str, Shape]
-) -> int:
-    """How many levels an edge leads away from the start; for leaves, document order breaks ties."""
-    name = member.node.name
-    step = levels.get(target, 1 << 30) - levels[name]
-    if step or not isinstance(shapes[target], LeafShape) or not isinstance(member.shape, LeafShape):
-        return step
-    order = list(shapes)
-    return 1 if order.index(target) > order.index(name) else -1
-
-
-def _merged(edges: list[Edge]) -> Iterator[Edge]:
-    """Merge edges between the same two shapes into one; those from a pin have no label."""
-    bundles: dict[tuple[str, str], list[Edge]] = {}
-    for edge in edges:
-        bundles.setdefault((edge.tail, edge.head), []).append(edge)
-    for bundle in bundles.values():
-        first = bundle[0]
-        labels = tuple(label for edge in bundle for label in edge.labels)
-        same = len(labels) == 1 and first.head.endswith(f":{labels[0].text}")
-        yield replace(
-            first,
-            outcomes=tuple(outcome for edge in bundle for outcome in edge.outcomes),
-            labels=() if same or first.tail != first.path else labels,
-            cause=common(edge.cause for edge in bundle),
-        )
+                yield Edge(pin, f"{path}/{target}" if path else target, path, arrow=True)

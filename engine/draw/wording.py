@@ -1,19 +1,19 @@
-"""What is written in a picture about a node: its class, its values, its outcomes."""
+"""What is written in a picture: of a chart its values, of a node its class, values and outcomes."""
 
 from __future__ import annotations
 
-import json
 import textwrap
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, TypeVar
 
-from engine.chart import Chart, Node, Reference, Rule
+from engine.chart import Chart, DataKey, Node, Parameter, Reference, Rule
 from engine.draw.chart_shapes import OutcomeLabel
 from engine.draw.style import Cause
 
 Values = Mapping[str, Any]
 """Values of a chart's parameters, without those that are not known."""
-LONGEST_NOTE = 44
+LONGEST_NOTE = 52
+T = TypeVar("T")
 
 
 def values_of(chart: Chart, given: Values, outer: Values) -> dict[str, Any]:
@@ -25,21 +25,63 @@ def values_of(chart: Chart, given: Values, outer: Values) -> dict[str, Any]:
     return known
 
 
+def declared_by(chart: Chart) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What a chart declares, under headings: `name: value`, or `name (type)` without a value."""
+    keys = chart.keys.values()
+    yield "parameters", tuple(map(_parameter, chart.parameters.values()))
+    yield "inputs", tuple(_key(key) for key in keys if key.is_input)
+    yield "data", tuple(_key(key) for key in keys if not key.is_input)
+
+
+def _parameter(parameter: Parameter) -> str:
+    if parameter.required:
+        return f"{parameter.name} ({parameter.type})"
+    origin = f" ({parameter.origin})" if parameter.origin else ""
+    return _given(parameter.name, parameter.default, {}) + origin
+
+
+def _key(key: DataKey) -> str:
+    name = f"{key.name} ({key.type})"
+    return _given(name, key.initial, {}) if key.has_initial or key.optional else name
+
+
+def target_of(node: Node) -> str:
+    """What a leaf or a `use` names; "" for a container."""
+    return f"chart {node.target}" if node.form == "use" else node.target
+
+
 def notes_of(node: Node, values: Values) -> tuple[str, ...]:
-    """The small lines under a node's name."""
+    """What is given to a node and where its outputs go; further tries and priority."""
     return tuple(_notes(node, values))
 
 
 def _notes(node: Node, values: Values) -> Iterator[str]:
-    yield f"chart {node.target}" if node.form == "use" else node.target
     for name, value in node.parameters.items():
-        shown = f"{name}: {value_text(value, values)}"
-        yield textwrap.shorten(shown, LONGEST_NOTE, placeholder=" …")
+        yield _given(name, value, values)
+    keys = {name: source for name, source in node.inputs.items() if type(source) is str}
+    for name, source in node.inputs.items():
+        if name not in keys:
+            yield _given(name, source, values)
+    yield from _bound(keys, "←")
+    yield from _bound(node.outputs, "→")
     if node.retry is not None:
-        wait = f" after {value_text(node.retry.wait, values)}" if node.retry.wait else ""
-        yield f"retry: {node.retry.times} on {', '.join(node.retry.on)}{wait}"
+        times, wait = (value_text(value, values) for value in (node.retry.times, node.retry.wait))
+        after = f" after {wait}" if node.retry.wait else ""
+        yield f"retry: {times} on {', '.join(node.retry.on)}{after}"
     if node.priority:
         yield f"priority: {node.priority}"
+
+
+def _given(name: str, value: Any, values: Values) -> str:
+    return textwrap.shorten(f"{name}: {value_text(value, values)}", LONGEST_NOTE, placeholder=" …")
+
+
+def _bound(keys: Mapping[str, str], arrow: str) -> Iterator[str]:
+    """Names and the data keys they are bound to; those named like their keys share one arrow."""
+    yield from (f"{name} {arrow} {key}" for name, key in keys.items() if name != key)
+    same = [name for name, key in keys.items() if name == key]
+    if same:
+        yield f"{arrow} {', '.join(same)}"
 
 
 def outcome_label(node: Node, outcome: str, values: Values, cause: Cause = "") -> OutcomeLabel:
@@ -66,6 +108,35 @@ def value_text(value: Any, values: Values) -> str:
     """A value as written in the chart; a parameter as its value, or as `$name` if not known."""
     if isinstance(value, Reference):
         return value_text(values[value.name], {}) if value.name in values else f"${value.name}"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {_inner(item, values)}" for name, item in value.items())
     if isinstance(value, list | tuple):
-        return f"[{', '.join(value_text(item, values) for item in value)}]"
-    return json.dumps(value) if value is None or isinstance(value, bool) else str(value)
+        return f"[{', '.join(_inner(item, values) for item in value)}]"
+    if value is None or isinstance(value, bool):
+        return str(value).lower()
+    return str(value)
+
+
+def _inner(value: Any, values: Values) -> str:
+    shown = value_text(value, values)
+    return f"({shown})" if isinstance(value, Mapping) else shown
+
+
+def noted(notes: Iterable[str], width: int) -> list[str]:
+    """Notes in lines."""
+    return [" · ".join(line) for line in packed(notes, width)]
+
+
+def packed(items: Iterable[T], width: int, text: Callable[[T], str] = str) -> Iterator[list[T]]:
+    """Items in lines, as many in each as fit into `width` characters with 3 between two."""
+    line: list[T] = []
+    used = 0
+    for item in items:
+        size = len(text(item)) + 3
+        if line and used + size > width + 3:
+            yield line
+            line, used = [], 0
+        line.append(item)
+        used += size
+    if line:
+        yield line
