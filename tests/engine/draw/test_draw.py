@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 import stat
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +17,15 @@ import pygraphviz
 import pytest
 from hypothesis import given, settings
 
-from engine.chart.chart import Chart, Node
+from engine.chart.chart import Chart, Node, Reference, Retry
 from engine.chart.load import Library, load_files, load_text
 from engine.draw.chart_shapes import BoxShape, LeafShape, Shape
 from engine.draw.dot_text import Active, dot
 from engine.draw.layout import FILE_FORMS, CannotRender, render
 from engine.draw.mermaid_text import mermaid
 from engine.draw.picture import picture
+from engine.draw.style import INK, KINDS, PAGE
+from engine.draw.wording import declared_by, notes_of
 from tests.engine.random_charts import charts, library
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -32,6 +36,8 @@ TEXTS: dict[str, tuple[str, int | None, Active | None]] = {
     "cobodeck": ("cobodeck", 0, None),
     "cobodeck_expanded": ("cobodeck", None, None),
     "cobodeck_active": ("cobodeck", 1, LIT),
+    "tour": ("tour", 0, None),
+    "tour_expanded": ("tour", None, None),
 }
 
 
@@ -91,9 +97,9 @@ def leaves(node: Node, path: str = "") -> set[str]:
 
 
 def home(shape: str) -> str:
-    """The box in which a shape has to stand: labels start with `l:`, pins hold a colon."""
-    path, colon, _ = shape.removeprefix("l:").partition(":")
-    return path if colon and not shape.startswith("l:") else path.rpartition("/")[0]
+    """The box in which a shape has to stand; its pins hold a colon."""
+    path, colon, _ = shape.partition(":")
+    return path if colon else path.rpartition("/")[0]
 
 
 @settings(derandomize=True, deadline=None, max_examples=60)
@@ -186,22 +192,27 @@ any:
 """
 
 
-ACTION, MONITOR, GREY, RED, AMBER = "#2e7d32", "#c77700", "#6b7785", "#c62828", "#b26a00"
+ACTION, MONITOR, GREY, RED, AMBER = "#2e7d32", "#c77700", "#525d69", "#b71c1c", "#8a5000"
 
 
 def row(graph: pygraphviz.AGraph, path: str) -> str:
     """The cell of a row, wherever it stands."""
-    found = re.search(rf'<TD ID="s:{path}"[^>]*>.*?</TD>', graph.string())
-    assert found is not None
+    return cell(graph, f"s:{path}")
+
+
+def pin(graph: pygraphviz.AGraph, name: str) -> str:
+    """The cell of a pin of a leaf or table."""
+    return cell(graph, f"o:{name}")
+
+
+def cell(graph: pygraphviz.AGraph, name: str) -> str:
+    found = re.search(rf'<TD ID="{re.escape(name)}"[^>]*>.*?</TD>', graph.string())
+    assert found is not None, name
     return found[0]
 
 
 def boxes(graph: pygraphviz.AGraph) -> list[pygraphviz.AGraph]:
     return [box for sub in graph.subgraphs() for box in (sub, *boxes(sub))]
-
-
-def label_of(graph: pygraphviz.AGraph, name: str) -> str:
-    return str(graph.get_node(f"l:{name}").attr["label"])
 
 
 def test_actions_are_solid_green_and_monitors_dashed_amber() -> None:
@@ -216,38 +227,38 @@ def test_actions_are_solid_green_and_monitors_dashed_amber() -> None:
 def test_class_and_parameters_stand_small_under_the_name() -> None:
     graph = drawn(SIMPLE)
     label = graph.get_node("work/go").attr["label"]
-    assert label.startswith("<B>go</B><BR/><FONT POINT-SIZE=")
+    assert "<B>go</B><BR/><FONT POINT-SIZE=" in label
     assert "Drive</FONT>" in label
     assert "speed: 1 m/s</FONT>" in label
     assert "retry: 2 on far after 1 s" in graph.get_node("work/see").attr["label"]
 
 
-def test_edges_with_one_target_are_one_and_time_limits_in_it_are_italic_not_red() -> None:
+def test_outcomes_with_one_target_share_a_pin_and_time_limits_in_it_are_italic_not_red() -> None:
     graph = drawn(SIMPLE)
     name = "work/go:arrived|blocked|timeout"
-    assert label_of(graph, name) == "arrived | blocked | <I>timeout 5 s</I>"
+    assert ">arrived | blocked<BR/><I>timeout 5 s</I><" in pin(graph, name)
     ids = {e.attr["id"] for e in graph.edges() if "work/go:" in (e.attr["id"] or "")}
-    assert ids == {f"{half}:{way}" for half in "ht" for way in (name, "work/go:error")}
-    assert edge_named(graph, f"t:{name}").attr["color"] in ("", None, "#52606d")
+    assert ids == {f"t:{name}", "t:work/go:error"}
+    assert edge_named(graph, f"t:{name}").attr["color"] in ("", None, GREY)
 
 
 def test_a_time_limit_alone_is_dotted_and_has_no_colour() -> None:
     text = "chart: a\noutcomes: []\nstates:\n  s: {do: X, timeout: 5 s, next: {timeout: t}}\n"
     graph = drawn(text + "  t: {do: X}\n")
-    halves = [e for e in graph.edges() if e.attr["id"]]
-    assert len(halves) == 2
-    assert {e.attr["style"] for e in halves} == {"dotted"}
-    assert {e.attr["color"] for e in halves} <= {"", None, "#52606d"}
+    edge = edge_named(graph, "t:s:timeout")
+    assert edge.attr["style"] == "dotted"
+    assert edge.attr["color"] in ("", None, GREY)
 
 
 def test_only_what_errors_lead_to_is_red() -> None:
     graph = drawn(SIMPLE)
-    assert f'<FONT COLOR="{RED}">error</FONT>' in label_of(graph, "work/go:error")
+    assert f'<FONT COLOR="{RED}">error</FONT>' in pin(graph, "work/go:error")
+    assert f'COLOR="{GREY}"' in pin(graph, "work/go:arrived|blocked|timeout")
     assert edge_named(graph, "t:work/go:error").attr["color"] == RED
     assert RED not in row(graph, "guard")
     assert graph.get_node(":failed").attr["color"] == GREY  # the guard leads there, too
     red = {e.attr["id"] for e in graph.edges() if e.attr["color"] == RED}
-    assert red == {"h:work/go:error", "t:work/go:error", "t:work:failed"}
+    assert red == {"t:work/go:error", "t:work:failed"}
     assert graph.get_node("work:failed").attr["color"] == RED
 
 
@@ -272,7 +283,7 @@ def test_a_guard_says_its_outcome_and_its_edge_is_amber_up_to_the_end() -> None:
     graph = drawn(GUARDED)
     assert f'→ <FONT COLOR="{AMBER}">near</FONT>' in row(graph, "drive/near")
     assert edge_named(graph, "t:drive:near").attr["color"] == AMBER
-    assert edge_named(graph, "t:rest:rested").attr["color"] in ("", None, "#52606d")
+    assert edge_named(graph, "t:rest:rested").attr["color"] in ("", None, GREY)
 
 
 def test_guards_stand_in_a_column_on_the_right_of_what_they_guard() -> None:
@@ -313,7 +324,7 @@ def test_outcomes_of_the_chart_have_a_grey_double_border() -> None:
 
 
 def test_a_box_hands_on_what_its_next_does_not_name() -> None:
-    edges = {(e.tail, e.head) for e in picture(*one(SIMPLE)).edges}
+    edges = {(e.pin.id, e.head) for e in picture(*one(SIMPLE)).edges}
     assert ("work:done", ":done") in edges
 
 
@@ -364,7 +375,7 @@ states:
 def test_values_of_parameters_are_shown_and_names_where_they_are_open() -> None:
     graph = drawn(VALUES.format(name="a"))
     assert "to: $near" in graph.get_node("s").attr["label"]
-    assert label_of(graph, "s:timeout") == "<I>timeout 20 s</I>"
+    assert "<I>timeout 20 s</I>" in pin(graph, "s:timeout")
 
 
 def test_values_in_a_used_chart_are_those_that_it_is_given(tmp_path: Path) -> None:
@@ -374,17 +385,95 @@ def test_values_in_a_used_chart_are_those_that_it_is_given(tmp_path: Path) -> No
     known = load_files(sorted(tmp_path.glob("*.yaml")))
     graph = pygraphviz.AGraph(string=dot(known["user"], known, None))
     assert "to: 7 m" in graph.get_node("one/s").attr["label"]
-    assert label_of(graph, "one/s:timeout") == "<I>timeout 20 s</I>"
+    assert "<I>timeout 20 s</I>" in pin(graph, "one/s:timeout")
     assert "to: 2 m" in graph.get_node("two/s").attr["label"]
-    assert label_of(graph, "two/s:timeout") == "<I>timeout $open</I>"
+    assert "<I>timeout $open</I>" in pin(graph, "two/s:timeout")
+
+
+def leaf(text: str, **changes: Any) -> tuple[str, ...]:
+    """The notes of a node written as `text`, with some of its fields changed."""
+    chart, _ = one(f"chart: a\noutcomes: []\nstates:\n  s: {text}\n")
+    return notes_of(replace(chart.root.children[0], **changes), {"spot": {"place": "dock"}})
+
+
+def test_data_that_a_node_reads_and_writes_stand_beside_its_values() -> None:
+    text = "{do: X, with: {tolerance: 10 cm}, in: {goal: here, map: map}, out: {pose: goal, n: n}}"
+    assert leaf(text) == ("tolerance: 10 cm", "goal ← here", "← map", "pose → goal", "→ n")
+    assert leaf("{do: X, in: {a: a, b: b}}") == ("← a, b",)
+
+
+def test_what_is_bound_to_an_input_without_a_key_is_a_value() -> None:
+    pose = {"x": "2 m", "y": "2.5 m", "yaw": "90 deg"}
+    given = {"goal": pose, "home": {"place": "kitchen"}, "n": 3, "at": "here"}
+    shown = ("goal: x 2 m, y 2.5 m, yaw 90 deg", "home: place kitchen", "n: 3", "at ← here")
+    assert leaf("{do: X}", inputs=given) == shown
+    references = {"goal": Reference("spot"), "limit": Reference("profile.escape.ahead")}
+    assert leaf("{do: X}", inputs=references) == (
+        "goal: place dock",
+        "limit: $profile.escape.ahead",
+    )
+    assert leaf("{do: X}", parameters={"tour": [pose, {"place": "dock"}]}) == (
+        "tour: [(x 2 m, y 2.5 m, yaw 90 deg), (place dock)]",
+    )
+
+
+def test_a_number_of_tries_may_be_a_parameter() -> None:
+    tries = Retry(Reference("spot"), ("lost",))  # type: ignore[arg-type]
+    assert leaf("{do: X}", retry=tries) == ("retry: place dock on lost",)
+
+
+DECLARING = """\
+chart: a
+outcomes: [x]
+parameters:
+  room: {type: length, default: 3.4 m}
+  ahead: {type: duration, default: $profile.escape.ahead}
+  near: length
+inputs: {since: integer}
+data: {goal: {type: Pose2, initial: none}, n: {type: integer, initial: 4}, map: Map}
+states: {s: {do: X, next: {done: .x}}}
+"""
+
+
+def test_what_a_chart_declares_stands_in_its_head_with_the_values_in_force() -> None:
+    chart, known = one(DECLARING)
+    tuned = replace(chart.parameters["room"], origin="tuned")
+    chart = replace(chart, parameters={**chart.parameters, "room": tuned})
+    head = {
+        "parameters": ("room: 3.4 m (tuned)", "ahead: $profile.escape.ahead", "near (length)"),
+        "inputs": ("since (integer)",),
+        "data": ("goal (Pose2): none", "n (integer): 4", "map (Map)"),
+    }
+    assert dict(declared_by(chart)) == head
+    texts = dot(chart, known), unescaped(mermaid(chart, known))
+    assert all(item in text for text in texts for items in head.values() for item in items)
+
+
+def unescaped(text: str) -> str:
+    """Mermaid text with its encoded characters as they are."""
+    return re.sub(r"#(\d+);", lambda code: chr(int(code[1])), text)
+
+
+def test_a_leaf_with_many_values_stays_compact_and_says_all_when_pointed_at() -> None:
+    given = ", ".join(f"parameter_{n}: {n} m" for n in range(20))
+    graph = drawn(f"chart: a\noutcomes: []\nstates:\n  s: {{do: X, with: {{{given}}}}}\n")
+    lines = graph.get_node("s").attr["label"].split("<BR/>")
+    assert len(lines) == 2 + 4  # its name, its class
+    assert lines[-1].endswith(" …</FONT>")
+    assert "parameter_19: 19 m" in graph.get_node("s").attr["tooltip"]
+    graph = drawn(SIMPLE)
+    assert graph.get_node("work/go").attr["tooltip"] == "go"
 
 
 # ----------------------------------------------------------------- layout
 
 CHARTS = Path(__file__).parents[3] / "charts"
-SHOWN = [*((name, 0) for name in ("cobodeck", "chase", "haptic", "escape", "inform"))]
-SHOWN += [("cobodeck", None), ("nested", 0)]
+SHOWN: list[tuple[str, int | None]] = [
+    *((name, 0) for name in ("cobodeck", "chase", "haptic", "escape", "inform"))
+]
+SHOWN += [("cobodeck", None), ("nested", 0), ("tour", 0), ("tour", None)]
 Area = tuple[float, float, float, float]
+Point = tuple[float, float]
 
 
 def charts_shipped() -> Library:
@@ -392,7 +481,7 @@ def charts_shipped() -> Library:
 
 
 def laid_out(name: str, depth: int | None) -> pygraphviz.AGraph:
-    known = shipped() if name == "nested" else charts_shipped()
+    known = shipped() if name in ("nested", "tour") else charts_shipped()
     graph = pygraphviz.AGraph(string=dot(known[name], known, depth))
     graph.layout(prog="dot")
     return graph
@@ -433,6 +522,43 @@ def test_every_label_stands_inside_the_frame_of_its_box(name: str, depth: int | 
 
 
 @pytest.mark.parametrize(("name", "depth"), SHOWN)
+def test_each_pin_has_a_place_of_its_own_at_which_its_edge_leaves(
+    name: str, depth: int | None
+) -> None:
+    begins: dict[str, list[Point]] = {}
+    for way, points in curves(laid_out(name, depth)).items():
+        begins.setdefault(way.partition(":")[0], []).append(points[0])
+    for found in begins.values():
+        assert all(math.dist(a, b) >= 20 for a, b in itertools.combinations(found, 2))
+
+
+@pytest.mark.parametrize(("name", "depth"), SHOWN)
+def test_routes_that_lead_apart_do_not_run_together(name: str, depth: int | None) -> None:
+    found = curves(laid_out(name, depth))
+    routes = {way: route(points) for way, points in found.items()}
+    for one_, other in itertools.combinations(found, 2):
+        if found[one_][-1] != found[other][-1]:
+            near = (any(math.dist(p, q) < 2 for q in routes[other]) for p in routes[one_])
+            assert sum(near) * STEP <= 100, (one_, other)
+
+
+@pytest.mark.parametrize(("name", "depth"), SHOWN)
+def test_siblings_stand_in_the_order_of_the_chart(name: str, depth: int | None) -> None:
+    known = shipped() if name in ("nested", "tour") else charts_shipped()
+    graph, shown = laid_out(name, depth), picture(known[name], known, depth)
+    boxes_shown, inside = {box.path: box for box in shown.root.boxes()}, frames(graph)
+    for edge in shown.edges:
+        if edge.pin.path in boxes_shown or edge.head in boxes_shown or ":" in edge.head:
+            continue
+        tail, head = (area_of(graph.get_node(path)) for path in (edge.pin.path, edge.head))
+        assert edge.pin.back or tail[1] > head[3], edge
+        assert not edge.pin.back or edge.head == edge.pin.path or tail[3] < head[1], edge
+    for box in boxes_shown.values():
+        within = [inside[m.path] for m in box.members if isinstance(m, BoxShape)]
+        assert within == sorted(within)
+
+
+@pytest.mark.parametrize(("name", "depth"), SHOWN)
 def test_no_label_is_written_over_another_or_over_a_shape(name: str, depth: int | None) -> None:
     graph = laid_out(name, depth)
     shapes = {shape: area_of(shape) for shape in graph.nodes()}
@@ -445,20 +571,95 @@ def test_no_label_is_written_over_another_or_over_a_shape(name: str, depth: int 
 def test_no_route_leaves_the_frame(name: str, depth: int | None) -> None:
     graph = laid_out(name, depth)
     frame = frames(graph)[""]
+    for way, points in curves(graph).items():
+        assert all(holds(frame, (*p, *p)) for p in route(points)), way
+
+
+def curves(graph: pygraphviz.AGraph) -> dict[str, list[Point]]:
+    """The points of the Bezier curves of each edge from a pin, from its tail on, points."""
+    found = {}
     for edge in graph.edges():
-        assert all(holds(frame, (*point, *point)) for point in points_of(edge)), edge.attr["id"]
+        if edge.attr["id"]:
+            words = edge.attr["pos"].replace("\\\n", "").split()
+            points = [pair(word) for word in words if word[0] not in "es"]
+            way = edge.attr["id"].removeprefix("t:")
+            found[way] = points[::-1] if edge.attr["dir"] == "back" else points
+    return found
 
 
-def points_of(edge: pygraphviz.Edge) -> list[tuple[float, float]]:
-    numbers = [float(n) for n in re.findall(r"-?[\d.]+(?:e[+-]\d+)?", edge.attr["pos"] or "")]
-    return list(zip(numbers[::2], numbers[1::2], strict=True))
+def pair(word: str) -> Point:
+    x, y = map(float, word.split(","))
+    return x, y
 
 
-def test_the_expanded_machine_fits_on_one_screen() -> None:
+STEP = 4.0  # points
+
+
+def route(points: list[Point]) -> list[Point]:
+    """Points on Bezier curves, `STEP` apart at least."""
+    found = points[:1]
+    for n in range(0, len(points) - 3, 3):
+        for t in (k / 40 for k in range(41)):
+            weights = (1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3
+            curve = list(zip(weights, points[n : n + 4], strict=True))
+            at = sum(w * p[0] for w, p in curve), sum(w * p[1] for w, p in curve)
+            if math.dist(at, found[-1]) >= STEP:
+                found.append(at)
+    return found
+
+
+def test_the_expanded_machine_fits_on_a_page() -> None:
     left, low, right, high = frames(laid_out("cobodeck", None))[""]
-    # points; with Inform in it twice, 380 points of its width, it is half as wide again as high
-    assert right - left <= 1900
-    assert high - low <= 1250
+    # points; siblings in the order of the chart need height, so it is a page, not a screen
+    assert right - left <= 1350
+    assert high - low <= 1350 * 2**0.5
+
+
+def luminance(color: str) -> float:
+    """Relative luminance as in WCAG 2."""
+    parts = (int(color[n : n + 2], 16) / 255 for n in (1, 3, 5))
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one_: str, other: str) -> float:
+    low, high = sorted((luminance(one_), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+LEGEND = {border for border, *_ in KINDS.values() if border != MONITOR}
+
+
+def test_letters_are_legible_on_all_that_they_stand_on() -> None:
+    known = shipped()
+    text = "".join((*golden_texts().values(), dot(known["cobodeck"], known, 0, LIT)))
+    letters = set(re.findall(r'(?:FONT[^>]* COLOR|fontcolor)="(#\w+)"', text)) - LEGEND
+    grounds = set(re.findall(r'(?:BGCOLOR|bgcolor|fillcolor)="(#\w+)"', text)) - {INK}
+    assert {INK, GREY, AMBER, RED} == letters
+    assert len(grounds) == 3 + 6  # boxes; nodes, and lit nodes
+    assert all(contrast(a, b) >= 4.5 for a in letters for b in grounds)
+    assert all(contrast(color, PAGE) >= 4.5 for color in LEGEND)
+    mermaid_classes = re.findall(r"fill:(#\w+),stroke:#\w+,color:(#\w+)", text)
+    assert all(contrast(*pair) >= 4.5 for pair in mermaid_classes if pair != (INK, INK))
+
+
+def test_edges_and_borders_of_nodes_stand_out_from_the_page() -> None:
+    for color in (GREY, AMBER, RED, *(border for border, *_ in KINDS.values())):
+        assert contrast(color, PAGE) >= 3.0
+
+
+def test_a_picture_has_a_page_of_its_own() -> None:
+    root = ElementTree.fromstring(render(dot(*one(SIMPLE))))
+    page, group = next(root.iter(f"{SVG}polygon")), next(root.iter(f"{SVG}g"))
+    assert page.get("fill") in (PAGE, "white")
+    shift = re.search(r"translate\(([-\d.]+)[ ,]([-\d.]+)\)", group.get("transform", ""))
+    assert shift is not None
+    corners = [tuple(map(float, c.split(","))) for c in page.get("points", "").split()]
+    begin = tuple(map(float, root.get("viewBox", "").split()))
+    for axis, at in enumerate(map(float, shift.groups())):
+        values = [corner[axis] + at for corner in corners]
+        assert min(values) <= begin[axis] + 1
+        assert max(values) >= begin[axis] + begin[axis + 2] - 1
 
 
 def test_depth_counts_the_charts_that_are_opened() -> None:
@@ -504,12 +705,12 @@ def test_control_characters_do_not_break_the_picture() -> None:
 def test_active_paths_and_their_boxes_are_lit_and_the_last_way_is_bold_to_its_end() -> None:
     known = shipped()
     graph = pygraphviz.AGraph(string=dot(known["cobodeck"], known, None, LIT))
-    assert 'BGCOLOR="#ffd166"' in row(graph, "chase/danger")
-    assert 'BGCOLOR="#fff6e0"' in row(graph, "chase/request")
+    assert f'BGCOLOR="{KINDS["watch"][2]}"' in row(graph, "chase/danger")
+    assert f'BGCOLOR="{KINDS["watch"][1]}"' in row(graph, "chase/request")
     bold = {e.attr["id"] for e in graph.edges() if e.attr["penwidth"] == "3"}
     assert bold == {"t:chase:escape_required"}
     closed = pygraphviz.AGraph(string=dot(known["cobodeck"], known, 0, LIT))
-    assert closed.get_node("chase").attr["fillcolor"] == "#9cc7f5"
+    assert closed.get_node("chase").attr["fillcolor"] == KINDS["use"][2]
 
 
 def test_svg_carries_the_ids_that_a_page_lights() -> None:
@@ -517,7 +718,7 @@ def test_svg_carries_the_ids_that_a_page_lights() -> None:
     root = ElementTree.fromstring(render(dot(known["chase"], known)))
     ids = {element.get("id") for element in root.iter()}
     assert {"s:follow", "s:follow/drive", "a_s:danger", "o:follow:failed"} <= ids
-    assert {"t:follow/choose:chosen", "l:follow/choose:chosen"} <= ids
+    assert {"t:follow/choose:chosen", "a_o:follow/choose:chosen"} <= ids
 
 
 @pytest.mark.parametrize("form", FILE_FORMS)
