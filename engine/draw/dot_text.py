@@ -178,21 +178,19 @@ class _Writer:
         return free
 
     def order(self, box: BoxShape) -> Iterator[str]:
-        """The arrow from the start dot, and invisible edges: boxes in order, pins at the bottom."""
-        for number, member in enumerate(box.members if box.start else ()):
-            look = {"style": "invis", "weight": "9"} if number else {"weight": "30"}
-            if isinstance(member, BoxShape):
-                look["lhead"] = f"cluster_{member.path}"
-            elif number:
-                continue
-            else:
-                look["minlen"] = "0"
-            yield f"{_quoted(box.start)} -> {_quoted(entry_of(member))} [{_listed(look)}]"
-        for member in box.members if box.pins else ():
-            if isinstance(member, BoxShape):
-                hidden = {"style": "invis", "weight": "1"}
-                low = member.exit or member.entry
-                yield f"{_quoted(low)} -> {_quoted(box.pins[0].id)} [{_listed(hidden)}]"
+        """The arrow from the start dot; invisible: boxes from left to right, pins at the bottom."""
+        inner = [member for member in box.members if isinstance(member, BoxShape)]
+        if box.start:
+            first = box.members[0]
+            boxed = isinstance(first, BoxShape)
+            place = {"lhead": f"cluster_{first.path}"} if boxed else {"minlen": "0"}
+            yield _edge(box.start, entry_of(first), {"weight": "30", **place})
+            for member in inner if len(inner) > 1 else ():
+                if member is not first:
+                    yield _edge(box.start, member.entry, {"style": "invis", "weight": "9"})
+        for member in inner if box.pins else ():
+            hidden = {"style": "invis", "weight": "1"}
+            yield _edge(member.exit or member.entry, box.pins[0].id, hidden)
 
     def edge(self, edge: Edge) -> str:
         """An edge; one back is turned, so that Graphviz puts its head above its tail."""
@@ -233,6 +231,10 @@ class _Writer:
         if len(ends) == 2:
             return {"constraint": "false"}
         return {"minlen": "0"} if ends and ":" not in edge.head else {}
+
+
+def _edge(tail: str, head: str, attributes: Mapping[str, str]) -> str:
+    return f"{_quoted(tail)} -> {_quoted(head)} [{_listed(attributes)}]"
 
 
 def _pin(pin: Pin) -> str:
