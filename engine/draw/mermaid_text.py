@@ -35,6 +35,7 @@ _CLASSES = "\n".join(
         ("pin", FILLS[0], GREY, GREY, ""),
         ("outcome", FILLS[0], GREY, GREY, ",stroke-width:3px"),
         ("error", FILLS[0], RED, RED, ""),
+        ("declared", FILLS[0], FILLS[0], INK, ",text-align:left"),
         ("start", INK, INK, INK, ""),
         ("sequence", FILLS[1], FRAME, INK, ""),
         ("parallel", FILLS[1], FRAME, INK, _DASHED),
@@ -79,11 +80,8 @@ class _Writer:
     def box(self, box: BoxShape) -> Iterator[str]:
         name = self.name(f"{box.path}/")
         lines = [f"<b>{_text(box.name)}</b> {box.mode}", *map(_small, noted(box.notes, WIDTH))]
-        for heading, items in () if box.path else self.shown.declared:
-            if items:
-                lines += [_small(f"{heading}:"), *map(_small, noted(items, WIDTH))]
-        title = "<br/>".join(lines)
-        yield f'subgraph {name}["{title}"]'
+        yield f'subgraph {name}["{"<br/>".join(lines)}"]'
+        yield from () if box.path else self.head()
         if box.start:
             yield f'  {self.name(box.start)}((" ")):::start'
         for member in (*box.rows, *box.members):
@@ -95,6 +93,15 @@ class _Writer:
                 yield f"  {line}"
         yield "end"
         yield f"class {name} {'sequence' if box.mode == 'states' else 'parallel'}"
+
+    def head(self) -> Iterator[str]:
+        """What the chart declares; a node, as titles of several lines cover what is below."""
+        shown = []
+        for heading, items in self.shown.declared:
+            if items:
+                shown += [_text(heading), *map(_small, noted(items, WIDTH))]
+        if shown:
+            yield f'  head["{"<br/>".join(shown)}"]:::declared'
 
     def leaf(self, shape: LeafShape | TableShape) -> str:
         kind = shape.kind if isinstance(shape, LeafShape) else "table"

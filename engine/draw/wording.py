@@ -19,10 +19,18 @@ T = TypeVar("T")
 def values_of(chart: Chart, given: Values, outer: Values) -> dict[str, Any]:
     """Values of a chart's parameters when used with `given`, whose references `outer` resolves."""
     known = {name: p.default for name, p in chart.parameters.items() if not p.required}
-    for name, value in given.items():
-        from_outer = isinstance(value, Reference) and value.name in outer
-        known[name] = outer[value.name] if from_outer else value
-    return known
+    return known | {name: _resolved(value, outer) for name, value in given.items()}
+
+
+def _resolved(value: Any, known: Values) -> Any:
+    """A value with what is known instead of references."""
+    if isinstance(value, Reference):
+        return known.get(value.name, value)
+    if isinstance(value, Mapping):
+        return {name: _resolved(item, known) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_resolved(item, known) for item in value]
+    return value
 
 
 def declared_by(chart: Chart) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -106,20 +114,21 @@ def condition_text(rule: Rule) -> str:
 
 def value_text(value: Any, values: Values) -> str:
     """A value as written in the chart; a parameter as its value, or as `$name` if not known."""
+    return _text(_resolved(value, values))
+
+
+def _text(value: Any) -> str:
     if isinstance(value, Reference):
-        return value_text(values[value.name], {}) if value.name in values else f"${value.name}"
+        return f"${value.name}"
     if isinstance(value, Mapping):
-        return ", ".join(f"{name} {_inner(item, values)}" for name, item in value.items())
+        return ", ".join(f"{name} {_inner(item)}" for name, item in value.items())
     if isinstance(value, list | tuple):
-        return f"[{', '.join(_inner(item, values) for item in value)}]"
-    if value is None or isinstance(value, bool):
-        return str(value).lower()
-    return str(value)
+        return f"[{', '.join(map(_inner, value))}]"
+    return str(value).lower() if value is None or isinstance(value, bool) else str(value)
 
 
-def _inner(value: Any, values: Values) -> str:
-    shown = value_text(value, values)
-    return f"({shown})" if isinstance(value, Mapping) else shown
+def _inner(value: Any) -> str:
+    return f"({_text(value)})" if isinstance(value, Mapping) else _text(value)
 
 
 def noted(notes: Iterable[str], width: int) -> list[str]:

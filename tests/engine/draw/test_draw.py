@@ -25,7 +25,7 @@ from engine.draw.layout import FILE_FORMS, CannotRender, render
 from engine.draw.mermaid_text import mermaid
 from engine.draw.picture import picture
 from engine.draw.style import INK, KINDS, PAGE
-from engine.draw.wording import declared_by, notes_of
+from engine.draw.wording import declared_by, notes_of, value_text, values_of
 from tests.engine.random_charts import charts, library
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -388,6 +388,14 @@ def test_values_in_a_used_chart_are_those_that_it_is_given(tmp_path: Path) -> No
     assert "<I>timeout 20 s</I>" in pin(graph, "one/s:timeout")
     assert "to: 2 m" in graph.get_node("two/s").attr["label"]
     assert "<I>timeout $open</I>" in pin(graph, "two/s:timeout")
+
+
+def test_values_inside_what_a_used_chart_is_given_are_those_of_the_chart_around_it() -> None:
+    chart, _ = one(VALUES.format(name="a"))
+    given = {"near": [{"x": Reference("long")}, Reference("open")]}
+    values = values_of(chart, given, {"long": "7 m"})
+    assert value_text(Reference("near"), values) == "[(x 7 m), $open]"
+    assert value_text(Reference("long"), values) == "20 s"
 
 
 def leaf(text: str, **changes: Any) -> tuple[str, ...]:
