@@ -11,8 +11,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
+from engine.files import Angle, Length
 from hw.se3 import RigidMotion, act, inverse, product, quaternion_of, unit_quaternion
 
 _TURN = 2.0 * math.pi
@@ -52,7 +53,13 @@ def _require_finite(what: str, names: str, *values: float) -> None:
 
 @dataclass(frozen=True, slots=True, init=False)
 class Pose2:
-    """A pose in the plane: x, y in m and yaw in rad."""
+    """A pose in the plane: x, y in m and yaw in rad.
+
+    Charts write one as `{x: 2 m, y: 1 m, yaw: 90 deg}` or `{place: kitchen}`.
+    """
+
+    named_by: ClassVar[str] = "place"
+    """The key with which a chart names one of the scene."""
 
     x: float
     y: float
@@ -72,6 +79,15 @@ class Pose2:
         """
         _require_finite("pose", "x y yaw", x, y, yaw)
         return cls(float(x), float(y), wrap(float(yaw)))
+
+    @classmethod
+    def written(cls, x: Length, y: Length, yaw: Angle = 0.0) -> Pose2:
+        """A pose as charts write it, its yaw wrapped.
+
+        Raises:
+            ValueError: a value is NaN or infinite.
+        """
+        return cls.checked(x, y, yaw)
 
     def __matmul__(self, other: Pose2) -> Pose2:
         """Composition: `map_from_base @ base_from_tool` is map_from_tool."""
@@ -126,7 +142,10 @@ class Pose2:
 
 @dataclass(frozen=True, slots=True)
 class Pose3:
-    """A pose in space: position in m and a unit quaternion (qx, qy, qz, qw)."""
+    """A pose in space: position in m and a unit quaternion (qx, qy, qz, qw).
+
+    Charts write one as `{x: 1 m, y: 0 m, z: 80 cm, pitch: -90 deg}`; angles as in URDF.
+    """
 
     x: float
     y: float
@@ -148,6 +167,24 @@ class Pose3:
         _require_finite("pose", "x y z qx qy qz qw", *position, *quaternion)
         x, y, z = (float(p) for p in position)
         return cls(x, y, z, *unit_quaternion(*quaternion))
+
+    @classmethod
+    def written(
+        cls,
+        x: Length,
+        y: Length,
+        z: Length,
+        roll: Angle = 0.0,
+        pitch: Angle = 0.0,
+        yaw: Angle = 0.0,
+    ) -> Pose3:
+        """A pose as charts write it: turned about the fixed axes x, y and z in this order (URDF).
+
+        Raises:
+            ValueError: a value is NaN or infinite.
+        """
+        _require_finite("pose", "x y z roll pitch yaw", x, y, z, roll, pitch, yaw)
+        return cls.from_angles(x, y, z, (roll, pitch, yaw))
 
     @classmethod
     def from_yaw(cls, x: float, y: float, z: float, yaw: float) -> Pose3:

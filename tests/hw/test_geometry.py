@@ -1,9 +1,12 @@
 import cmath
+import dataclasses
 import math
+import typing
 
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from engine.files import Angle, Length
 from hw.geometry import Pose2, Pose3, Twist2, total, unwrap, wrap
 
 coordinate = st.floats(-1e3, 1e3)
@@ -200,3 +203,28 @@ def test_a_total_is_added_up_from_left_to_right_whatever_python():
     assert total(values) == 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1 + 0.1
     assert total(values) != math.fsum(values)
     assert total([]) == 0.0
+
+
+def test_a_pose_of_a_chart_is_turned_about_fixed_axes_like_those_of_files():
+    down = Pose3.written(1.0, 2.0, 0.5, pitch=-math.pi / 2)
+    assert down.transform(0.1, 0.0, 0.0) == pytest.approx((1.0, 2.0, 0.6))
+    both = Pose3.written(0.0, 0.0, 0.0, roll=0.3, yaw=0.4)
+    assert both == Pose3.from_angles(0.0, 0.0, 0.0, (0.3, 0.0, 0.4))
+    assert Pose2.written(1.0, 2.0, 1.5 * math.pi) == Pose2(1.0, 2.0, -0.5 * math.pi)
+    assert Pose2.written(1.0, 2.0) == Pose2(1.0, 2.0, 0.0)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_a_pose_of_a_chart_is_finite(bad):
+    with pytest.raises(ValueError, match=f"y is {bad}"):
+        Pose2.written(0.0, bad)
+    with pytest.raises(ValueError, match=f"pitch is {bad}"):
+        Pose3.written(0.0, 0.0, 0.0, pitch=bad)
+
+
+def test_charts_write_lengths_and_angles_and_name_places():
+    hints = typing.get_type_hints(Pose3.written, include_extras=True)
+    assert hints["z"] is Length
+    assert hints["roll"] is Angle
+    assert Pose2.named_by == "place"
+    assert [field.name for field in dataclasses.fields(Pose2)] == ["x", "y", "yaw"]
