@@ -15,6 +15,7 @@ from engine.signals import Derived, Estimated, Measured, Signal
 from hw import (
     ArmState,
     BumperHit,
+    GripperState,
     ImuReading,
     Odometry,
     Pose2,
@@ -24,6 +25,7 @@ from hw import (
     TrackerPose,
     Twist2,
     UserPose,
+    WrenchReading,
 )
 from states import SUBSYSTEMS, SubsystemName
 from states.environment import Environment
@@ -46,7 +48,10 @@ if TYPE_CHECKING:
     from states.navigation.grid import Costmaps
 
 OBSTACLES = "floor.obstacles"
-TYPES = {kind.__name__: Type(kind.__name__, python=kind) for kind in (Pose2, Pose3, UserPose)}
+TYPES = {
+    kind.__name__: Type(kind.__name__, python=kind)
+    for kind in (Pose2, Pose3, UserPose, Twist2, ArmState, GripperState, WrenchReading)
+}
 
 DANGER = ("escape.planner", "user.pose", "base.pose", "user.velocity", "base.twist")
 """Inputs that decide whether the user is about to walk into the robot."""
@@ -67,6 +72,8 @@ MEASURED = (
     Measured("base.imu", ImuReading, about="rates of turn and accelerations, in the base frame"),
     Measured("rover.tracker", TrackerPose, about="a tracker on the rover: vive_from_tracker"),
     Measured("arm.joints", ArmState),
+    Measured("gripper.state", GripperState, about="how far the fingers are open, what they do"),
+    Measured("wrench.reading", WrenchReading, about="force and torque on the flange, in its frame"),
     Measured("user.pose", UserPose, about="tracked pose of the user, none while it is lost"),
     Measured("vr.haptic_request", Pose3, about="where the user reaches, while they do"),
     Measured("vr.release", bool, event=True),

@@ -20,6 +20,7 @@ from hw.interfaces import (
     PARTS as PARTS,
     Arm as Arm,
     DriveMode as DriveMode,
+    Gripper as Gripper,
     RobotPart as RobotPart,
     StopLine as StopLine,
 )
@@ -46,6 +47,7 @@ from hw.samples import (
     USER_RADIUS as USER_RADIUS,
     ArmState as ArmState,
     BumperHit as BumperHit,
+    GripperState as GripperState,
     ImuReading as ImuReading,
     Joints as Joints,
     Odometry as Odometry,
@@ -55,6 +57,7 @@ from hw.samples import (
     TimedJoints as TimedJoints,
     TrackerPose as TrackerPose,
     UserPose as UserPose,
+    WrenchReading as WrenchReading,
 )
 from hw.se3 import (
     IDENTITY as IDENTITY,

@@ -100,10 +100,17 @@ class Arm(RobotPart, Protocol):
 
 
 class Gripper(RobotPart, Protocol):
-    """Holds the prop. Gives `gripper.state`."""
+    """Two fingers. Gives `gripper.state`."""
 
-    def open_to(self, opening: float) -> None:
-        """Move the fingers to this opening, m; they stop by themselves at an object."""
+    def open_to(self, opening: float | None) -> None:
+        """Move the fingers to this opening, m; None: as wide as they go.
+
+        They stop by themselves at an object. From the next sample on `moving` tells whether they
+        are still on their way.
+
+        Raises:
+            ValueError: they cannot be opened so far.
+        """
         ...
 
     def stop(self) -> None:

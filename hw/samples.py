@@ -115,10 +115,11 @@ class BumperHit:
 
 @dataclass(frozen=True, slots=True)
 class GripperState:
-    """Opening between the fingers in m, and whether they hold an object."""
+    """Opening between the fingers in m, whether they hold an object, and whether they move."""
 
     opening: float
     holding: bool = False
+    moving: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,6 +28,7 @@ from hw import PARTS
 MODULES = (
     "states.navigation.states",
     "states.arm.states",
+    "states.gripper.states",
     "states.signals.states",
     "behaviors.chase",
     "behaviors.make_room",

@@ -10,7 +10,7 @@ capsules:                  # around all of it, in the flange frame
 parked:                    # the folded arm, six joints in rad, by arm; or six for any arm
   ur10: […]
 parked_paper: {ur10: […]}  # a second folded pose, which reproduces the paper's times; optional
-gripper: {opening: 0.085, speed: 0.15, held: 0.05}          # optional; m, m/s, m
+gripper: {opening: 0.085, speed: 0.15, held: 0.05}          # optional; m, m/s; held, m: optional
 wrench: {force: 100, torque: 10}                            # optional; full scale, N and Nm
 """
 
@@ -131,18 +131,18 @@ class Capsule:
 
 @dataclass(frozen=True, slots=True)
 class GripperModel:
-    """Fingers that open to `opening` m at `speed` m/s and hold an object `held` m wide."""
+    """Fingers that open to `opening` m at `speed` m/s; `held`: the width of what they hold, m."""
 
     opening: Annotated[Length, above_0(0.5)]
     """How far apart the fingers go."""
     speed: Annotated[Speed, above_0(1.0)]
     """How fast they move."""
-    held: Annotated[Length, above_0(0.5)]
-    """How wide the held object is."""
+    held: Annotated[Length, above_0(0.5)] | None = None
+    """How wide the object is that they hold from the start; without it they start wide open."""
 
     def faults(self) -> Iterator[Fault]:
         """Contradictions, by key."""
-        if self.held > self.opening:
+        if self.held is not None and self.held > self.opening:
             yield "held", f"{self.held:g} is wider than the opening, {self.opening:g}"
 
 

@@ -11,7 +11,6 @@ from hw.interfaces import DriveMode
 from hw.model import MotionLimits, Prop, RobotModel, WrenchModel, check_pace
 from hw.people.walking import Person
 from hw.safety import CYCLE_NS, SafetyLimits
-from hw.samples import GripperState
 from hw.scene import Scene
 from hw.sim.sim_arm import SimArm
 from hw.sim.sim_base import SimBase
@@ -105,10 +104,7 @@ class MockGripper(SimGripper):
         """Move on to until_ns."""
         opening = self.state.opening if self._goal is None or self.braked else self._goal
         self._goal = None
-        opening = self._stopped(self.state.opening, opening)
-        holding = self.between is not None and opening <= self.between
-        if (opening, holding) != (self.state.opening, self.state.holding):
-            self.state = GripperState(opening, holding)
+        self._tell(self._stopped(self.state.opening, opening))
 
 
 def mock_hand(prop: Prop) -> Hand:

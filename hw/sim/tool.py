@@ -89,8 +89,8 @@ def check_opening(model: GripperModel, opening: float) -> None:
 class SimGripper:
     """Fingers that move at constant speed, and stop at an object between them.
 
-    They start holding the prop. `between` is the width of the object between the fingers, m, None
-    for none; whoever removes or inserts the prop sets it.
+    They start holding what the file of the prop says, or wide open. `between` is the width of the
+    object between the fingers, m, None for none; whoever removes or inserts one sets it.
     """
 
     signals: tuple[str, ...] = ("gripper.state",)
@@ -98,17 +98,19 @@ class SimGripper:
     def __init__(self, model: GripperModel) -> None:
         self.between: float | None = model.held
         self.braked = False
-        self.state = GripperState(model.held, holding=True)
+        opening = model.opening if model.held is None else model.held
+        self.state = GripperState(opening, holding=model.held is not None)
         self._model = model
         self._goal: float | None = None
         self._now = 0
         self._reported = -1
 
-    def open_to(self, opening: float) -> None:
+    def open_to(self, opening: float | None) -> None:
         """Move the fingers; see `Gripper`."""
-        check_opening(self._model, opening)
+        wanted = self._model.opening if opening is None else opening
+        check_opening(self._model, wanted)
         if not self.braked:
-            self._goal = opening
+            self._goal = wanted
 
     def stop(self) -> None:
         """Keep the fingers where they are; see `Gripper`."""
@@ -117,8 +119,7 @@ class SimGripper:
     @property
     def still(self) -> bool:
         """True while the fingers stand, with an object between them or none."""
-        holds = self.between is not None and self.state.opening <= self.between
-        return self._goal is None and self.state.holding == holds
+        return self._goal is None and self._state(self.state.opening) == self.state
 
     def samples(self, now_ns: int) -> list[Sample]:
         """The fingers at this instant."""
@@ -139,9 +140,17 @@ class SimGripper:
             opening = self._stopped(opening, moved)
             if opening == self._goal or opening != moved:
                 self._goal = None
+        self._tell(opening)
+
+    def _tell(self, opening: float) -> None:
+        """Note the state at this opening; the same object as long as nothing of it changes."""
+        state = self._state(opening)
+        if state != self.state:
+            self.state = state
+
+    def _state(self, opening: float) -> GripperState:
         holding = self.between is not None and opening <= self.between
-        if (opening, holding) != (self.state.opening, self.state.holding):
-            self.state = GripperState(opening, holding)
+        return GripperState(opening, holding, self._goal is not None)
 
     def _stopped(self, before: float, moved: float) -> float:
         """The opening at which closing fingers stop."""

@@ -10,7 +10,17 @@ from functools import cache
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from engine import Key
-from hw import ArmState, DriveMode, Pose2, Pose3, PoseSigma, Twist2, UserPose
+from hw import (
+    ArmState,
+    DriveMode,
+    GripperState,
+    Pose2,
+    Pose3,
+    PoseSigma,
+    Twist2,
+    UserPose,
+    WrenchReading,
+)
 
 if TYPE_CHECKING:
     from states.environment.environment import Environment
@@ -27,6 +37,8 @@ BASE_MODE: Key[DriveMode] = Key("base.mode")
 BASE_REFUSAL: Key[str] = Key("base.refusal")
 BASE_ADMITTED: Key[Twist2] = Key("base.admitted")
 ARM_JOINTS: Key[ArmState] = Key("arm.joints")
+GRIPPER_STATE: Key[GripperState] = Key("gripper.state")
+WRENCH_READING: Key[WrenchReading] = Key("wrench.reading")
 USER_POSE: Key[UserPose] = Key("user.pose")
 USER_VELOCITY: Key[Twist2] = Key("user.velocity")
 USER_STILL_SINCE: Key[int] = Key("user.still_since")

@@ -401,6 +401,18 @@ def test_fingers_open_let_go_and_close_on_what_is_between_them(rig):
 
 
 @COMPUTED
+@pytest.mark.requirement(150)
+def test_fingers_open_as_wide_as_they_go_and_say_once_they_rest(rig):
+    rig.parts["gripper"].open_to(None)
+    seen = len(rig.values("gripper.state"))
+    rig.ticks(20)
+    told = rig.values("gripper.state")[seen:]
+    assert told[-1] == GripperState(0.085)
+    rested = next(n for n, state in enumerate(told) if not state.moving)
+    assert all(state == told[-1] for state in told[rested:])
+
+
+@COMPUTED
 @pytest.mark.requirement(48, 150)
 def test_stopped_fingers_stay_and_a_pulled_stop_line_stops_them(rig):
     rig.parts["gripper"].open_to(0.085)

@@ -15,7 +15,7 @@ TEXT = (FOLDER / "gripped.yaml").read_text()
 @pytest.mark.requirement(78, 150)
 def test_every_shipped_prop_has_its_own_length_and_is_light_enough_to_be_carried():
     lengths = {name: load_prop(name).length for name in prop_names()}
-    assert lengths == {"prop": 0.15, "long": 0.3, "gripped": 0.25}
+    assert lengths == {"prop": 0.15, "long": 0.3, "gripped": 0.25, "gripper": 0.2}
     for name in prop_names():
         prop = load_prop(name)
         assert prop.name == name

@@ -1,0 +1,1 @@
+"""Gripping, and feeling what the tool presses on: states alone."""
