@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal
 from engine import NEVER_NS, Action, Context, On, Run, Until, Yielded
 from engine.files import Angle, Duration
 from hw import Arm, ArmState, Pose3, needs
+from states.arm.destination import FOLDED, Destination
 from states.arm.following import (
     CORRECTIONS,
     LATE_S,
@@ -78,8 +79,79 @@ class ParkArm(Action):
         assert parked is not None  # the chart commands an arm
         if is_at(ctx.value(ARM_JOINTS), parked, self.tolerance):
             return "parked"
-        end = yield from _move(ctx, None, self.tolerance, self.solver)
+        end = yield from _move(ctx, FOLDED, self.tolerance, self.solver)
         return "parked" if end == "there" else "failed"
+
+
+class MoveArmTo(Action):
+    """Move the tool to `goal` on a planned path that touches nothing.
+
+    The tool is the point in the middle of what the arm holds, and points along -x of the goal:
+    with `{x: 80 cm, y: 0 m, z: 90 cm, pitch: -90 deg}` in the frame `rover` it is 80 cm ahead of
+    the robot's centre, 90 cm above the floor, and points straight down. `frame`: the map, the
+    rover (base_link on the floor) or the user (their pose on the floor when the state starts).
+    Except in the rover's frame, the state waits up to `settle` for a base pose that is certain
+    enough. `tolerance` is that of each joint, `solver` names the planner.
+
+    `no_solution`: the goal is out of the arm's reach. `blocked`: every path to it is obstructed, or
+    the arm touches something to begin with. `failed`: the arm did not get there, the pose of the
+    base stays too uncertain, or the user is not known.
+    """
+
+    outcomes = ("arrived", "no_solution", "blocked", "failed")
+    reads = READS
+    commands = ("arm",)
+
+    def __init__(
+        self,
+        tolerance: Angle = 0.002,
+        frame: Frame = "map",
+        solver: Solver = "lines_first",
+        settle: Duration = 2.0,
+    ) -> None:
+        self.tolerance = tolerance
+        self.frame: Frame = frame
+        self.settle = settle
+        self.solver = _installed(solver)
+
+    def run(self, ctx: Context, goal: Pose3) -> Run:
+        to = Destination(goal, on_rover=True)
+        if self.frame != "rover":
+            placed = yield from _placed(ctx, goal, self.frame, self.settle)
+            if placed is None:
+                return "failed"
+            to = Destination(placed)
+        end = yield from _move(ctx, to, self.tolerance, self.solver)
+        return "arrived" if end == "there" else end
+
+
+class MoveArmJoints(Action):
+    """Move the joints to these angles, shoulder first, on a planned path that touches nothing.
+
+    `tolerance` is that of each joint, `solver` names the planner. `blocked`: every path there is
+    obstructed, or the arm touches something to begin with. `failed`: it did not get there. Angles
+    that the arm does not have, or too many or few of them, are an error.
+    """
+
+    outcomes = ("arrived", "blocked", "failed")
+    reads = READS
+    commands = ("arm",)
+
+    def __init__(
+        self,
+        joints: tuple[Angle, ...],
+        tolerance: Angle = 0.002,
+        solver: Solver = "lines_first",
+    ) -> None:
+        self.joints, self.tolerance = joints, tolerance
+        self.solver = _installed(solver)
+
+    def run(self, ctx: Context) -> Run:
+        model = environment_of(ctx).robot.arm
+        assert model is not None  # the chart commands an arm
+        model.check(self.joints)
+        end = yield from _move(ctx, Destination(joints=self.joints), self.tolerance, self.solver)
+        return "arrived" if end == "there" else end
 
 
 class ReachDeep(Action):
@@ -110,15 +182,11 @@ class ReachDeep(Action):
         self.solver = _installed(solver)
 
     def run(self, ctx: Context, deep: Pose3) -> Run:
-        if not (yield from _sure(ctx, self.settle)):
-            return "failed"
-        situation = yield from _at_rest(ctx)
-        if situation is None:
-            return "failed"
-        placed = in_map(situation, deep, self.frame)
+        placed = yield from _placed(ctx, deep, self.frame, self.settle)
         if placed is None:
             return "failed"
-        end = yield from _move(ctx, placed, self.tolerance, self.solver)
+        to = Destination(placed, meets=True)
+        end = yield from _move(ctx, to, self.tolerance, self.solver)
         return "reached" if end == "there" else end
 
 
@@ -134,6 +202,16 @@ class HoldProp(Action):
 
 
 Moving = Generator[Yielded, None, Literal["there", "no_solution", "blocked", "failed"]]
+
+
+def _placed(
+    ctx: Context, pose: Pose3, frame: Frame, patience: float
+) -> Generator[Yielded, None, Pose3 | None]:
+    """The pose in the map, once the base is known well enough and the arm is at rest; else None."""
+    if not (yield from _sure(ctx, patience)):
+        return None
+    situation = yield from _at_rest(ctx)
+    return None if situation is None else in_map(situation, pose, frame)
 
 
 def _sure(ctx: Context, patience: float) -> Generator[Yielded, None, bool]:
@@ -157,8 +235,8 @@ def _installed(solver: Solver) -> Solver:
     return solver
 
 
-def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Moving:
-    """Move to a DEEP (map; None: fold); replan whenever somebody steps into the path."""
+def _move(ctx: Context, to: Destination, tolerance: float, solver: str) -> Moving:
+    """Move to a destination; replan whenever somebody steps into the path."""
     from states.arm.planning import NoPlan
 
     workspace, standing, corrections = environment_of(ctx).workspace, Standing(), 0
@@ -168,24 +246,22 @@ def _move(ctx: Context, deep: Pose3 | None, tolerance: float, solver: str) -> Mo
             return "failed"
         if corrections:
             situation = replace(situation, base=standing.pose(situation.base))
-        queries = (
-            workspace.parking(situation) if deep is None else workspace.reaching(situation, deep)
-        )
+        queries = workspace.queries(situation, to)
         first = next(queries, None)
         if first is None:
-            assert deep is not None  # the parked pose is always within reach
-            yield f"the DEEP is {workspace.missed(situation, deep):.3f} m out of reach"
+            off = workspace.missed(situation, to.tool(situation.base))
+            yield f"{to.name} is {off:.3f} m out of reach"
             return "no_solution"
         plan = yield from _planned(chain([first], queries), solver)
         if isinstance(plan, NoPlan):
             yield plan.reason
             return "blocked"
-        told = None if deep is None or corrections else workspace.detour(plan)
+        told = None if to.deep is None or corrections else workspace.detour(plan)
         if told is not None:
             yield told
-        there = yield from _follow(ctx, plan, situation, deep, tolerance, standing)
-        off = deep is not None and standing.has_left(situation.base, ctx.value(BASE_POSE_SIGMA))
-        if there and off and corrections < CORRECTIONS:
+        there = yield from _follow(ctx, plan, situation, to, tolerance, standing)
+        left = to.stays and standing.has_left(situation.base, ctx.value(BASE_POSE_SIGMA))
+        if there and left and corrections < CORRECTIONS:
             corrections += 1  # the base was still coming to rest, or its pose was noisy
         elif there is not None:
             return "there" if there else "failed"
@@ -236,7 +312,7 @@ def _follow(
     ctx: Context,
     plan: Plan,
     planned: ArmSituation,
-    deep: Pose3 | None,
+    to: Destination,
     tolerance: float,
     standing: Standing,
 ) -> Generator[Yielded, None, bool | None]:
@@ -246,7 +322,7 @@ def _follow(
     arm: Arm = ctx.part("arm")
     environment, points, checked = environment_of(ctx), waypoints(plan), planned
     workspace = environment.workspace
-    governor = workspace.governor_of(plan, planned, deep, environment.user_margin)
+    governor = workspace.governor_of(plan, planned, to.deep, environment.user_margin)
     number = arm.follow(points) if len(points) > 1 else None
     since, before = 0.0, ctx.now
     try:
@@ -265,7 +341,7 @@ def _follow(
             since += span * (1.0 if state is None else max(SLOWEST, state.scaling))
             if situation is not None and not situation.is_like(checked, MOVED, TURNED):
                 checked = situation
-                if not workspace.is_free(plan, since, situation, deep):
+                if not workspace.is_free(plan, since, situation, to):
                     return None
             if governor is not None and situation is not None and number is not None:
                 _pace(ctx, arm, governor, situation, since, span)

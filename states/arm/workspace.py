@@ -22,6 +22,7 @@ from states.arm.arm_situation import (
     person_obstacles,
 )
 from states.arm.description import manipulator_of
+from states.arm.destination import Destination
 from states.arm.kinematics import (
     MARGIN,
     Array,
@@ -65,6 +66,9 @@ from states.arm.planning import (
 
 ACCEPTED = (0.02, 0.1)
 """A DEEP that is out of reach by less than this, m and rad, is met as closely as possible (R44)."""
+
+EXACTLY = (0.001, 0.001)
+"""The same for any other pose of the tool, m and rad: of rounding."""
 
 CLOSE = 0.05
 """A tool nearer to the DEEP than this, m, goes straight there."""
@@ -115,6 +119,22 @@ class Workspace:
         assert robot.parked is not None
         deceleration = robot.arm.stop_deceleration
         return cls(arm, limits, edges_of(walls), robot.parked, deceleration, governor)
+
+    def queries(self, situation: ArmSituation, to: Destination) -> Iterator[Query]:
+        """The planning queries for a destination, best first; none if it is out of reach."""
+        if to.deep is not None:
+            return self.reaching(situation, to.deep)
+        return self.parking(situation) if to.folds else self._going(situation, to)
+
+    def _going(self, situation: ArmSituation, to: Destination) -> Iterator[Query]:
+        """The query for a pose of the tool, or for joints."""
+        if to.joints is not None:
+            goals = np.array([to.joints])
+        else:
+            target = rover_from_deep(situation.base, to.tool(situation.base))
+            goals = goals_at(self.arm, target, situation.joints, EXACTLY)
+        if len(goals):
+            yield self._query(self.checker(situation, escapes=False), situation, goals)
 
     def reaching(self, situation: ArmSituation, deep: Pose3) -> Iterator[Query]:
         """The planning queries for map_from_deep, best first; none if it is out of reach.
@@ -226,15 +246,20 @@ class Workspace:
         return bool(-tool[:2, 0] @ away > 0.0 and math.hypot(*away) < DRAWN_BACK)
 
     def checker(
-        self, situation: ArmSituation, deep: Pose3 | None = None, length: float | None = None
+        self,
+        situation: ArmSituation,
+        deep: Pose3 | None = None,
+        length: float | None = None,
+        *,
+        escapes: bool = True,
     ) -> CollisionChecker:
-        """What the arm must not touch on its path to a DEEP or, without one, to the parked pose.
+        """What the arm must not touch on its path to a DEEP or, without one, to anywhere else.
 
         With the `length` of a line to the DEEP: what it keeps from on its way to the stand-off.
         Where the arm is too near to that already, there are no gaps to head and hands and no room
-        behind the DEEP, and a limb that it touches is left out; the governor still knows it. On the
-        path back, other obstacles that it touches are left out as well, the user first, then the
-        walls: it has to get out of contact.
+        behind the DEEP, and a limb that it touches is left out; the governor still knows it.
+        Without a DEEP, an arm that `escapes` leaves out other obstacles that it touches as well,
+        the user first, then the walls: it has to get out of contact.
         """
         person = person_obstacles(situation, deep, length)
         checker = self._among(situation, self.walls, person)
@@ -242,7 +267,7 @@ class Workspace:
         if kept and self._gap(checker, situation) <= checker.margin:
             person = self._clear_of(person_obstacles(situation, deep), situation)
             checker = self._among(situation, self.walls, person)
-        if deep is None:
+        if deep is None and escapes:
             for walls, left in ((self.walls, person.slim()), (self.walls, NOBODY), ((), NOBODY)):
                 if self._gap(checker, situation) > 0.0:
                     break
@@ -259,13 +284,11 @@ class Workspace:
                 clear.append(limb)
         return PersonObstacles(person.cylinders, tuple(clear))
 
-    def is_free(
-        self, plan: Plan, since: float, situation: ArmSituation, deep: Pose3 | None
-    ) -> bool:
+    def is_free(self, plan: Plan, since: float, situation: ArmSituation, to: Destination) -> bool:
         """True if a plan may still be followed from `since` s on in the present situation."""
-        path = plan.trajectory.path
+        path, deep = plan.trajectory.path, to.deep
         place = float(plan.trajectory.along(np.array([since]))[0][0])
-        beside = self.checker(situation, deep)
+        beside = self.checker(situation, deep, escapes=to.folds)
         between = self.checker(situation, deep, plan.line) if plan.line > 0.0 else beside
         return (
             first_contact(beside, path, place, plan.leads) is None

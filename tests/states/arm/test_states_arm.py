@@ -22,6 +22,8 @@ from states.arm.kinematics.kinematics import forward
 from states.arm.planning.planning import PLANNERS, Planning, Query
 from states.arm.states import (
     HoldProp,
+    MoveArmJoints,
+    MoveArmTo,
     ParkArm,
     ReachDeep,
     Solver,
@@ -346,6 +348,138 @@ def test_an_arm_whose_own_safety_system_stops_it_fails_the_move_and_says_so(
 
     assert next(move.run) == "the arm: protective stop"
     assert take_step(move.run) == "failed"
+
+
+def tool_of(move: Move) -> np.ndarray:
+    """rover_from_tcp where the arm is now, (4, 4)."""
+    return forward(CHAIN, np.array(move.arm.state.joints))
+
+
+DOWN = Pose3.written(0.8, 0.1, 0.9, pitch=-math.pi / 2)
+"""Ahead of the robot, pointing straight down; in its own frame."""
+
+
+@pytest.mark.requirement(43, 84)
+@pytest.mark.parametrize("frame", ["map", "rover", "user"])
+def test_the_tool_moves_to_a_pose_of_any_frame(
+    environment: Environment, context: Any, take_step: Any, frame: Frame
+) -> None:
+    user = Pose2(7.5, 5.5, 0.3)
+    origin = {"map": Pose2(0.0, 0.0), "rover": BASE, "user": user}[frame]
+    goal = origin.upright().inverse() @ BASE.upright() @ DOWN
+    move = Move(environment, context, MoveArmTo(frame=frame), goal=goal)
+    move.ctx.values["user.pose"] = UserPose(user, user.yaw)
+
+    assert move.until_end(take_step, 20) == "arrived"
+
+    reached = tool_of(move)
+    assert reached[:3, 3] == pytest.approx((0.8, 0.1, 0.9), abs=0.003)
+    assert -reached[:3, 0] == pytest.approx((0.0, 0.0, -1.0), abs=0.01)
+
+
+def test_a_tool_that_is_there_arrives_at_once(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    move = Move(environment, context, MoveArmTo(frame="rover"), goal=DOWN)
+    assert move.until_end(take_step, 20) == "arrived"
+    there = move.arm.state.joints
+    move.run, begun = MoveArmTo(frame="rover").run(move.ctx, goal=DOWN), move.tick
+
+    assert move.until_end(take_step, 1) == "arrived"
+    assert move.tick - begun < 5
+    assert move.arm.state.joints == pytest.approx(there, abs=0.002)
+
+
+def test_a_goal_of_the_map_waits_for_a_certain_base_and_one_of_the_rover_does_not(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    for frame, outcome in (("rover", "arrived"), ("map", "failed")):
+        goal = DOWN if frame == "rover" else BASE.upright() @ DOWN
+        move = Move(environment, context, MoveArmTo(frame=frame), goal=goal)  # type: ignore[arg-type]
+        move.ctx.values["base.pose_sigma"] = PoseSigma(0.03, 0.001)
+        assert move.until_end(take_step, 20) == outcome
+
+
+def test_a_goal_out_of_reach_has_no_solution(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    run = Move(environment, context, MoveArmTo(frame="rover"), goal=Pose3(2.5, 0.0, 1.0)).run
+
+    told = re.fullmatch(r"the goal is (\d\.\d\d\d) m out of reach", next(run))
+    assert told is not None
+    assert 0.5 < float(told[1]) < 2.0
+    assert take_step(run) == "no_solution"
+
+
+@pytest.mark.requirement(43)
+def test_a_person_or_a_wall_at_the_goal_blocks_it(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    move = Move(environment, context, MoveArmTo(frame="rover"), goal=DOWN)
+    there = Pose2(*BASE.transform(0.8, 0.0))
+    move.ctx.values["user.pose"] = UserPose(there, 0.0)
+    assert move.until_end(take_step, 20) == "blocked"
+
+    at_the_wall = Pose2(9.3, 4.0, 0.0)  # 70 cm before it
+    move = Move(environment, context, MoveArmTo(frame="rover"), goal=DOWN)
+    move.ctx.values["base.pose"] = at_the_wall
+    assert move.until_end(take_step, 20) == "blocked"
+
+
+def test_an_arm_that_touches_a_person_is_blocked_and_parks(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    out = Move(environment, context, MoveArmTo(frame="rover"), goal=DOWN)
+    assert out.until_end(take_step, 20) == "arrived"
+    touched = UserPose(Pose2(*BASE.transform(1.2, 0.0)), 0.0)
+    for state, outcome in (
+        (MoveArmJoints(environment.robot.parked), "blocked"),
+        (ParkArm(), "parked"),
+    ):
+        move = Move(environment, context, state)
+        move.arm = SimArm(environment.robot.arm, out.arm.state.joints)
+        move.ctx.parts["arm"], move.ctx.values["arm.joints"] = move.arm, move.arm.state
+        move.ctx.values["user.pose"] = touched
+        assert move.until_end(take_step, 30) == outcome
+
+
+@pytest.mark.requirement(43, 47)
+def test_the_joints_move_to_given_angles(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    up = (0.0, -1.57, 0.1, -1.57, 0.2, 0.3)
+    move = Move(environment, context, MoveArmJoints(up))
+
+    assert move.until_end(take_step, 20) == "arrived"
+    assert move.arm.state.joints == pytest.approx(up, abs=0.002)
+
+
+@pytest.mark.parametrize(
+    ("joints", "message"),
+    [((0.0,) * 5, "5 joint angles; it has 6 joints"), ((7.0, *(0.0,) * 5), "joint 0 at 7.0 rad")],
+)
+def test_joints_that_the_arm_does_not_have_are_an_error(
+    environment: Environment, context: Any, joints: tuple[float, ...], message: str
+) -> None:
+    move = Move(environment, context, MoveArmJoints(joints))
+
+    with pytest.raises(ValueError, match=message):
+        next(move.run)
+
+
+@pytest.mark.requirement(48)
+def test_a_pulled_stop_line_fails_general_moves_too(
+    environment: Environment, context: Any, take_step: Any
+) -> None:
+    for state, inputs in (
+        (MoveArmTo(frame="rover"), {"goal": DOWN}),
+        (MoveArmJoints((0.0, -1.57, 0.1, -1.57, 0.2, 0.3)), {}),
+    ):
+        move = Move(environment, context, state, **inputs)
+        move.until_end(take_step, 0.5)
+        assert move.arm.state.moving
+        move.ctx.values["stop.engaged"] = "bumper"
+        assert take_step(move.run) == "failed"
 
 
 def test_holding_goes_on_until_it_is_ended(
