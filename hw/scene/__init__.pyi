@@ -1,3 +1,8 @@
+from hw.scene.items import (
+    Graspable as Graspable,
+    SpacePoint as SpacePoint,
+    surface_under as surface_under,
+)
 from hw.scene.objects import (
     Body as Body,
     Thing as Thing,

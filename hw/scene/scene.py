@@ -12,6 +12,7 @@ A scene file gives its room by polygons or by the name of another scene:
     tracking: area                       # of the person: only in the room's tracked_area
     calibration: lab.yaml                # of the tracking system, from `cobodeck calibrate`
     objects: [{kind: chair, at: [3.0, 4.0], appears: 12 s}]
+    items: [{name: cup, at: [3.0, 4.0, 0.85], width: 6 cm, mass: 0.3 kg}]
     zones:
       keepout: [[[1.0, 1.0], [2.0, 1.0], [2.0, 2.0]]]
       speed: [{area: [[4.0, 1.0], [6.0, 1.0], [5.0, 3.0]], limit: 0.5 m/s}]
@@ -19,8 +20,8 @@ A scene file gives its room by polygons or by the name of another scene:
 Metres and radians unless a unit is given (`780 cm`, `90 deg`). `user.source` is a script of
 `hw/users` or a recording, the default of `--user`; paths are relative to the scene's folder.
 `touchable` are surfaces that only the user sees (`people/interaction.py`), `objects` are missing in
-maps (`things.py`), `zones` restrict the robot (`zones.py`). These, `user`, `parking` and the lists
-in `room` except `outer` are optional.
+maps (`objects.py`), `items` can be picked up (`items.py`), `zones` restrict the robot (`zones.py`).
+These, `user`, `parking` and the lists in `room` except `outer` are optional.
 """
 
 from __future__ import annotations
@@ -49,8 +50,9 @@ from engine.files.declared import (
 from hw.geometry import Pose2
 from hw.model import TrackingFile, load_tracking
 from hw.places import PlanePoint, Pose
+from hw.scene.items import Graspable
 from hw.scene.objects import Thing
-from hw.scene.room import MIN_WIDTH, Room
+from hw.scene.room import MIN_WIDTH, Room, contains
 from hw.scene.surface import Surface
 from hw.scene.zones import NO_ZONES, Zones
 
@@ -78,6 +80,7 @@ class Scene:
     parking: tuple[tuple[str, Pose2], ...] = ()
     touchable: tuple[Surface, ...] = ()
     objects: tuple[Thing, ...] = ()
+    items: tuple[Graspable, ...] = ()
     zones: Zones = NO_ZONES
     tracking: Tracked = "everywhere"
     calibration: TrackingFile | None = None
@@ -196,6 +199,8 @@ class SceneFile:
     """Surfaces that only the user sees."""
     objects: tuple[Thing, ...] = ()
     """What is there and in no map: chairs and other people."""
+    items: tuple[Graspable, ...] = ()
+    """What the robot can pick up."""
     zones: Zones = NO_ZONES
     """Areas that restrict the robot."""
     tracking: Tracked = "everywhere"
@@ -226,6 +231,16 @@ class SceneFile:
             for x, y in (thing.at, *thing.walks):
                 if not self.room.is_free(x, y):
                     yield f"objects.{n}", f"({x:g}, {y:g}) is not on the free floor"
+        yield from self._item_faults()
+
+    def _item_faults(self) -> Iterator[Fault]:
+        names = [item.name for item in self.items]
+        for n, item in enumerate(self.items):
+            x, y, _ = item.at  # maybe on a table that is a wall of the map
+            if not contains(self.room.outer, x, y):
+                yield f"items.{n}.at", f"({x:g}, {y:g}) is not in the room"
+            if item.name in names[:n]:
+                yield f"items.{n}.name", f"{item.name} is the name of another item; choose another"
 
 
 def scene_from(item: Item) -> Scene:
@@ -246,6 +261,7 @@ def scene_from(item: Item) -> Scene:
         parking=tuple(read.parking.items()),
         touchable=tuple(Surface(s.from_, s.to, s.low, s.high) for s in read.touchable),
         objects=read.objects,
+        items=read.items,
         zones=read.zones,
         tracking=read.tracking,
         calibration=read.calibration,

@@ -12,9 +12,9 @@ from hw.model import MotionLimits, Prop, RobotModel, WrenchModel, check_pace
 from hw.people.walking import Person
 from hw.safety import CYCLE_NS, SafetyLimits
 from hw.scene import Scene
+from hw.sim.hand import Hand, SimGripper, SimWrench
 from hw.sim.sim_arm import SimArm
 from hw.sim.sim_base import SimBase
-from hw.sim.tool import Hand, SimGripper, SimWrench
 from hw.sim.world import World
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from hw.geometry import Pose2
@@ -17,12 +18,12 @@ from hw.motion import EVER_NS
 from hw.people.walking import Person
 from hw.safety import CYCLE_NS, CycleLog, GuardedBase, SafetyLimits, StopLatch
 from hw.samples import Sample, UserPose
-from hw.scene import Scene
+from hw.scene import Scene, SpacePoint
 from hw.sim.contact import Collisions, MovingArm, MovingBase
+from hw.sim.hand import Hand, LooseItems
 from hw.sim.sensors import ScriptedOperator, SimBumper, SimTrackers, SimVr
 from hw.sim.sim_arm import SimArm
 from hw.sim.sim_base import SimBase
-from hw.sim.tool import Hand
 from hw.truth import Truth
 
 if TYPE_CHECKING:
@@ -56,6 +57,7 @@ class World:
     _vr: SimVr | None = None
     _trackers: SimTrackers | None = None
     _equipment: Equipment | None = None
+    _items: LooseItems | None = None
     _tracked: tuple[int | None, float, int | None] = (None, 0.0, None)
     """Stamp of the newest measured pose of the person, the head's turn in it, rad, and the stamp
     since which one has come in every step."""
@@ -89,6 +91,8 @@ class World:
         if arm is None and robot.arm is not None and robot.parked is not None:
             self.arm = SimArm(robot.arm, robot.parked)
         self.hand = hand or (Hand() if robot.prop is None else Hand.of(robot.prop))
+        if scene is not None and scene.items and robot.arm is not None and robot.prop is not None:
+            self._items = LooseItems(scene.items, robot.arm, robot.prop, self.hand)
         self._line = StopLatch(self._release)
         self._bumper = SimBumper(self._line)
         self.collisions = Collisions(robot, scene, person, self.base, self._bumper)
@@ -144,6 +148,11 @@ class World:
             raise TypeError(f"sensing needs a SimBase, not a {type(self.base).__name__}")
         bodies = self.collisions.others.bodies
         return Equipment(self.robot, self.base, self.person, self.scene, sensing, seed, bodies)
+
+    @property
+    def items(self) -> Mapping[str, SpacePoint]:
+        """The centres of the scene's items by name, m, in the map; none for a robot without arm."""
+        return {} if self._items is None else MappingProxyType(self._items.places)
 
     @property
     def pressed(self) -> bool:
@@ -264,6 +273,8 @@ class World:
             arm.advance(now_ns)
         if self.hand.gripper is not None:
             self.hand.advance(now_ns, braked=braked)
+        if self._items is not None and arm is not None:
+            self._items.step(base.pose, arm.state.joints)
         if base.pose is not robot_before:
             touched.collide(robot_before)
         if person is not None:

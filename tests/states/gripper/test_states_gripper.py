@@ -12,8 +12,8 @@ import pytest
 from engine.state import NEVER_NS
 from hw.model.prop import GripperModel
 from hw.samples import GripperState, WrenchReading
+from hw.sim.hand.tool import SimGripper
 from hw.sim.mock import MockGripper
-from hw.sim.tool import SimGripper
 from states.gripper.states import CloseGripper, OpenGripper, WaitForForce
 
 HZ = 30

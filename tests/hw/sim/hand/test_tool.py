@@ -5,7 +5,7 @@ from hypothesis import given, strategies as st
 
 from hw.model.prop import GripperModel, WrenchModel
 from hw.samples import WrenchReading
-from hw.sim.tool import SimGripper, SimWrench
+from hw.sim.hand.tool import SimGripper, SimWrench
 
 MODEL = GripperModel(opening=0.085, speed=0.15, held=0.05)
 openings = st.floats(0.0, MODEL.opening)

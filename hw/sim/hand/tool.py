@@ -18,6 +18,7 @@ class MovingGripper(Gripper, Protocol):
 
     between: float | None
     braked: bool
+    state: GripperState
 
     def advance(self, until_ns: int) -> None:
         """Move on to until_ns."""
