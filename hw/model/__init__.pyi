@@ -16,6 +16,7 @@ from hw.model.calibration import (
 from hw.model.description import (
     UrdfDescription as UrdfDescription,
 )
+from hw.model.flange import FlangeChain as FlangeChain
 from hw.model.prop import (
     ANY as ANY,
     FLANGE as FLANGE,

@@ -1,4 +1,4 @@
-"""The world of a run: room, zones, objects, items to pick up, and the scene file that joins them."""
+"""The world of a run: room, zones, objects, items, and the scene file that joins them."""
 
 from engine.faces import face
 

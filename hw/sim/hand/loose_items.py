@@ -12,10 +12,9 @@ import math
 from collections.abc import Sequence
 
 from hw.geometry import Pose2, Pose3
-from hw.model import ArmModel, Prop
+from hw.model import ArmModel, FlangeChain, Prop
 from hw.samples import GripperState, Joints, WrenchReading
 from hw.scene import Graspable, surface_under
-from hw.se3 import RigidMotion, product
 from hw.sim.hand.tool import NO_LOAD, Hand
 
 TOLERANCE = 0.02
@@ -49,7 +48,7 @@ class LooseItems:
         if len(self._seen) == 3 and all(a is b for a, b in zip(seen, self._seen, strict=True)):
             return
         self._seen = seen
-        flange = base.upright() @ self._flange.at(joints)
+        flange = base.upright() @ self._flange.on_rover(joints)
         tool = flange @ self._tip
         if fingers is not None:
             self._grasp(tool, fingers)
@@ -97,26 +96,6 @@ class LooseItems:
         if load != self._load:
             self._load = load
             wrench.press(load)
-
-
-class FlangeChain:
-    """The arm's joints one after another, by its calibration or, without, its nominal lengths.
-
-    What a URDF says of mount and lengths does not count.
-    """
-
-    def __init__(self, arm: ArmModel) -> None:
-        self._mount = arm.mount.pose().as_motion()
-        chain = arm.calibration or arm.model.dh.placements()
-        self._origins = [placement.pose().as_motion() for placement in chain]
-
-    def at(self, joints: Joints) -> Pose3:
-        """rover_from_flange at these angles, rad."""
-        found: RigidMotion = self._mount
-        for origin, angle in zip(self._origins, joints, strict=True):
-            turn = (0.0, 0.0, 0.0, 0.0, 0.0, math.sin(0.5 * angle), math.cos(0.5 * angle))
-            found = product(product(found, origin), turn)
-        return Pose3(*found)
 
 
 def _on_flange(flange: Pose3, upwards: float, at: Vector) -> WrenchReading:

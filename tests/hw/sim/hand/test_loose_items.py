@@ -11,17 +11,16 @@ import numpy as np
 import pytest
 
 from hw.geometry import Pose2, Pose3
-from hw.model.calibration import load_calibration
 from hw.model.robot import RobotModel, load_robot
 from hw.samples import GripperState, Joints, WrenchReading
 from hw.scene.items import SURFACE, Graspable
 from hw.scene.scene import load_scene
-from hw.sim.hand.loose_items import GRAVITY, STIFFNESS, TOLERANCE, FlangeChain
+from hw.sim.hand.loose_items import GRAVITY, STIFFNESS, TOLERANCE
 from hw.sim.mock import MockArm, mock_hand
 from hw.sim.sim_arm import SimArm
 from hw.sim.world import World
 from states.arm.description.robot_arm import manipulator_of
-from states.arm.kinematics.kinematics import forward, inverted, pose_matrix
+from states.arm.kinematics.kinematics import pose_matrix
 from states.arm.planning.planning import goals_at
 
 ROBOT = load_robot("rbkairos_ur10_gripper")
@@ -104,21 +103,6 @@ class Cell:
     def reading(self) -> WrenchReading:
         found: WrenchReading = self.values["wrench.reading"]
         return found
-
-
-@pytest.mark.parametrize("calibration", [None, "robotnik_ur10"])
-def test_the_flange_is_where_the_kinematics_of_the_planners_have_it(
-    calibration: str | None,
-) -> None:
-    arm = ROBOT.arm
-    assert arm is not None
-    if calibration is not None:
-        arm = replace(arm, calibration=load_calibration(calibration))
-    own = manipulator_of(replace(ROBOT, arm=arm))
-    chain = FlangeChain(arm)
-    for joints in np.random.default_rng(1).uniform(-3.0, 3.0, (50, 6)):
-        flange = forward(own, joints) @ inverted(own.tip)
-        assert pose_matrix(chain.at(tuple(joints))) == pytest.approx(flange, abs=1e-9)
 
 
 @pytest.mark.requirement(150)
