@@ -31,3 +31,4 @@ from hw.drivers.unity.unity_link import (
     UnityVr as UnityVr,
 )
 from hw.drivers.ur.ur_arm import UrArm as UrArm
+from hw.drivers.ur.ur_wrench import UrWrench as UrWrench

@@ -84,6 +84,8 @@ JOINTS_LATE_NS = 24 * MS
 """Joints that arrive later than this after the ones before are counted as late."""
 WORKER_SILENT_NS = 80 * MS
 """Silence after which the arm's worker process is killed, if several looks confirm it."""
+WRENCH_SILENT_NS = 200 * MS
+"""Silence after which the force at the tool is not known, and the robot stops."""
 
 # wheels and bumper
 ODOMETRY_OLD_NS = OLD_NS

@@ -11,7 +11,7 @@ import pytest
 from cobodeck.loop.clocks import RealTime
 from cobodeck.real.connected import Connected, connect
 from cobodeck.setup.setup import Uses
-from hw.connection.connection import HostedScene, RunInfo, load_connection
+from hw.connection.connection import HostedScene, RunInfo, ServedPart, load_connection
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.model.robot import MotionLimits, RobotModel
 from hw.model.sensor_errors import SensorErrors
@@ -22,10 +22,17 @@ from hw.scene.scene import Scene
 from hw.sim.sensors.devices import ScriptedOperator
 
 EVERYTHING = Uses(
-    frozenset(("base", "arm", "vr", "bumper", "lidar")),
+    frozenset(("base", "arm", "wrench", "vr", "bumper", "lidar")),
     frozenset(("rover.tracker", "base.scan", "bumper.hit")),
 )
-FIRST = {"base.odometry", "arm.joints", "vr.haptic_request", "base.scan", "stop.engaged"}
+FIRST = {
+    "base.odometry",
+    "arm.joints",
+    "wrench.reading",
+    "vr.haptic_request",
+    "base.scan",
+    "stop.engaged",
+}
 """All drivers are heard once these are."""
 LEVELS = {"vr.haptic_request", "stop.engaged", "base.mode"}
 BUSY = 3
@@ -78,8 +85,9 @@ class _World:
 
 
 class FakesRig:
-    """All parts of the connection `fakes` but the trackers of the person, in real time.
+    """All parts of the connection `fakes` but the trackers of the person, and the arm's force.
 
+    In real time.
     `base.pose` is the truth: no driver gives it.
     """
 
@@ -98,6 +106,7 @@ class FakesRig:
         opening = RunInfo(self._clock.now, robot, motion, safety, tracking, play, self.told.append)
         connection = load_connection("fakes")
         parts = {name: one for name, one in connection.parts.items() if name != "trackers"}
+        parts["wrench"] = ServedPart("hw.drivers", "UrWrench", {"host": "loopback"}, "the rig")
         self.plant: Connected = connect(replace(connection, parts=parts), opening, EVERYTHING)
         self.hosted: Any = self.plant.world
         operator = ScriptedOperator(self.plant.parts["stop_line"], by_hand=self.hosted.push_off)

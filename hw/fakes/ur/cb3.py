@@ -17,9 +17,10 @@ datagrams, by their name:
 | `slow` | the speed slider is at this share |
 | `version` | it has the PolyScope of these four numbers |
 | `place` | the arm is at these joints (rad), switched on, without a program or a stop |
-| `well` | ends `freeze`, `mute`, `close`, `refuse` and `slow` |
+| `press` | its TCP is at the first six (m, rad) and feels the last six (N, Nm), axes of the base |
+| `well` | ends `freeze`, `mute`, `close`, `refuse`, `slow` and `press` |
 
-Dynamics, limits, kinematics (TCP poses are 0) and script errors are not modelled.
+Dynamics, limits, kinematics (without a `press` TCP poses are 0) and script errors are not modelled.
 """
 
 from __future__ import annotations
@@ -33,7 +34,14 @@ from contextlib import suppress
 from typing import Any
 
 from hw.fakes.subscription import outlet_as
-from hw.fakes.ur.cb3_controller import EMERGENCY, PLAYING, PROTECTIVE, SAFEGUARD, FakeController
+from hw.fakes.ur.cb3_controller import (
+    EMERGENCY,
+    NOTHING6,
+    PLAYING,
+    PROTECTIVE,
+    SAFEGUARD,
+    FakeController,
+)
 from hw.fakes.ur.cb3_rtde import Rtde
 from hw.ipc import DEVICES, Intake, Parent, Ready, serve
 
@@ -152,6 +160,7 @@ class Cb3Server:
         acts: dict[str, Callable[[], object]] = {
             "release": self._arm.release,
             "place": lambda: self._arm.place(tuple(value)),
+            "press": lambda: self._arm.press(tuple(value[:6]), tuple(value[6:])),
             "slow": lambda: setattr(self._arm, "scaling", float(value)),
             "version": lambda: setattr(self._arm, "version", tuple(value)),
             "program": lambda: self._arm.other(str(value)),
@@ -183,6 +192,7 @@ class Cb3Server:
         self._frozen = self._mute = False
         self._refused.clear()
         self._arm.scaling = 1.0
+        self._arm.press(NOTHING6, NOTHING6)
         if not self._doors:
             self.open()
 

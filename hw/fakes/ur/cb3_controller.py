@@ -24,6 +24,7 @@ BITS: Mapping[str, int] = {
     EMERGENCY: 1 << 6 | 1 << 7 | 1 << 10,
 }  # fmt: skip
 MODES: Mapping[str, int] = {NORMAL: 1, PROTECTIVE: 3, SAFEGUARD: 5, EMERGENCY: 7}
+NOTHING6 = (0.0,) * 6
 VERSION = (3, 15, 8, 106339)
 STARTING_CYCLES = 4
 """Cycles until an uploaded script runs."""
@@ -42,6 +43,7 @@ class FakeController:
         self.runtime = STOPPED
         self.powered = True
         self.payload, self.center = 0.0, (0.0, 0.0, 0.0)
+        self.tcp = self.force = NOTHING6
         self.ints_in, self.floats_in = [0] * REGISTERS, [0.0] * REGISTERS
         self.ints_out, self.floats_out = [0] * REGISTERS, [0.0] * REGISTERS
         self.scripts = 0
@@ -115,6 +117,12 @@ class FakeController:
             self.runtime, self._moving = PLAYING, None
         if self.safety != PROTECTIVE:
             self.safety, self.powered = NORMAL, True
+
+    def press(self, tcp: tuple[float, ...], force: tuple[float, ...]) -> None:
+        """Press on the tcp, which is there (m and rad), by this force and torque (N and Nm)."""
+        if not len(tcp) == len(force) == 6:
+            raise ValueError(f"a tcp and a force of {len(tcp)} and {len(force)} numbers, not 6")
+        self.tcp, self.force = tcp, force
 
     def place(self, joints: Joints) -> None:
         """Put the arm there, as after switching on."""

@@ -10,7 +10,14 @@ import struct
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from hw.fakes.ur.cb3_controller import BITS, MODES, PLAYING, REGISTERS, FakeController
+from hw.fakes.ur.cb3_controller import (
+    BITS,
+    MODES,
+    NOTHING6,
+    PLAYING,
+    REGISTERS,
+    FakeController,
+)
 
 Value = Callable[[FakeController], Any]
 HEADER = struct.Struct(">HB")
@@ -18,7 +25,6 @@ FORMATS: Mapping[str, str] = {
     "BOOL": "?", "UINT8": "B", "UINT32": "I", "UINT64": "Q", "INT32": "i", "DOUBLE": "d",
     "VECTOR3D": "3d", "VECTOR6D": "6d", "VECTOR6INT32": "6i",
 }  # fmt: skip
-_NOTHING6 = (0.0,) * 6
 
 
 def _status(arm: FakeController) -> int:
@@ -43,6 +49,8 @@ OUTPUTS: dict[str, tuple[str, Value]] = {
     "safety_status_bits": ("UINT32", lambda arm: BITS[arm.safety]),
     "speed_scaling": ("DOUBLE", lambda _: 1.0),  # of the trajectory limiter; not of the slider
     "target_speed_fraction": ("DOUBLE", lambda arm: arm.scaling),
+    "actual_TCP_pose": ("VECTOR6D", lambda arm: arm.tcp),
+    "actual_TCP_force": ("VECTOR6D", lambda arm: arm.force),
     "payload": ("DOUBLE", lambda arm: arm.payload),
     "payload_cog": ("VECTOR3D", lambda arm: arm.center),
     "actual_tool_accelerometer": ("VECTOR3D", lambda _: (0.0, 0.0, 9.81)),
@@ -51,10 +59,10 @@ OUTPUTS: dict[str, tuple[str, Value]] = {
 }
 for _name in (
     "target_qdd", "target_current", "target_moment", "actual_current", "joint_control_output",
-    "actual_TCP_pose", "actual_TCP_speed", "actual_TCP_force", "target_TCP_pose",
-    "target_TCP_speed", "joint_temperatures", "actual_joint_voltage", "payload_inertia",
+    "actual_TCP_speed", "target_TCP_pose", "target_TCP_speed", "joint_temperatures",
+    "actual_joint_voltage", "payload_inertia",
 ):  # fmt: skip
-    OUTPUTS[_name] = ("VECTOR6D", lambda _: _NOTHING6)
+    OUTPUTS[_name] = ("VECTOR6D", lambda _: NOTHING6)
 for _name in (
     "actual_execution_time", "actual_momentum", "actual_main_voltage", "actual_robot_voltage",
     "actual_robot_current", "standard_analog_input0", "standard_analog_input1",
