@@ -88,10 +88,11 @@ class MoveArmTo(Action):
 
     The tool is the point in the middle of what the arm holds, and points along -x of the goal:
     with `{x: 80 cm, y: 0 m, z: 90 cm, pitch: -90 deg}` in the frame `rover` it is 80 cm ahead of
-    the robot's centre, 90 cm above the floor, and points straight down. `frame`: the map, the
-    rover (base_link on the floor) or the user (their pose on the floor when the state starts).
-    Except in the rover's frame, the state waits up to `settle` for a base pose that is certain
-    enough. `tolerance` is that of each joint, `solver` names the planner.
+    the robot's centre, 90 cm above the floor, and points straight down. Its way there is straight
+    in the joints rather than in space. `frame`: the map, the rover (base_link on the floor) or the
+    user (their pose on the floor when the state starts). Except in the rover's frame, the state
+    waits up to `settle` for a base pose that is certain enough. `tolerance` is that of each joint,
+    `solver` names the planner.
 
     `no_solution`: the goal is out of the arm's reach. `blocked`: every path to it is obstructed, or
     the arm touches something to begin with. `failed`: the arm did not get there, the pose of the

@@ -85,10 +85,9 @@ class _World:
 
 
 class FakesRig:
-    """All parts of the connection `fakes` but the trackers of the person, and the arm's force.
+    """All parts of the connection `fakes` but the trackers of the person, in real time.
 
-    In real time.
-    `base.pose` is the truth: no driver gives it.
+    And the force of its arm. `base.pose` is the truth: no driver gives it.
     """
 
     near = 0.02
