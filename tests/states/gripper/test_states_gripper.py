@@ -78,6 +78,12 @@ def test_fingers_open_as_wide_as_they_go_or_as_they_are_told(
     assert fingers.gripper.state == GripperState(pytest.approx(at))
 
 
+@pytest.mark.parametrize("state", [OpenGripper(0.1), CloseGripper(0.1)])
+def test_an_opening_that_the_fingers_do_not_have_is_an_error(context: Any, state: Any) -> None:
+    with pytest.raises(ValueError, match=r"an opening of 0\.1 m; 0 to 0\.085 is free"):
+        Fingers(context, state).until_end()
+
+
 def test_fingers_that_are_there_already_take_a_tick(context: Any) -> None:
     fingers = Fingers(context, OpenGripper())
 
