@@ -115,8 +115,16 @@ def _charts(own: bool) -> list[dict[str, Any]]:
 def _scenes(_own: bool) -> list[dict[str, Any]]:
     from hw.scene import load_scene, scene_names
 
-    scenes = [load_scene(name) for name in scene_names()]
-    return [{"scene": s.name, "robot": s.robot, "user": s.user, "about": s.about} for s in scenes]
+    return [
+        {
+            "scene": scene.name,
+            "robot": scene.robot,
+            "user": scene.user,
+            "places": list(scene.places),
+            "about": scene.about,
+        }
+        for scene in map(load_scene, scene_names())
+    ]
 
 
 def _users(_own: bool) -> list[dict[str, Any]]:

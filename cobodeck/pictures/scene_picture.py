@@ -14,6 +14,7 @@ from cobodeck.pictures.drawing import (
     draw_arm,
     draw_inflations,
     draw_objects,
+    draw_places,
     draw_robot,
     draw_room,
     draw_tracked_area,
@@ -25,7 +26,7 @@ from cobodeck.pictures.drawing import (
 )
 from cobodeck.pictures.spaces import draw_chase, draw_escape, draw_goal, draw_haptic, draw_path
 from hw import Pose3
-from hw.scene import Scene
+from hw.scene import Disc, Scene
 from states import Navigation
 from states.environment import Environment
 
@@ -70,6 +71,8 @@ def scene_picture(
     draw_robot(on, robot, environment.robot.footprint)
     if moment.joints is not None:
         draw_arm(on, robot, moment.joints, arm_outline(environment.robot))
+    outline = environment.robot.footprint
+    draw_places(on, scene.places, Disc(robot.x, robot.y, outline.enclosing_radius))
     return on
 
 

@@ -1,4 +1,4 @@
-"""Scenes: the room, the starts of robot and person, and the robot's parking spots.
+"""Scenes: the room, the starts of robot and person, and places by name.
 
 A scene file gives its room by polygons or by the name of another scene:
 
@@ -7,6 +7,7 @@ A scene file gives its room by polygons or by the name of another scene:
     room: lab_a                          # or outer, walls, columns, tracked_area as lists of [x, y]
     robot: {file: rbkairos_ur10, start: {x: 3.0, y: 5.0, yaw: 0.0}}
     user: {source: study, start: {x: 6.0, y: 5.0, yaw: 3.1}}
+    places: {kitchen: {x: 2 m, y: 3 m, yaw: 90 deg}}
     parking: {corner: {x: 1.15, y: 1.15, yaw: 0.785}}
     touchable: [{from: [3.0, 4.5], to: [6.0, 4.5], low: 0.0, high: 2.0}]
     tracking: area                       # of the person: only in the room's tracked_area
@@ -19,9 +20,11 @@ A scene file gives its room by polygons or by the name of another scene:
 
 Metres and radians unless a unit is given (`780 cm`, `90 deg`). `user.source` is a script of
 `hw/users` or a recording, the default of `--user`; paths are relative to the scene's folder.
-`touchable` are surfaces that only the user sees (`people/interaction.py`), `objects` are missing in
-maps (`objects.py`), `items` can be picked up (`items.py`), `zones` restrict the robot (`zones.py`).
-These, `user`, `parking` and the lists in `room` except `outer` are optional.
+`places` are poses of the robot that charts name, `parking` those of them where it may wait; a scene
+that takes its room from another has places of its own, as it has zones of its own. `touchable` are
+surfaces that only the user sees (`people/interaction.py`), `objects` are missing in maps
+(`objects.py`), `items` can be picked up (`items.py`), `zones` restrict the robot (`zones.py`).
+These, `user`, places and the lists in `room` except `outer` are optional.
 """
 
 from __future__ import annotations
@@ -34,7 +37,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
 
-from engine.files import Length, is_file
+from engine.files import Length, did_you_mean, is_file
 from engine.files.declared import (
     YAML,
     Fault,
@@ -43,6 +46,7 @@ from engine.files.declared import (
     Range,
     Written,
     find_file,
+    is_name,
     known_files,
     load_yaml,
     record,
@@ -66,6 +70,7 @@ Tracked = Literal["everywhere", "area"]
 class Scene:
     """A checked scene; poses are map_from_base of the robot and of the person's body.
 
+    `places` are the robot's poses by name, parking spots among them, in the order of the file.
     `robot` and `user` are names, or paths relative to the working directory; in the file they are
     relative to its `folder`.
     """
@@ -77,7 +82,7 @@ class Scene:
     robot_start: Pose2
     user: str | None = None
     user_start: Pose2 | None = None
-    parking: tuple[tuple[str, Pose2], ...] = ()
+    places: Mapping[str, Pose2] = field(default_factory=dict, hash=False)
     touchable: tuple[Surface, ...] = ()
     objects: tuple[Thing, ...] = ()
     items: tuple[Graspable, ...] = ()
@@ -86,16 +91,16 @@ class Scene:
     calibration: TrackingFile | None = None
     folder: Path | None = field(default=None, repr=False, compare=False)
 
-    def parking_spot(self, name: str) -> Pose2:
-        """A parking spot by name.
+    def place(self, name: str) -> Pose2:
+        """A place by name.
 
         Raises:
-            KeyError: the scene has no such spot; the text lists those it has.
+            KeyError: the scene has no such place; the text says which it has.
         """
-        spots = dict(self.parking)
-        if name not in spots:
-            raise KeyError(f"scene {self.name}: no parking spot '{name}'; has {', '.join(spots)}")
-        return spots[name]
+        if name not in self.places:
+            has = did_you_mean(name, self.places) if self.places else "it has none"
+            raise KeyError(f"scene {self.name}: no place '{name}'; {has}")
+        return self.places[name]
 
     @cached_property
     def sha256(self) -> str:
@@ -193,8 +198,10 @@ class SceneFile:
     """What it is good for."""
     user: _User = _User()
     """The person, and where they start."""
+    places: Mapping[str, Pose] = field(default_factory=dict)
+    """Poses of the robot by the names that charts use, as in `goal: {place: kitchen}`."""
     parking: Mapping[str, Pose] = field(default_factory=dict)
-    """The robot's parking spots by name."""
+    """Places where the robot may wait, by name."""
     touchable: tuple[_Surface, ...] = ()
     """Surfaces that only the user sees."""
     objects: tuple[Thing, ...] = ()
@@ -212,21 +219,35 @@ class SceneFile:
         """Contradictions, by key."""
         if self.tracking == "area" and self.room.tracked_area is None:
             yield "tracking", "the room has no tracked_area to be tracked in"
-        poses = {"robot.start": self.robot.start}
-        if self.user.start is not None:
-            poses["user.start"] = self.user.start
-        poses |= {f"parking.{name}": pose for name, pose in self.parking.items()}
+        yield from self._wrong_names()
+        robot = {"robot.start": self.robot.start}
+        robot |= {f"places.{name}": pose for name, pose in self.places.items()}
+        robot |= {f"parking.{name}": pose for name, pose in self.parking.items()}
+        user = {} if self.user.start is None else {"user.start": self.user.start}
         x_low, y_low, x_high, y_high = self.room.bounds
-        for key, pose in poses.items():
+        for key, pose in (robot | user).items():
             if not self.room.is_free(pose.x, pose.y):
                 yield (
                     key,
                     f"({pose.x:g}, {pose.y:g}) is not on the free floor; the room reaches from "
                     f"({x_low:g}, {y_low:g}) to ({x_high:g}, {y_high:g})",
                 )
-        for key, pose in poses.items():
-            if key != "user.start" and self.zones.keeps_out(pose.x, pose.y):
+        for key, pose in robot.items():
+            if self.zones.keeps_out(pose.x, pose.y):
                 yield key, f"({pose.x:g}, {pose.y:g}) is in a zone that the robot keeps out of"
+        yield from self._things_off_the_floor()
+
+    def _wrong_names(self) -> Iterator[Fault]:
+        wanted = "letters, digits and _, not starting with a digit"
+        for section, named in (("places", self.places), ("parking", self.parking)):
+            for name in named:
+                if not is_name(name):
+                    yield f"{section}.{name}", f"{name!r} cannot be a name; wanted: {wanted}"
+        for name, pose in self.places.items():
+            if self.parking.get(name, pose) != pose:
+                yield f"places.{name}", "is a parking spot elsewhere; give one of them another name"
+
+    def _things_off_the_floor(self) -> Iterator[Fault]:
         for n, thing in enumerate(self.objects):
             for x, y in (thing.at, *thing.walks):
                 if not self.room.is_free(x, y):
@@ -258,7 +279,7 @@ def scene_from(item: Item) -> Scene:
         robot_start=read.robot.start,
         user=read.user.source,
         user_start=read.user.start,
-        parking=tuple(read.parking.items()),
+        places={**read.places, **read.parking},
         touchable=tuple(Surface(s.from_, s.to, s.low, s.high) for s in read.touchable),
         objects=read.objects,
         items=read.items,

@@ -33,6 +33,7 @@ from cobodeck.pictures.drawing.room_drawing import (
     add_area as add_area,
     draw_inflations as draw_inflations,
     draw_objects as draw_objects,
+    draw_places as draw_places,
     draw_room as draw_room,
     draw_tracked_area as draw_tracked_area,
     ring_of as ring_of,

@@ -1,25 +1,32 @@
-"""The room: floor, walls, inflations, tracked area, objects."""
+"""The room: floor, walls, inflations, tracked area, objects, places."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import shapely
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch, PathPatch
+from matplotlib.patches import Circle, FancyArrowPatch, Patch, PathPatch
 from matplotlib.path import Path
 
 from cobodeck.pictures.drawing.canvas import Sheet
+from cobodeck.pictures.drawing.labels import Labels
 from engine.draw import INK
-from hw.scene import Point, Room, Thing
+from hw import Pose2
+from hw.scene import Disc, Point, Room, Thing
 
 FLOOR = "#ffffff"
 INFLATIONS = ("#e6e9ed", "#cdd3da", "#b4bcc6")
 """Colours of inflations, from the widest to the narrowest."""
 TRACKED = "#8a94a0"
 OBJECT = "#b39b7d"
+PLACE = "#9c2f7f"
+PLACE_M, HEADING_M = 0.08, 0.5
+"""Radius of the mark of a place, and length of the arrow along its yaw, m."""
+NUMBER_PT = 12.0
+"""Room left for a number that is on the sheet already, points."""
 
 
 def draw_room(on: Sheet, room: Room) -> None:
@@ -69,6 +76,31 @@ def draw_objects(on: Sheet, objects: Sequence[Thing], at_s: float | None = None)
             on.axes.plot(xs, ys, color=OBJECT, linewidth=1.2, zorder=3.9)
     if objects:
         on.explain("not on the map", Patch(**style))
+
+
+def draw_places(on: Sheet, places: Mapping[str, Pose2], robot: Disc) -> None:
+    """The named places, each with an arrow along its yaw.
+
+    Names are written over neither the robot nor other text, if there is room beside them.
+    """
+    labels, r = Labels(on, always=True), robot.radius
+    labels.keep_off(((robot.x - r, robot.y - r), (robot.x + r, robot.y + r)))
+    for text in on.axes.texts:
+        labels.mark(text.get_position(), NUMBER_PT, "", PLACE, 0.0)
+    for name, pose in places.items():
+        at, ahead = (pose.x, pose.y), pose.transform(HEADING_M, 0.0)
+        arrow = FancyArrowPatch(
+            at, ahead, color=PLACE, lw=1.4, arrowstyle="-|>", mutation_scale=9.0,
+            shrinkA=0, shrinkB=0, zorder=8.6,
+        )  # fmt: skip
+        on.axes.add_patch(arrow)
+        on.axes.add_patch(Circle(at, PLACE_M, fc="white", ec=PLACE, lw=1.4, zorder=8.7))
+        labels.keep_off((at, ahead))
+        labels.mark(at, 144.0 * on.scale * PLACE_M, name, PLACE, 7.5)
+    labels.write()
+    if places:
+        sign = Line2D([], [], color=PLACE, lw=1.4, marker="o", mfc="white", markevery=[0], ms=6)
+        on.explain("place, with its yaw", sign)
 
 
 def add_area(on: Sheet, area: Any, **style: Any) -> None:

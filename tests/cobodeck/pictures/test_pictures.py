@@ -17,7 +17,7 @@ from cobodeck.evaluate.evaluators import arm_outline
 from cobodeck.pictures.drawing.arm_outline import ARM, HELD
 from cobodeck.pictures.drawing.canvas import form_of, save
 from cobodeck.pictures.drawing.moment import Moment, after, at_start, situation_at, with_next_drive
-from cobodeck.pictures.drawing.room_drawing import OBJECT
+from cobodeck.pictures.drawing.room_drawing import OBJECT, PLACE
 from cobodeck.pictures.scene_picture import levels, next_deep, scene_picture
 from cobodeck.pictures.spaces import DROPPED, PATH, colours
 from cobodeck.setup.options import Options
@@ -140,7 +140,7 @@ def test_two_of_the_seven_haptic_poses_in_an_obstacle_are_crossed_out(lab):
 
     assert len(haptic.poses(lab.settings, lab.environment.static_planners["haptic"], deep)) == 5
     assert len(strokes(on, DROPPED)) == 2 * 2
-    numbers = [text.get_text() for text in on.axes.texts]
+    numbers = [text.get_text() for text in on.axes.texts if text.get_text().isdigit()]
     assert numbers == ["1", "2", "3", "4", "5", "6", "7"]
     assert "where the user reaches (DEEP)" in on.legend
     assert "Chase cell: weight low to high" not in on.legend
@@ -277,6 +277,23 @@ def test_what_no_map_shows_is_drawn_where_it_first_is(hall):
     assert circles == {((9.0, 8.0), 0.25), ((3.0, 4.0), 0.5)}
     (way,) = [line for line in on.axes.lines if line.get_color() == OBJECT]
     assert [tuple(xy) for xy in way.get_xydata()] == [(3.0, 4.0), (5.0, 4.0), (5.0, 6.0)]
+
+
+def test_places_have_their_names_and_an_arrow_along_their_yaw(hall):
+    place, robot = copy(hall), Pose2(4.0, 4.0)
+    places = {"kitchen": Pose2(3.0, 4.0, 0.5), "dock": Pose2(9.0, 8.0, -2.0)}
+    place.scene = replace(hall.scene, places=places)
+    on = place.draw(Moment(robot))
+
+    drawn = []
+    for arrow in arrows(on, PLACE):
+        (x1, y1), (x2, y2) = arrow._posA_posB
+        drawn.append(Pose2(x1, y1, pytest.approx(math.atan2(y2 - y1, x2 - x1))))
+    assert drawn == list(places.values())
+    assert "place, with its yaw" in on.legend
+    names = {text.get_text(): Pose2(*text.get_position()) for text in on.axes.texts}
+    assert names.keys() == places.keys()
+    assert names["kitchen"].distance_to(robot) > hall.environment.robot.footprint.enclosing_radius
 
 
 def test_a_scene_without_a_user_shows_room_and_robot_alone(hall):

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from engine.files.finding import FileError
+from hw.geometry import Pose2
 from hw.scene.room import Room, ring_fault
 from hw.scene.scene import load_scene, scene_names
 
@@ -73,7 +74,7 @@ def test_a_room_given_as_polygons_is_a_scene(tmp_path):
     scene = load(tmp_path, GOOD)
     assert scene.room.free_space.area == pytest.approx(29.0)
     assert scene.user_start.yaw == pytest.approx(7.0 - 2 * math.pi)
-    assert scene.parking_spot("corner").x == 0.9
+    assert scene.place("corner").x == 0.9
     assert scene.robot == "rbkairos_ur10"
 
 
@@ -89,9 +90,59 @@ def test_the_hash_follows_the_values_and_not_the_layout(tmp_path):
     assert load(tmp_path, GOOD.replace("[6, 5]", "[6, 5.5]")).sha256 != one.sha256
 
 
-def test_an_unknown_parking_spot_names_those_there_are():
-    with pytest.raises(KeyError, match="corner, center"):
-        load_scene("lab_a").parking_spot("cellar")
+def test_places_and_parking_spots_are_places_by_name(tmp_path):
+    scene = load(tmp_path, f"{GOOD}places: {{kitchen: {{x: 500 cm, y: 4, yaw: 90 deg}}}}\n")
+    assert list(scene.places) == ["kitchen", "corner"]
+    assert scene.place("kitchen") == Pose2(5.0, 4.0, math.pi / 2)
+    assert scene.place("corner") == Pose2(0.9, 0.9, 0.5)
+    assert scene.sha256 != load(tmp_path, GOOD).sha256
+
+
+def test_an_unknown_place_is_answered_with_a_suggestion_or_with_those_there_are():
+    with pytest.raises(KeyError, match="did you mean 'corner'"):
+        load_scene("lab_a").place("corners")
+    with pytest.raises(KeyError, match=r"no place 'cellar'; .*center, corner"):
+        load_scene("lab_a").place("cellar")
+
+
+def test_a_scene_without_places_says_so(tmp_path):
+    with pytest.raises(KeyError, match="no place 'dock'; it has none"):
+        load(tmp_path, GOOD.partition("parking")[0]).place("dock")
+
+
+def test_a_place_may_be_a_parking_spot_too(tmp_path):
+    scene = load(tmp_path, f"{GOOD}places: {{corner: {{x: 0.9, y: 0.9, yaw: 0.5}}}}\n")
+    assert list(scene.places) == ["corner"]
+
+
+def test_the_places_of_a_room_s_own_scene_are_not_taken_with_it(tmp_path):
+    (tmp_path / "other.yaml").write_text(GOOD)
+    scene = load(tmp_path, "scene: mine\nroom: other\nrobot: {start: {x: 1, y: 1}}\n")
+    assert scene.places == {}
+
+
+@pytest.mark.parametrize(
+    ("place", "wrong"),
+    [
+        ("kitchen: {x: 2.5, y: 2.5}", "places.kitchen: (2.5, 2.5) is not on the free floor"),
+        ("kitchen: {x: 2, z: 3}", "places.kitchen: "),
+        ("kitchen: {x: 2 kg, y: 3}", "places.kitchen.x: '2 kg' is a mass"),
+        ("kitchen: [2, 3]", "places.kitchen: needs a mapping"),
+        ("corner: {x: 0.9, y: 0.9}", "places.corner: is a parking spot elsewhere"),
+        ("my kitchen: {x: 1, y: 1}", "'my kitchen' cannot be a name"),
+    ],
+)
+def test_a_wrong_place_is_named_with_its_line(tmp_path, place, wrong):
+    with pytest.raises(FileError) as caught:
+        load(tmp_path, f"{GOOD}places: {{{place}}}\n")
+    assert "mine.yaml:8:" in str(caught.value)
+    assert wrong in str(caught.value)
+
+
+def test_a_place_is_in_no_zone_that_the_robot_keeps_out_of(tmp_path):
+    zone = "zones: {keepout: [[[4, 4], [5, 4], [5, 5]]]}"
+    with pytest.raises(FileError, match=r"places\.desk: \(4\.8, 4\.2\) is in a zone"):
+        load(tmp_path, f"{GOOD}places: {{desk: {{x: 4.8, y: 4.2}}}}\n{zone}\n")
 
 
 @pytest.mark.parametrize(
@@ -202,7 +253,7 @@ def test_lengths_and_angles_may_carry_units(tmp_path):
     text = GOOD.replace("[6, 5]", "[600 cm, 5000 mm]").replace("yaw: 0.5", "yaw: 90 deg")
     scene = load(tmp_path, text)
     assert scene.room == load(tmp_path, GOOD).room
-    assert scene.parking_spot("corner").yaw == math.pi / 2
+    assert scene.place("corner").yaw == math.pi / 2
 
 
 def test_all_mistakes_of_a_scene_are_told_at_once(tmp_path):
