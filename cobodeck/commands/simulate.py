@@ -237,14 +237,16 @@ def _recorder(
 
 
 def _setup(args: argparse.Namespace) -> Setup:
-    from cobodeck.project import catalogue
+    from cobodeck.project import catalogue, reached, replacements
     from cobodeck.setup import open_setup
 
     known, body = catalogue(own=args.own), _robot_of(args)
     setup = open_setup(
         args.chart, args.scene, args.profile, args.tick_hz, body, known=known, sets=args.sets
     )
-    for remark in () if setup.place is None else setup.place.remarks:
+    charts = reached({setup.chart.name}, setup.library)
+    about_place = () if setup.place is None else setup.place.remarks
+    for remark in (*replacements(setup.library, known, charts), *about_place):
         complain(remark)
     return setup
 

@@ -15,10 +15,13 @@ from cobodeck.project import (
     Catalogue,
     catalogue,
     errors_in_used,
+    errors_in_users,
     files_in,
     findings_of,
     load_beside,
+    reached,
     read_source,
+    replacements,
     strictly,
     wrong_parts,
 )
@@ -50,7 +53,8 @@ def run(args: argparse.Namespace) -> int:
     library = load_beside(charts, known)
     findings = findings_of(library, known, charts)
     sources: dict[str, SourceFile] = {str(file): library.sources[str(file)] for file in charts}
-    for finding in errors_in_used(library, known, charts):
+    outside = errors_in_used(library, known, charts) + errors_in_users(library, known, charts)
+    for finding in outside:
         findings.append(finding)
         sources[finding.place.file] = library.sources[finding.place.file]
     checker = FileChecker(known, [file for file, kind in files if kind == "robot"])
@@ -62,8 +66,9 @@ def run(args: argparse.Namespace) -> int:
     for name in {place.file for finding in findings for place in _places(finding)}:
         sources.setdefault(name, read_source(name))
     findings = in_order(strictly(findings) if args.strict else findings)
-    for mistake in in_code:
-        complain(mistake)
+    given = {name for name, chart in library.items() if Path(chart.file) in charts}
+    for told in (*in_code, *replacements(library, known, reached(given, library))):
+        complain(told)
     show(report(findings, sources, args.format).rstrip("\n"))
     if in_code or any(finding.severity == "error" for finding in findings):
         return FAILED

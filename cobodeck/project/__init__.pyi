@@ -1,13 +1,17 @@
-from cobodeck.project.library import (
+from cobodeck.project.chart_files import (
     chart_file as chart_file,
     chart_names as chart_names,
+)
+from cobodeck.project.library import (
     errors_in_used as errors_in_used,
+    errors_in_users as errors_in_users,
     files_in as files_in,
     findings_of as findings_of,
     load_beside as load_beside,
     open_chart as open_chart,
     reached as reached,
     read_source as read_source,
+    replacements as replacements,
     strictly as strictly,
 )
 from cobodeck.project.named_files import (

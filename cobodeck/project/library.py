@@ -1,7 +1,8 @@
 """Charts from files: those that are requested, and those that they may use.
 
 Charts refer to each other by `use`. A chart that is not among the given files is looked up in
-their folders, then in the projects, then among the shipped charts; the first match counts.
+their folders, then in the projects, then among the shipped charts; the first match counts, for
+shipped charts that use it, too.
 """
 
 from __future__ import annotations
@@ -11,14 +12,22 @@ from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from cobodeck.project.named_files import head_of, kind_of
+from cobodeck.project.chart_files import (
+    chart_file,
+    chart_names,
+    charts_beside,
+    is_replacement,
+    own_replacements,
+    twins,
+)
+from cobodeck.project.named_files import kind_of
 from cobodeck.project.names_in_values import known_names
-from cobodeck.project.state_catalogue import Catalogue, shipped_charts
+from cobodeck.project.state_catalogue import Catalogue
 from cobodeck.terminal import FAILED, Problem
 from engine import text
-from engine.chart import Chart, Library, load_files
+from engine.chart import Chart, Library, load_files, mark_of
 from engine.check import check
-from engine.files import MAX_BYTES, FileError, Finding, SourceFile, did_you_mean, read_text
+from engine.files import MAX_BYTES, FileError, Finding, Place, SourceFile, in_order, read_text
 from engine.files.declared import YAML
 
 SKIPPED = frozenset((".git", ".venv", "venv", "node_modules", "build", "dist", "__pycache__"))
@@ -57,47 +66,37 @@ def yaml_files(folder: Path) -> Iterator[Path]:
 
 
 def load_beside(files: Sequence[Path], catalogue: Catalogue) -> Library:
-    """The charts of `files`, then those they may use; the findings are those of `files` alone."""
+    """The charts of `files`, then those they may use.
+
+    The findings are those of `files`, and of used files in which no chart could be read.
+    """
     library = load_files(files)
-    beside = _Beside(files)
-    while names := used_charts(library.values(), library) & beside.files.keys():
+    beside, known = charts_beside(files), chart_names(catalogue)
+    given = {file.resolve() for file in files}
+    waiting = {
+        name: file for name, file in {**known, **beside}.items() if file.resolve() not in given
+    }
+    while names := used_charts(library.values(), library) & waiting.keys():
         for name in sorted(names):
-            _add(library, beside.files.pop(name))
-    for file in (*_own_charts(catalogue), *shipped_charts()):
+            _add(library, waiting.pop(name), used=True)
+    for file in known.values():
         _add(library, file)
     if used_charts(library.values(), library):  # a misspelt name: load more for `did you mean`
-        for file in beside.files.values():
+        for file in beside.values():
             _add(library, file)
     return library
 
 
-def _yaml_in(folder: Path) -> set[Path]:
-    return {file for ending in YAML for file in folder.glob(f"*{ending}")}
-
-
-class _Beside:
-    """Chart files in the same folders as the given files, by the chart's name."""
-
-    def __init__(self, files: Sequence[Path]) -> None:
-        self.files: dict[str, Path] = {}
-        for folder in dict.fromkeys(file.parent for file in files):
-            for file in sorted(_yaml_in(folder).difference(files)):
-                head = head_of(file)
-                if head is not None and head[0] == "chart":
-                    self.files.setdefault(head[1], file)
-
-
-def _add(library: Library, file: Path) -> None:
-    """Add the charts in a file whose names are not taken; their findings are left out."""
-    for name, chart in load_files([file]).items():
+def _add(library: Library, file: Path, *, used: bool = False) -> None:
+    """Add the charts in a file whose names are not taken; of a used one, else what is wrong."""
+    loaded = load_files([file])
+    for name, chart in loaded.items():
         if name not in library:
             library[name] = chart
             library.sources[chart.file] = chart.source
-
-
-def _own_charts(catalogue: Catalogue) -> list[Path]:
-    files = [file for project in catalogue.projects for file in project.yaml_files()]
-    return [file for file in files if kind_of(file) == "chart"]
+    if used and not loaded:
+        library.sources |= loaded.sources
+        library.findings += loaded.findings
 
 
 def used_charts(charts: Iterable[Chart], known: Container[str]) -> set[str]:
@@ -118,39 +117,43 @@ def findings_of(library: Library, catalogue: Catalogue, files: Iterable[Path]) -
         strangers=catalogue.strangers,
         around=known_names(library, catalogue),
     )
-    return [finding for finding in found if finding.place.file in named]
+    charts = {chart.file: chart for chart in library.values() if chart.file in named}
+    inside = [finding for finding in found if finding.place.file in named]
+    told = [_told_of_replacement(finding, charts, library) for finding in inside]
+    return in_order([*told, *_shared_names(charts.values(), catalogue)])
+
+
+def _told_of_replacement(
+    finding: Finding, charts: Mapping[str, Chart], library: Library
+) -> Finding:
+    """A finding where a chart is used, with a note if that one is in the place of a shipped one."""
+    nodes = charts[finding.place.file].root.walk() if finding.place.file in charts else ()
+    above = [node for node in nodes if node.at[0] <= finding.place.line]
+    used = library.get(above[-1].target) if above else None
+    if used is None or not is_replacement(used.name, used.file):
+        return finding
+    note = (_name_place(used), "replaces the shipped chart")
+    return replace(finding, related=(*finding.related, note))
+
+
+def _shared_names(charts: Iterable[Chart], catalogue: Catalogue) -> Iterator[Finding]:
+    """A finding in each chart whose name is that of another chart of its project."""
+    others = twins(catalogue)
+    for chart in charts:
+        other = others.get(Path(chart.file).resolve())
+        if other is not None:
+            message = f"a chart {chart.name!r} is also in {other}"
+            yield Finding("N02", message, _name_place(chart), "give it another name")
+
+
+def _name_place(chart: Chart) -> Place:
+    """The place of a chart's name in its file."""
+    return chart.place(mark_of(chart.source.value, "chart"))
 
 
 def strictly(findings: Iterable[Finding]) -> list[Finding]:
     """The findings, with warnings as errors; notes stay notes."""
     return [f if f.severity == "note" else replace(f, severity="error") for f in findings]
-
-
-def chart_file(name_or_path: str, catalogue: Catalogue) -> Path:
-    """The file of a chart given by name or by path.
-
-    Raises:
-        Problem: there is no such chart.
-    """
-    path = Path(name_or_path)
-    if path.suffix in YAML or path.is_file():
-        if path.is_file():
-            return path
-        raise Problem(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
-    names = chart_names(catalogue)
-    if name_or_path in names:
-        return names[name_or_path]
-    raise Problem(f"no chart {name_or_path!r}; {did_you_mean(name_or_path, names)}")
-
-
-def chart_names(catalogue: Catalogue) -> dict[str, Path]:
-    """All charts by name: those of projects and the shipped ones."""
-    found: dict[str, Path] = {}
-    for file in (*_own_charts(catalogue), *shipped_charts()):
-        head = head_of(file)
-        if head is not None:
-            found.setdefault(head[1], file)
-    return found
 
 
 def open_chart(name_or_path: str, catalogue: Catalogue) -> tuple[Chart, Library]:
@@ -162,8 +165,7 @@ def open_chart(name_or_path: str, catalogue: Catalogue) -> tuple[Chart, Library]
     file = chart_file(name_or_path, catalogue)
     library = load_beside([file], catalogue)
     findings = findings_of(library, catalogue, [file])
-    errors = [finding for finding in findings if finding.severity == "error"]
-    errors += errors_in_used(library, catalogue, [file])
+    errors = _errors(findings) + errors_in_used(library, catalogue, [file])
     if errors:
         sources = {f.place.file: library.sources[f.place.file] for f in errors}
         raise Problem(f"{file} cannot run\n{text(errors, sources)}".rstrip(), FAILED)
@@ -173,12 +175,39 @@ def open_chart(name_or_path: str, catalogue: Catalogue) -> tuple[Chart, Library]
 def errors_in_used(library: Library, catalogue: Catalogue, files: Iterable[Path]) -> list[Finding]:
     """Errors outside `files`, in used charts, that keep the charts in `files` from running."""
     named = {str(file) for file in files}
+    read = {chart.file for chart in library.values()}
     own = {name for name, chart in library.items() if chart.file in named}
-    used = {library[name].file for name in reached(own, library)} - named
+    used = {library[name].file for name in reached(own, library)} | library.sources.keys() - read
+    used -= named
     if not used:
         return []
-    found = findings_of(library, catalogue, map(Path, sorted(used)))
-    return [finding for finding in found if finding.severity == "error"]
+    return _errors(findings_of(library, catalogue, map(Path, sorted(used))))
+
+
+def errors_in_users(library: Library, catalogue: Catalogue, files: Iterable[Path]) -> list[Finding]:
+    """Errors in shipped charts, outside `files`, that use a chart in `files` for a shipped one."""
+    named = {str(file) for file in files}
+    own = own_replacements(catalogue)
+    replacing = {name for name in own if name in library and library[name].file in named}
+    using = (chart.file for chart in library.values() if used_charts([chart], ()) & replacing)
+    return _errors(findings_of(library, catalogue, map(Path, set(using) - named)))
+
+
+def replacements(
+    library: Mapping[str, Chart], catalogue: Catalogue, names: Iterable[str]
+) -> list[str]:
+    """A message for each of these charts that whoever names it gets in place of a shipped one."""
+    charts = [library[name] for name in sorted(names)]
+    known = own_replacements(catalogue).keys() | used_charts(charts, ())
+    return [
+        f"chart {chart.name}: {chart.file} replaces the shipped one"
+        for chart in charts
+        if chart.name in known and is_replacement(chart.name, chart.file)
+    ]
+
+
+def _errors(findings: Iterable[Finding]) -> list[Finding]:
+    return [finding for finding in findings if finding.severity == "error"]
 
 
 def reached(names: Iterable[str], library: Mapping[str, Chart]) -> set[str]:
