@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import random
 from collections.abc import Iterable, Sequence
@@ -23,7 +22,7 @@ from engine.files import Duration, Length
 from hw import OLD_S, Pose2, Pose3, UserPose, wrap
 from hw.scene import Point
 from states.environment import BASE_REFUSAL, HAPTIC_REQUEST, planner_key
-from states.navigation import DRIVES, command_of, user_disc
+from states.navigation import DRIVES, command_of, place_near, user_disc
 from states.signals import PREDICTORS
 
 if TYPE_CHECKING:
@@ -117,25 +116,6 @@ def _sampled(cells: Sequence[ChaseCell], seed: int, user: UserPose) -> list[Chas
     """
     chance = random.Random(repr((seed, user.body)))
     return sorted(cells, key=lambda cell: -(chance.random() ** (1.0 / max(cell[2], 1e-9))))
-
-
-def place_at(path: Sequence[Point], user: Point, near: float) -> Point:
-    """The first point of a path within `near`, m, of the user; without one, the path's end.
-
-    With d the segment and f from the user to its start, |f + share d| = near is a quadratic in
-    `share`; the smaller root is where the path enters the circle.
-    """
-    for start, end in itertools.pairwise(path):
-        if math.dist(end, user) > near:
-            continue
-        dx, dy = end[0] - start[0], end[1] - start[1]
-        fx, fy = start[0] - user[0], start[1] - user[1]
-        square, along = dx * dx + dy * dy, fx * dx + fy * dy
-        outside = fx * fx + fy * fy - near * near
-        root = math.sqrt(max(0.0, along * along - square * outside))
-        share = min(1.0, max(0.0, (-along - root) / square)) if square > 0.0 else 0.0
-        return start[0] + share * dx, start[1] + share * dy
-    return path[-1]
 
 
 class HapticRequest(Monitor):
@@ -248,10 +228,6 @@ class Approach(Action):
 
     def _goal(self, now: Situation) -> Pose2 | None:
         """The first place within `near` on the path to the predicted user; None without a path."""
-        planner, soon = now.planners["chase"], user_soon(now, self.ahead)
-        user = (soon.x, soon.y)
-        end = user if planner.is_free(user) else planner.nearest_free(user)
-        path = None if end is None else planner.plan((now.pose.x, now.pose.y), end)
-        if path is None:
-            return None
-        return Pose2(*place_at(path.points, user, self.near), now.pose.yaw)
+        soon, here = user_soon(now, self.ahead), (now.pose.x, now.pose.y)
+        place = place_near(now.planners["chase"], here, (soon.x, soon.y), self.near)
+        return None if place is None else Pose2(*place, now.pose.yaw)

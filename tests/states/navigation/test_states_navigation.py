@@ -15,7 +15,8 @@ from hw.samples import UserPose
 from hw.scene.room import Room
 from hw.sim.sim_base import SimBase
 from states.environment.environment import Environment
-from states.navigation.states import NO_PATH_S, DriveTo, GoalProgress
+from states.navigation.drive import NO_PATH_S, GoalProgress
+from states.navigation.states import DriveTo
 from states.subsystems import SubsystemName
 
 HZ = 30
