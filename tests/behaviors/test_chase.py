@@ -22,7 +22,6 @@ from hw.samples import UserPose
 from hw.scene.room import Room
 from states.environment.environment import Environment
 from states.navigation.local.speed_profile import rest_to_rest
-from tests.repeats import examples
 
 USER = UserPose(Pose2(10.0, 10.0, 0.0), 0.0)
 
@@ -237,17 +236,6 @@ def test_in_six_by_six_metres_a_user_in_the_middle_can_be_chased_and_served(
         assert chase.best_cell(now, space_of(now.environment, profile, user)) is not None
 
 
-@given(start=st.tuples(st.floats(-9, 9), st.floats(-9, 9)), near=st.floats(0.5, 4.0))
-@settings(deadline=None, max_examples=100)
-def test_the_place_on_a_straight_way_is_as_near_as_asked_for(
-    start: tuple[float, float], near: float
-) -> None:
-    found = chase.place_at([start, (0.0, 0.0)], (0.0, 0.0), near)
-
-    expected = min(near, math.hypot(*start))
-    assert math.hypot(*found) == pytest.approx(expected, abs=1e-6)
-
-
 def test_ways_around_the_user_are_no_shorter_than_straight_ones_and_clear_of_them() -> None:
     starts = np.array([(-3.0, 0.0), (0.0, 3.0), (3.0, 0.5)])
     lengths = length_around(starts, (3.0, 0.0), 1.27)
@@ -369,26 +357,6 @@ def test_tuned_follows_a_walker_before_they_are_far(
     assert chase.distance_soon(situation_of(tuned, pose, USER, leaving), 0.9) > 4.0
     assert chase.distance_soon(situation_of(tuned, pose, USER, coming), 0.9) == 3.5
     assert chase.distance_soon(situation_of(paper, pose, USER, leaving), 0.9) == 3.5
-
-
-@given(
-    user=st.tuples(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0)),
-    around=st.floats(-math.pi, math.pi),
-    near=st.floats(0.1, 4.0),
-    before=st.floats(0.01, 10.0),
-)
-@settings(deadline=None, max_examples=examples(200))
-def test_a_way_that_only_touches_the_circle_ends_there(
-    user: tuple[float, float], around: float, near: float, before: float
-) -> None:
-    """The end is the foot of the perpendicular, so that rounding may leave no root."""
-    c, s = math.cos(around), math.sin(around)
-    end = user[0] + near * c, user[1] + near * s
-    start = end[0] - before * s, end[1] + before * c
-
-    found = chase.place_at([start, end], user, math.dist(end, user))
-
-    assert math.dist(found, end) < 1e-5 * (1.0 + before)
 
 
 def test_from_the_edge_of_the_disc_on_a_way_around_it_is_its_arc_and_one_tangent() -> None:

@@ -31,8 +31,8 @@ from hw.samples import UserPose
 from hw.scene.room import Point, Room
 from hw.sim.sim_base import SimBase
 from states.environment.environment import Environment
-from states.navigation.grid.scanned_obstacles import Obstacles
 from states.navigation.drive import NO_PATH_S
+from states.navigation.grid.scanned_obstacles import Obstacles
 from states.navigation.states import DriveTo
 from states.subsystems import SUBSYSTEMS
 from tests.scans import scan_of
