@@ -185,7 +185,7 @@ def errors_in_used(library: Library, catalogue: Catalogue, files: Iterable[Path]
 
 
 def errors_in_users(library: Library, catalogue: Catalogue, files: Iterable[Path]) -> list[Finding]:
-    """Errors in shipped charts, outside `files`, that use a chart in `files` for a shipped one."""
+    """Errors outside `files`, where charts use one in `files` in place of a shipped chart."""
     named = {str(file) for file in files}
     own = own_replacements(catalogue)
     replacing = {name for name in own if name in library and library[name].file in named}

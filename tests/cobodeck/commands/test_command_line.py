@@ -292,6 +292,14 @@ def test_lists_name_everything_and_say_what_it_is(
         assert str(next(iter(item.values()))) in shown
 
 
+def test_scenes_are_listed_with_their_places(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", "scenes", "--json"]) == OK
+    places = {scene["scene"]: scene["places"] for scene in json.loads(capsys.readouterr().out)}
+
+    assert places["hall"][:2] == ["south_west", "south_east"]
+    assert {"corner", "center"} <= set(places["lab_a"])
+
+
 @pytest.mark.parametrize("width", [60, 80, 120])
 @pytest.mark.parametrize("kind", ["states", "signals", "charts", "scenes", "robots", "users"])
 def test_lists_fit_the_terminal_and_leave_nothing_out(
