@@ -45,7 +45,7 @@ def _known_places() -> dict[str, Pose2]:
     found: dict[str, Pose2] = {}
     for name in scene_names():
         try:
-            found |= dict(load_scene(name).parking)
+            found |= load_scene(name).places
         except FileError:
             continue
     return found

@@ -189,7 +189,7 @@ class Setup:
     @cached_property
     def named_values(self) -> NamedValues:
         """What names in the values of charts stand for in this run."""
-        places = {} if self.scene is None else dict(self.scene.parking)
+        places = {} if self.scene is None else self.scene.places
         return NamedValues(
             constants=constants_of(self.profile.values),
             signals=types_of(self.signals),
