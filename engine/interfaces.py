@@ -37,7 +37,10 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """What the engine needs to know about a state class."""
+    """What the engine needs to know about a state class.
+
+    `optional`: those of `reads` that nothing has to give.
+    """
 
     name: str
     monitor: bool
@@ -46,10 +49,16 @@ class Interface:
     inputs: Mapping[str, Argument]
     outputs: Mapping[str, Mapping[str, Type]]
     reads: Mapping[str, Any]
+    optional: tuple[str, ...]
     commands: tuple[str, ...]
     instant: bool
     about: str
     make: Callable[..., State] = field(compare=False)
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """The signals without which it cannot run."""
+        return tuple(name for name in self.reads if name not in self.optional)
 
     @property
     def named_by(self) -> frozenset[str]:
@@ -92,6 +101,7 @@ def interface(cls: type[State]) -> Interface:
         inputs=_inputs(cls),
         outputs=outputs,
         reads=dict(cls.reads),
+        optional=tuple(cls.optional),
         commands=tuple(cls.commands),
         instant=not inspect.isgeneratorfunction(cls.run),
         about=inspect.cleandoc(cls.__doc__ or ""),
@@ -137,6 +147,7 @@ def resolved(
             for outcome in _names(template, values)
         },
         reads={name: age for key, age in ages.items() for name in _names(key, values)},
+        optional=names(of.optional),
         commands=names(of.commands),
     )
 

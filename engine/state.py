@@ -155,6 +155,7 @@ class State:
     inputs: ClassVar[Mapping[str, Any]] = {}  # only where `run` takes them as **inputs
     outputs: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  # outcome -> name -> type
     reads: ClassVar[Mapping[str, float | str | None]] = {}  # signal -> greatest age, s; None: any
+    optional: ClassVar[tuple[str, ...]] = ()  # of `reads`, signals that a run may be without
     commands: ClassVar[tuple[str, ...]] = ()  # parts
 
     def run(self, ctx: Context) -> Run:

@@ -27,9 +27,12 @@ def require_declarations(cls: Any) -> None:
         raise StateError(f"{name}: give it a docstring; it is shown in editors and lists")
     _require_outcomes(name, cls.outcomes)
     require_tuple_of_names(f"{name}.commands", cls.commands)
+    require_tuple_of_names(f"{name}.optional", cls.optional)
     _require_mapping(f"{name}.inputs", cls.inputs, "{'place': Pose2}")
     _require_outputs(name, cls)
     _require_mapping(f"{name}.reads", cls.reads, "{'base.pose': 0.2}, with the greatest age in s")
+    if unread := [signal for signal in cls.optional if signal not in cls.reads]:
+        raise StateError(f"{name}.optional: {unread[0]!r} is not among its reads; add it there")
     _require_run(cls)
     if missing := sorted(getattr(cls, "__abstractmethods__", ())):
         raise StateError(f"{name} lacks {', '.join(missing)}: {_IF_BASE}")

@@ -47,7 +47,7 @@ def provided(
         for name in leaf.interface.commands:
             if name not in parts:
                 lacking[f"this robot lacks part {name!r}, commanded by {who}"] = None
-        for name in leaf.interface.reads:
+        for name in leaf.interface.needed:
             for root in sorted(roots(declared, (name,)) - given):
                 through = "" if root == name else f" through {name!r}"
                 lacking[f"nothing gives signal {root!r}, read by {who}{through}"] = None

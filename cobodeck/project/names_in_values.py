@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+from cobodeck.project.named_files import kind_of
 from cobodeck.project.state_catalogue import Catalogue
 from engine.chart import Library
 from engine.files import FileError
+from engine.files.declared import YAML
 from engine.machine import NamedValues
 from engine.signals import types_of
 from hw import Pose2
@@ -34,16 +37,22 @@ def known_names(library: Library, catalogue: Catalogue) -> NamedValues:
     return NamedValues(
         constants=constants_of(load_profile("tuned").values) if by_profile else {},
         signals=types_of(catalogue.signals),
-        named={PLACE: _known_places()} if by_scene else None,
+        named={PLACE: _known_places(library)} if by_scene else None,
     )
 
 
-def _known_places() -> dict[str, Pose2]:
-    """The places of all scenes by name; scenes with mistakes, which others report, have none."""
+def _known_places(library: Library) -> dict[str, Pose2]:
+    """The places of all scenes by name: the shipped ones, a project's, those beside the charts.
+
+    Scenes with mistakes, which others report, have none.
+    """
     from hw.scene import load_scene, scene_names
 
+    folders = {Path(chart.file).parent for chart in library.values()}
+    files = (file for folder in folders for ending in YAML for file in folder.glob(f"*{ending}"))
+    beside = sorted(str(file) for file in files if kind_of(file) == "scene")
     found: dict[str, Pose2] = {}
-    for name in scene_names():
+    for name in (*scene_names(), *beside):
         try:
             found |= load_scene(name).places
         except FileError:

@@ -242,7 +242,7 @@ def _person(setup: Setup, uses: Uses, options: Options) -> Person | None:
         return recalled(source, scene.room, *given)
     if source is not None:
         return open_user(source, scene, *given)
-    if uses.person:
+    if uses.needs_person:
         raise Problem(f"scene {scene.name} names no user; give one with --user")
     return None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -36,6 +36,7 @@ class Uses:
     """What a chart needs of a robot: parts that it commands, signals that parts must measure.
 
     `welcome` are all measured signals that it can use, including those that it can do without.
+    `person`: whether it deals with a person where there is one; `needs_person`: not without one.
     """
 
     commands: frozenset[str]
@@ -44,9 +45,17 @@ class Uses:
 
     @property
     def person(self) -> bool:
-        """Whether a person is involved."""
-        asked = (*self.commands, *self.signals)
-        return any(name == "vr" or name.startswith(("user.", "vr.")) for name in asked)
+        """Whether a person is involved, if there is one."""
+        return _of_person((*self.commands, *self.signals, *self.welcome))
+
+    @property
+    def needs_person(self) -> bool:
+        """Whether there has to be a person."""
+        return _of_person((*self.commands, *self.signals))
+
+
+def _of_person(names: Iterable[str]) -> bool:
+    return any(name == "vr" or name.startswith(("user.", "vr.")) for name in names)
 
 
 @dataclass(frozen=True)
@@ -167,7 +176,8 @@ class Setup:
         known = self.signals
         used = (known[name] for name in closure(known, reads & known.keys()))
         welcome = frozenset(s.name for s in used if isinstance(s, Measured))
-        return Uses(frozenset(commands), frozenset(roots(known, reads)), welcome)
+        needed = {name for leaf in leaves for name in leaf.interface.needed}
+        return Uses(frozenset(commands), frozenset(roots(known, needed)), welcome)
 
     def machine(self, parameters: Mapping[str, Any] | None = None) -> Machine:
         """The chart with its parameters and inputs, ready to run.

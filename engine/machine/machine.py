@@ -147,11 +147,11 @@ class Machine:
         leaf.guard = leaf.monitor and parent.form in ("any", "all")
         for name, value in node.parameters.items():
             wanted = interface.parameters[name].type
-            leaf.parameters[python_name(name)] = convert(value, wanted, given)
+            leaf.parameters[python_name(name)] = _converted(f"{path}: {name}", value, wanted, given)
         for name, value in node.given.items():
             wanted = (interface.inputs.get(name) or interface.parameters[name]).type
             held = leaf.given if name in interface.inputs else leaf.parameters
-            held[python_name(name)] = convert(value, wanted, given)
+            held[python_name(name)] = _converted(f"{path}: {name}", value, wanted, given)
         read = [(name, python_name(name), names[key]) for name, key in node.reads.items()]
         leaf.inputs = tuple((called, c) for name, called, c in read if name in interface.inputs)
         leaf.bound = tuple((called, c) for name, called, c in read if name not in interface.inputs)

@@ -68,6 +68,7 @@ class ParkArm(Action):
 
     outcomes = ("parked", "failed")
     reads = READS
+    optional = (USER_POSE,)
     commands = ("arm",)
 
     def __init__(self, tolerance: Angle = 0.01, solver: Solver = "lines_first") -> None:
@@ -101,6 +102,7 @@ class MoveArmTo(Action):
 
     outcomes = ("arrived", "no_solution", "blocked", "failed")
     reads = READS
+    optional = (USER_POSE,)
     commands = ("arm",)
 
     def __init__(
@@ -136,6 +138,7 @@ class MoveArmJoints(Action):
 
     outcomes = ("arrived", "blocked", "failed")
     reads = READS
+    optional = (USER_POSE,)
     commands = ("arm",)
 
     def __init__(

@@ -14,6 +14,7 @@ from states.environment import (
     BASE_POSE,
     BASE_REFUSAL,
     USER_POSE,
+    USER_VELOCITY,
     environment_of,
     extrapolated_state,
 )
@@ -42,6 +43,7 @@ class _Drives(Action):
 
     outcomes = ("arrived", "no_path", "stuck", "lost")
     reads = {BASE_MODE: None, **DRIVES, **PLANNERS}
+    optional = (USER_POSE, USER_VELOCITY)
     commands = ("base",)
 
     def __init__(
