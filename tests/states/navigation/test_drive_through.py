@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from engine.state import interface
+from engine.interfaces import interface
 from hw.geometry import Pose2
 from states.environment.environment import Environment
 from states.navigation.drive import NO_PATH_S
