@@ -84,6 +84,7 @@ class BaseDrive:
         self._ctx, self._base, self._environment = ctx, ctx.part("base"), environment_of(ctx)
         self._subsystem, self._mode, self._before = subsystem, mode, ctx.value(BASE_MODE)
         self._keeping = _keeping(ctx, subsystem, clearance)
+        self._planner = planner_key(self._keeping)
         named = self._environment.navigation.named
         self._own, self._kept = named(subsystem), named(self._keeping)
         self._driver: LocalPlanner | None = None
@@ -105,7 +106,7 @@ class BaseDrive:
     @property
     def planner(self) -> GlobalPlanner | None:
         """The planner with the distances that are kept; None if its scans are too old."""
-        return planner_of(self._ctx, self._keeping)
+        return self._ctx.value(self._planner)
 
     def towards(self, goal: Pose2, passing: float = 0.0) -> str | None:
         """Send this tick's command; None while the goal is ahead, else the outcome of the drive.
@@ -114,11 +115,17 @@ class BaseDrive:
         the others are those of `DriveTo`.
         """
         ctx = self._ctx
-        now, planner = extrapolated_state.around(ctx), planner_of(ctx, self._keeping)
+        now, planner = extrapolated_state.around(ctx), ctx.value(self._planner)
         if now is None or planner is None:
             return "lost"
-        driver = self._heading_for(goal, planner)
-        disc = self._disc(planner, now, goal)
+        driver = self._driver
+        if driver is None or goal is not self._goal:
+            driver = self._set_out_for(goal, planner)
+        driver.planner = planner
+        if self._kept is self._own or now.user is None:
+            disc = user_disc(now.user, self._own)
+        else:
+            disc = self._disc_between(planner, now, now.user, goal)
         command = command_of(ctx, driver, now, disc, self._environment.period)
         left = math.inf if driver.path is None else driver.path.length
         self._base.drive(command, self._subsystem, left)
@@ -133,32 +140,32 @@ class BaseDrive:
             self._driver.release()
         self._goal = None
 
-    def _heading_for(self, goal: Pose2, planner: GlobalPlanner) -> LocalPlanner:
-        """The local planner with this goal, and with the obstacles scanned so far."""
+    def _set_out_for(self, goal: Pose2, planner: GlobalPlanner) -> LocalPlanner:
+        """The local planner, made when it is first needed, with this goal."""
         if self._driver is None:
             from states.navigation.planners import driver_of
 
             named = self._subsystem, planner, self._keeping, self._mode
             self._driver = driver_of(self._environment, *named)
         self._driver.planner = planner
-        if goal is not self._goal:
-            self._goal = goal
-            self._driver.go_to(goal)
-            self._progress.begin_anew()
-            if self._subsystem == "haptic":
-                self._base.grant(goal)
+        self._goal = goal
+        self._driver.go_to(goal)
+        self._progress.begin_anew()
+        if self._subsystem == "haptic":
+            self._base.grant(goal)
         return self._driver
 
-    def _disc(
-        self, planner: GlobalPlanner, now: extrapolated_state.RobotAndUser, goal: Pose2
+    def _disc_between(
+        self,
+        planner: GlobalPlanner,
+        now: extrapolated_state.RobotAndUser,
+        user: UserPose,
+        goal: Pose2,
     ) -> Disc | None:
         """The disc around the user to keep out of: the wide one if there is a path around it."""
-        own, kept = self._own, self._kept
-        if kept is own or now.user is None:
-            return user_disc(now.user, own)
-        wide = wide_disc(now.user, own, kept, goal)
+        wide = wide_disc(user, self._own, self._kept, goal)
         path = planner.plan((now.pose.x, now.pose.y), (goal.x, goal.y), wide)
-        return user_disc(now.user, kept) if path is None else wide
+        return user_disc(user, self._kept) if path is None else wide
 
 
 def _keeping(ctx: SignalReader, subsystem: SubsystemName, clearance: Clearance) -> SubsystemName:
