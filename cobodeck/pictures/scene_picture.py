@@ -13,6 +13,7 @@ from cobodeck.pictures.drawing import (
     Sheet,
     draw_arm,
     draw_inflations,
+    draw_items,
     draw_objects,
     draw_places,
     draw_robot,
@@ -71,6 +72,7 @@ def scene_picture(
     draw_robot(on, robot, environment.robot.footprint)
     if moment.joints is not None:
         draw_arm(on, robot, moment.joints, arm_outline(environment.robot))
+    draw_items(on, scene.items)
     outline = environment.robot.footprint
     draw_places(on, scene.places, Disc(robot.x, robot.y, outline.enclosing_radius))
     return on

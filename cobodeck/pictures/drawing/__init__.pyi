@@ -32,6 +32,7 @@ from cobodeck.pictures.drawing.room_drawing import (
     INFLATIONS as INFLATIONS,
     add_area as add_area,
     draw_inflations as draw_inflations,
+    draw_items as draw_items,
     draw_objects as draw_objects,
     draw_places as draw_places,
     draw_room as draw_room,

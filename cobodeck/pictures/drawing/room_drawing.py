@@ -1,4 +1,4 @@
-"""The room: floor, walls, inflations, tracked area, objects, places."""
+"""The room: floor, walls, inflations, tracked area, objects, items, places."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from cobodeck.pictures.drawing.canvas import Sheet
 from cobodeck.pictures.drawing.labels import Labels
 from engine.draw import INK
 from hw import Pose2
-from hw.scene import Disc, Point, Room, Thing
+from hw.scene import Disc, Graspable, Point, Room, Thing
 
 FLOOR = "#ffffff"
 INFLATIONS = ("#e6e9ed", "#cdd3da", "#b4bcc6")
 """Colours of inflations, from the widest to the narrowest."""
 TRACKED = "#8a94a0"
 OBJECT = "#b39b7d"
+ITEM, ITEM_M = "#e3a008", 0.05
+"""Colour of items, and the least radius with which they are seen, m."""
 PLACE = "#9c2f7f"
 PLACE_M, HEADING_M = 0.08, 0.5
 """Radius of the mark of a place, and length of the arrow along its yaw, m."""
@@ -76,6 +78,19 @@ def draw_objects(on: Sheet, objects: Sequence[Thing], at_s: float | None = None)
             on.axes.plot(xs, ys, color=OBJECT, linewidth=1.2, zorder=3.9)
     if objects:
         on.explain("not on the map", Patch(**style))
+
+
+def draw_items(on: Sheet, items: Sequence[Graspable]) -> None:
+    """Items to pick up, with their names, at their first places."""
+    labels = Labels(on, always=True)
+    style: dict[str, Any] = {"facecolor": ITEM, "edgecolor": INK, "linewidth": 0.6}
+    for item in items:
+        at, radius = item.at[:2], max(0.5 * item.width, ITEM_M)
+        on.axes.add_patch(Circle(at, radius, zorder=8.5, **style))
+        labels.mark(at, 144.0 * on.scale * radius, item.name, INK, 7.5)
+    labels.write()
+    if items:
+        on.explain("item to pick up", Patch(**style))
 
 
 def draw_places(on: Sheet, places: Mapping[str, Pose2], robot: Disc) -> None:
