@@ -21,6 +21,7 @@ from engine.interfaces import (
 from engine.literals import (
     OpenName as OpenName,
     convert as convert,
+    description_of as description_of,
 )
 from engine.reports import (
     FORMATS as FORMATS,

@@ -17,7 +17,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from engine.files import did_you_mean
-from engine.files.declared import Mismatch, boolean, choice, number, shown, text, whole
+from engine.files.declared import Mismatch, boolean, choice, example, number, shown, text, whole
 from engine.types import Type, from_annotation
 
 
@@ -30,6 +30,9 @@ class Reference(NamedTuple):
     def is_constant(self) -> bool:
         """Whether it names a value from outside of all charts."""
         return "." in self.name
+
+    def __str__(self) -> str:
+        return f"${self.name}"
 
 
 class OpenName(NamedTuple):
@@ -72,6 +75,11 @@ class WithinLiteral(Mismatch):
     def __init__(self, message: str, *keys: str | int) -> None:
         super().__init__(message)
         self.keys = keys
+
+    @property
+    def path(self) -> str:
+        """The keys as text, to follow the name of the value: `.x`, `[2].yaw`."""
+        return "".join(f".{key}" if isinstance(key, str) else f"[{key}]" for key in self.keys)
 
 
 class WrittenField(NamedTuple):
@@ -144,6 +152,30 @@ def example_of(cls: type) -> str:
     shape = ", ".join(f"{name}: …" for name in fields)
     kind = getattr(cls, "named_by", "")
     return f"{{{shape}}}" + (f" or {{{kind}: …}}" if kind else "")
+
+
+def description_of(kind: Type) -> str:
+    """A type in words, and how its values are written: `a length, in mm, cm, m, km`."""
+    members = vars(kind.python)["_member_map_"] if _is_enum(kind.python) else ()
+    if choices := kind.choices or members:
+        return f"one of {', '.join(map(str, choices))}"
+    if kind.name == "list" and kind.item is not None:
+        return f"a list, each item {description_of(kind.item)}"
+    if kind.name in _DESCRIPTIONS:
+        return _DESCRIPTIONS[kind.name]
+    if kind.python is None:
+        return example(kind.name)
+    article = "an" if kind.name[0] in "AEIOU" else "a"
+    how = example_of(kind.python) if can_be_written(kind) else "only another chart can give it"
+    return f"{article} {kind.name}, {how}"
+
+
+_DESCRIPTIONS = {
+    "any": "any value",
+    "text": "text",
+    "boolean": "true or false",
+    "signal": "the name of a signal",
+}
 
 
 def _instance(value: Any, cls: type, by: Resolver) -> Any:
@@ -221,7 +253,7 @@ def _is_frozen(cls: Any) -> bool:
     return is_dataclass(cls) and vars(cls)["__dataclass_params__"].frozen
 
 
-def _is_enum(cls: type) -> bool:
+def _is_enum(cls: type | None) -> bool:
     return isinstance(cls, type) and issubclass(cls, Enum)
 
 

@@ -18,13 +18,12 @@ from functools import reduce
 from pathlib import Path
 from typing import Any
 
-from engine.files import FileError, Map, Place, mistake, source as yaml
+from engine.files import ANYWHERE, Map, Place, assignment, mistake
 from engine.files.declared import Item, find_file, load_yaml, merged, single
 
 FOLDER = Path(__file__).parent.parent.parent / "charts" / "profiles"
 HEAD = ("profile", "about", "base")
 """Keys that describe one file; they are not inherited, and `KEY=VALUE` cannot set them."""
-_ANYWHERE = (1, 1, 1)
 
 
 @dataclass(frozen=True)
@@ -92,19 +91,11 @@ def _own_keys(own: Item) -> list[str]:
 
 def _setting(text: str) -> Item:
     """`KEY=VALUE` as a mapping; its mistakes are reported for the text as a whole."""
-    key, equals, value = (part.strip() for part in text.partition("="))
-    shown = f"--set {text}"
-    if not (equals and value and all(key.split("."))):
-        raise mistake(shown, "is not KEY=VALUE", hint="write it as in chase.inner=2.6 m")
+    key, source = assignment(text, "--set", "chase.inner=2.6 m")
     if key in HEAD:
-        raise mistake(shown, f"{key!r} cannot be set", hint="choose another file with --profile")
-    source = yaml.read(value.encode(), shown)
-    if source.findings:
-        raise FileError(
-            dataclasses.replace(finding, place=source.place(_ANYWHERE), related=())
-            for finding in source.findings
-        )
-    return single(key, Item(source, source.value, _ANYWHERE))
+        hint = "choose another file with --profile"
+        raise mistake(source.file, f"{key!r} cannot be set", hint=hint)
+    return single(key, Item(source, source.value, ANYWHERE))
 
 
 def _leaves(item: Item) -> Iterator[tuple[str, Any]]:

@@ -59,12 +59,12 @@ def provided(
 
 def given(setup: Setup) -> Iterator[CheckResult]:
     """Whether all inputs of the chart have a value."""
-    missing = setup.machine().missing
-    if missing:
-        wanted = [f"{name!r} (a {setup.chart.inputs[name].type})" for name in missing]
-        about = f"needs input{'s' if missing[1:] else ''} {', '.join(wanted)}"
-        hint = " ".join(f"--in '{name}=VALUE'" for name in missing)
-        yield CheckResult(f"chart {setup.chart.name}", BAD, about, f"give it with {hint}")
+    from cobodeck.setup import wanted_inputs
+
+    machine = setup.machine()
+    if wanted := wanted_inputs(machine):
+        hint = " ".join(f"--in '{name}=VALUE'" for name in machine.missing)
+        yield CheckResult(f"chart {setup.chart.name}", BAD, wanted, f"write {hint}")
 
 
 def tick_rate(setup: Setup, uses: Uses, options: Options) -> Iterator[CheckResult]:

@@ -22,6 +22,7 @@ from cobodeck.terminal import (
     REFUSED,
     Problem,
     complain,
+    inputs,
     new_record,
     positive,
     profile,
@@ -40,6 +41,7 @@ BLOCKED_S = 0.1
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("chart", type=word, metavar="CHART", help="name or file")
+    inputs(parser)
     parser.add_argument("--robot", required=True, type=word, help="name or file of a connection")
     about = "name or file; default: the one that the connection names, else no room"
     parser.add_argument("--scene", type=word, help=about)

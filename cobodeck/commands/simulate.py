@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cobodeck.fitness import require
 from cobodeck.setup import CHART, PROFILE, SCENE, TICK_HZ
 from cobodeck.terminal import (
     FAILED,
@@ -18,6 +19,7 @@ from cobodeck.terminal import (
     Problem,
     ProgressLine,
     complain,
+    inputs,
     kept_file,
     length,
     positive,
@@ -50,6 +52,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "chart", nargs="?", type=word, default=CHART, help=f"name or file; default {CHART}"
     )
+    inputs(parser)
     about = f"name or file, or a map: FILE.yaml[@x,y,yaw]; default {SCENE}"
     parser.add_argument("--scene", type=word, help=about)
     parser.add_argument(
@@ -238,12 +241,20 @@ def _recorder(
 
 def _setup(args: argparse.Namespace) -> Setup:
     from cobodeck.project import catalogue, reached, replacements
-    from cobodeck.setup import open_setup
+    from cobodeck.setup import open_setup, read_inputs
 
     known, body = catalogue(own=args.own), _robot_of(args)
     setup = open_setup(
-        args.chart, args.scene, args.profile, args.tick_hz, body, known=known, sets=args.sets
+        args.chart,
+        args.scene,
+        args.profile,
+        args.tick_hz,
+        body,
+        known=known,
+        sets=args.sets,
+        inputs=read_inputs(args.inputs),
     )
+    require("begin", setup=setup)
     charts = reached({setup.chart.name}, setup.library)
     about_place = () if setup.place is None else setup.place.remarks
     for remark in (*replacements(setup.library, known, charts), *about_place):

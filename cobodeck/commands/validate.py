@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 from cobodeck.project import (
@@ -18,6 +19,7 @@ from cobodeck.project import (
     errors_in_users,
     files_in,
     findings_of,
+    known_names,
     load_beside,
     reached,
     read_source,
@@ -109,7 +111,8 @@ def _not_used(library: Library, files: set[str]) -> list[str]:
 
 def _walked(chart: Chart, library: Library, known: Catalogue) -> str:
     """A line with counts of what an exploration of the chart finds."""
-    machine = Machine(chart, library, known.interfaces, types=known.types)
+    around = replace(known_names(library, known), named=None)  # a run has its own places
+    machine = Machine(chart, library, known.interfaces, types=known.types, around=around)
     return explore(machine, WALKED).summary()
 
 

@@ -22,6 +22,7 @@ from cobodeck.project.named_files import (
 from cobodeck.project.names_in_values import (
     PLACE as PLACE,
     constants_of as constants_of,
+    known_names as known_names,
 )
 from cobodeck.project.part_check import (
     error_text as error_text,

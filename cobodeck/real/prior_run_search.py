@@ -23,7 +23,7 @@ from cobodeck.real.release_stages import (
 from cobodeck.record.format import FOLDER, code, label, read_files, sha256
 from cobodeck.record.read import Record
 from cobodeck.setup import PROFILE, TICK_HZ, Setup
-from engine.files import FileError
+from engine.files import FileError, written_text
 
 BODY = frozenset(("profile", "robot", "prop", "calibration", "arm"))
 """Kinds of files, besides charts, that determine how a robot behaves."""
@@ -73,6 +73,7 @@ def wanted_of(setup: Setup) -> Wanted:
         connection=(setup.connection.name, setup.connection.sha256),
         person=setup.uses().person,
         profile=setup.profile.sha256,
+        inputs=setup.inputs,
     )
 
 
@@ -110,6 +111,8 @@ def _command(setup: Setup, stage: Stage) -> str:
     asked["--profile"] = None if asked["--profile"] == PROFILE else asked["--profile"]
     for name, value in asked.items():
         words += [] if value is None else [name, str(value)]
+    for name, given in setup.inputs.items():
+        words += ["--in", f"{name}={written_text(given)}"]
     for text in setup.profile.sets:
         words += ["--set", text]
     if setup.tick_hz != TICK_HZ:

@@ -8,7 +8,7 @@ be those of the planned run. Nothing here opens a file.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 Stage = Literal["simulated", "dummy"]
@@ -30,7 +30,8 @@ class Wanted:
 
     `files` are the hashes of charts, profile and robot files by label, `code` those of the
     program's packages and of modules with states; `connection` is its name and hash; `person`: the
-    chart deals with people; `profile` is the hash of all its values.
+    chart deals with people; `profile` is the hash of all its values; `inputs` are the chart's, as
+    written.
     """
 
     files: Mapping[str, str]
@@ -40,6 +41,7 @@ class Wanted:
     connection: tuple[str, str]
     person: bool
     profile: str
+    inputs: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +82,8 @@ def differences(stage: Stage, header: Mapping[str, Any], wanted: Wanted) -> Iter
             yield f"the code of {name} has changed"
     if header["profile"]["sha256"] != wanted.profile:  # `--set` changes values without any file
         yield "the profile had other values"
+    if header.get("inputs", {}) != wanted.inputs:
+        yield "the chart had other inputs"
     if header.get("limits") != wanted.limits:
         yield "it had other limits than those of the connection"
     if header["tick_hz"] != wanted.tick_hz:

@@ -56,12 +56,12 @@ def stage(
         FileError: the user's file is wrong, or the chart drives the base and profile and robot do
             not fit together.
     """
+    require("begin", setup=setup)
     grid, timing = TickGrid(setup.tick_hz), clock or Virtual()
     if options.tier == 0:
         wired = wander(setup, options.seed)
         loop = Loop(Nothing(), wired, grid, clock=timing, leave_out=not options.eager)
         return _timed(loop, options)
-    require("begin", setup=setup)
     setup = localizing(setup, options)
     uses = setup.uses(parameters)
     require(

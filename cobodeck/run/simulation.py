@@ -122,6 +122,7 @@ def figures_of(
     run, board = loop.wired.run, loop.wired.board
     return {
         "chart": setup.chart.name,
+        "inputs": dict(setup.inputs),
         "scene": None if setup.scene is None else setup.scene.name,
         "robot": setup.robot.name,
         "user": options.user or (None if setup.scene is None else setup.scene.user),

@@ -19,7 +19,7 @@ from cobodeck.setup import Setup
 
 FORMAT = "cobodeck trace 1"
 ENDING = ".trace.jsonl"
-_RUN = ("user", "tier", "seed", "tick_hz", "sim_s", "outcome", "trace_sha256")
+_RUN = ("inputs", "user", "tier", "seed", "tick_hz", "sim_s", "outcome", "trace_sha256")
 
 
 def header(setup: Setup, figures: Mapping[str, Any]) -> dict[str, Any]:

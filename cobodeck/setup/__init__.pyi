@@ -1,3 +1,7 @@
+from cobodeck.setup.chart_inputs import (
+    read_inputs as read_inputs,
+    wanted_inputs as wanted_inputs,
+)
 from cobodeck.setup.compiled_code import (
     described as described,
     keep_compiled_code as keep_compiled_code,

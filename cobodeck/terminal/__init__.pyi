@@ -1,4 +1,5 @@
 from cobodeck.terminal.argument_types import (
+    inputs as inputs,
     instant as instant,
     kept_file as kept_file,
     length as length,

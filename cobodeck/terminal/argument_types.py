@@ -98,6 +98,18 @@ def profile(parser: argparse.ArgumentParser, default: str) -> None:
     )
 
 
+def inputs(parser: argparse.ArgumentParser) -> None:
+    """Declare `--in`."""
+    parser.add_argument(
+        "--in",
+        dest="inputs",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="one input of the chart, as in goal='{x: 2 m, y: 1 m}'; may be given several times",
+    )
+
+
 def kept_file(text: str) -> Path:
     """A path for a record or a trace; the suffix of unfinished files is refused."""
     if text.endswith(PART):

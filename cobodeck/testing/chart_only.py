@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.loop import Inlet, Loop, Nothing, Wired
-from cobodeck.project import Catalogue, findings_of, load_beside
+from cobodeck.project import Catalogue, findings_of, known_names, load_beside
+from cobodeck.setup import wanted_inputs
 from cobodeck.testing.stub_parts import Parts
 from engine import TickGrid, text as report_text
-from engine.chart import Chart, load_text
+from engine.chart import Chart, Library, load_text
 from engine.machine import Machine
 from engine.run import ChartRun
 from engine.signals import Board, Measured, Signal
@@ -22,7 +23,7 @@ HZ = 30
 _FILE = "<test>"
 
 
-def chart_of_text(text: str, known: Catalogue) -> tuple[Chart, Mapping[str, Chart]]:
+def chart_of_text(text: str, known: Catalogue) -> tuple[Chart, Library]:
     """The first chart of a YAML text, and all the charts that it may use.
 
     Raises:
@@ -40,13 +41,14 @@ def chart_of_text(text: str, known: Catalogue) -> tuple[Chart, Mapping[str, Char
 
 def loop_alone(
     chart: Chart,
-    library: Mapping[str, Chart],
+    library: Library,
     known: Catalogue,
     parts: Parts,
     signals: Mapping[str, Any],
     parameters: Mapping[str, Any] | None = None,
+    inputs: Mapping[str, Any] | None = None,
 ) -> Loop:
-    """A loop over a chart with stub parts.
+    """A loop over a chart with stub parts; places are those of all known scenes.
 
     Args:
         chart: what to run.
@@ -55,8 +57,17 @@ def loop_alone(
         parts: the stubs, made on first access.
         signals: values at the start; these signals become measured ones, even if derived elsewhere.
         parameters: of the chart.
+        inputs: of the chart.
+
+    Raises:
+        AssertionError: an input has no value.
+        Mismatch: a value is wrong; the message says which.
     """
-    machine = Machine(chart, library, known.interfaces, parameters, known.types)
+    around = known_names(library, known)
+    machine = Machine(
+        chart, library, known.interfaces, parameters, known.types, inputs=inputs, around=around
+    )
+    require_inputs(machine)
     board = Board(_declared(machine, known, signals))
     inlet = Inlet(board)
     for name, value in signals.items():
@@ -65,6 +76,17 @@ def loop_alone(
     commands = {name for leaf in machine.leaves for name in leaf.interface.commands}
     run = ChartRun(machine, board, {name: parts[name] for name in sorted(commands)})
     return Loop(Nothing(parts), Wired(run, board, inlet), TickGrid(HZ))
+
+
+def require_inputs(machine: Machine) -> None:
+    """Make sure that all inputs of a chart have values.
+
+    Raises:
+        AssertionError: one has none; the message says how to give it.
+    """
+    if wanted := wanted_inputs(machine):
+        hint = ", ".join(f"{name!r}: …" for name in machine.missing)
+        raise AssertionError(f"{wanted}; start it with inputs={{{hint}}}")
 
 
 def fitting(inlet: Inlet, name: str, value: Any) -> None:

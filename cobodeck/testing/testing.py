@@ -21,13 +21,14 @@ from cobodeck.loop import Loop
 from cobodeck.project import Catalogue, catalogue, open_chart
 from cobodeck.setup import Options, Setup, open_setup
 from cobodeck.terminal import Problem
-from cobodeck.testing.chart_only import HZ, chart_of_text, loop_alone
+from cobodeck.testing.chart_only import HZ, chart_of_text, loop_alone, require_inputs
 from cobodeck.testing.edge_coverage import EdgeCoverage
 from cobodeck.testing.scripted_leaves import Outcomes, ScriptedLeaves
 from cobodeck.testing.signal_feed import SignalFeed
 from cobodeck.testing.story import story
 from cobodeck.testing.stub_parts import Parts
 from cobodeck.testing.visits import entered, reaching, require_node
+from engine.files.declared import Mismatch
 from engine.operator import Operator
 from engine.run import ChartRun
 
@@ -80,6 +81,7 @@ class ChartTester:
         real: Iterable[str] = (),
         signals: Mapping[str, Any] | None = None,
         parameters: Mapping[str, Any] | None = None,
+        inputs: Mapping[str, Any] | None = None,
         scene: str | None = None,
         robot: str | None = None,
         user: str | None = None,
@@ -96,6 +98,7 @@ class ChartTester:
             real: leaves, named likewise, that run unscripted although there is no scene.
             signals: initial values; the test feeds these signals from then on, derived ones too.
             parameters: of the chart.
+            inputs: of the chart, as written in a chart or as Python has them.
             scene: run on the simulated robot in this scene.
             robot: a robot other than the scene's; without a scene there is no room.
             user: the person in the scene; by default the scene's own.
@@ -103,7 +106,8 @@ class ChartTester:
             profile: by default `tuned`.
 
         Raises:
-            AssertionError, Problem: the chart has errors, or names something that does not exist.
+            AssertionError, Problem: the chart has errors, an input has no value, or something is
+                named that does not exist.
         """
         self._note_edges()
         alone = scene is None and robot is None
@@ -112,28 +116,22 @@ class ChartTester:
         try:
             known = self._catalogue()
             if alone:
-                loop = self._alone(chart, known, signals or {}, parameters)
+                opened = chart_of_text(chart, known) if "\n" in chart else None
+                opened = opened or open_chart(self._beside(chart), known)
+                loop = loop_alone(*opened, known, self.parts, signals or {}, parameters, inputs)
             else:
                 file = self._beside(chart)
-                setup = open_setup(file, scene, profile, HZ, robot, known=known)
+                setup = open_setup(file, scene, profile, HZ, robot, known=known, inputs=inputs)
+                require_inputs(setup.machine(parameters))
                 loop = self._simulated(setup, Options(user, requests), parameters)
         except Problem as problem:
             raise problem.with_traceback(None) from None
+        except Mismatch as mismatch:
+            raise AssertionError(f"the chart cannot start: {mismatch}") from None
         scripted = ScriptedLeaves(loop.wired.run)
         self._started = _Started(loop, SignalFeed(loop), scripted)
         scripted.play(script or {}, real, everything=alone)
         return self
-
-    def _alone(
-        self,
-        chart: str,
-        known: Catalogue,
-        signals: Mapping[str, Any],
-        parameters: Mapping[str, Any] | None,
-    ) -> Loop:
-        opened = chart_of_text(chart, known) if "\n" in chart else None
-        opened = opened or open_chart(self._beside(chart), known)
-        return loop_alone(*opened, known, self.parts, signals, parameters)
 
     def _simulated(
         self, setup: Setup, options: Options, parameters: Mapping[str, Any] | None

@@ -29,4 +29,5 @@ from engine.chart.load import (
     Library as Library,
     load_files as load_files,
     load_text as load_text,
+    start_value as start_value,
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from copy import copy
 from pathlib import Path
 from typing import Any
 
@@ -85,6 +86,26 @@ def load_text(text: str, file: str = "<text>") -> Library:
     library = Library()
     library.add(read(text.encode(), file))
     return library
+
+
+def chart_value(written: Any) -> Any:
+    """A value as written in a chart: `$name`, also inside of it, stands for a value."""
+    if type(written) is str and written.startswith("$"):
+        return Reference(written[1:])
+    if isinstance(written, list):
+        items = copy(written)
+        items[:] = map(chart_value, written)
+        return items
+    if isinstance(written, dict):
+        inside = copy(written)
+        inside.update((entry, chart_value(item)) for entry, item in written.items())
+        return inside
+    return written
+
+
+def start_value(written: Any) -> Any:
+    """A value as written that a data key or an input starts with: `none` leaves it empty."""
+    return None if type(written) is str and written == "none" else chart_value(written)
 
 
 class _Reader:
@@ -235,24 +256,9 @@ class _Reader:
         at = inside.values_at.get(entry, inside.at)
         self.report("C03", f"{section}.{entry} is a name, not {shown(value)}", at)
 
-    def value(self, value: Any) -> Any:
-        if type(value) is str and value.startswith("$"):
-            return Reference(value[1:])
-        if isinstance(value, Seq):
-            items = Seq(value.at)
-            items += map(self.value, value)
-            items.values_at = value.values_at
-            return items
-        if isinstance(value, Map):
-            inside = Map(value.at)
-            inside.update((entry, self.value(item)) for entry, item in value.items())
-            inside.keys_at, inside.values_at = value.keys_at, value.values_at
-            return inside
-        return value
-
     def values(self, raw: Map, key: str) -> Mapping[str, Any]:
         inside = self.mapping(raw, key, "parameter: value")
-        return {entry: self.value(value) for entry, value in inside.items()}
+        return {entry: chart_value(value) for entry, value in inside.items()}
 
     def bindings(self, raw: Map, key: str) -> Mapping[str, Any]:
         """What inputs are read from: data keys; on leaves and `use`, values as well."""
@@ -263,7 +269,7 @@ class _Reader:
             if value is None and (":" in entry or " " in entry):
                 self.not_a_word(key, entry, value, inside)
                 return {}
-        return {entry: self.value(value) for entry, value in inside.items()}
+        return {entry: chart_value(value) for entry, value in inside.items()}
 
     def rules(self, raw: Map, key: str) -> tuple[Rule, ...]:
         items = raw.get(key)
@@ -291,7 +297,7 @@ class _Reader:
         inside = self.mapping(raw, key, _TRIES)
         self.unknown_keys(inside, RETRY, f"{key!r}")
         times, on = inside.get("times"), inside.get("on")
-        times = self.value(times)
+        times = chart_value(times)
         if not isinstance(times, Reference) and (type(times) is not int or times < 1):
             self.report(
                 "C03", "'times' is a whole number from 1", mark_of(raw, key, "times"), _A_RETRY
@@ -301,7 +307,7 @@ class _Reader:
         if not isinstance(names, list) or not names or not all(isinstance(n, str) for n in names):
             self.report("C03", "'on' names outcomes", mark_of(raw, key, "on"), _A_RETRY)
             return None
-        return Retry(times, tuple(names), self.value(inside.get("wait", 0)))
+        return Retry(times, tuple(names), chart_value(inside.get("wait", 0)))
 
     def levels(self, raw: Map, key: str) -> Mapping[str, str]:
         levels = self.words(raw, key)
@@ -360,7 +366,7 @@ class _Reader:
 
     def parameter(self, name: str, item: Map, at: Mark) -> Parameter:
         kind, about = self.text(item, "type") or "any", self.text(item, "about") or ""
-        default = self.value(item.get("default"))
+        default = chart_value(item.get("default"))
         return Parameter(name, kind, default, "default" not in item, about, at)
 
     def keys(self, raw: Map, section: str) -> dict[str, DataKey]:
@@ -369,9 +375,7 @@ class _Reader:
 
         def key(name: str, item: Map, at: Mark) -> DataKey:
             given = start in item
-            initial = self.value(item.get(start))
-            if initial == "none":
-                initial = None
+            initial = start_value(item.get(start))
             nothing = given and initial is None
             kind = self.text(item, "type") or "any"
             return DataKey(name, kind, initial, given and not nothing, at, is_input, nothing)
@@ -407,7 +411,7 @@ _READERS: Mapping[str, Callable[[_Reader, Map, str], Any]] = {
     "words": _Reader.words,
     "values": _Reader.values,
     "rules": _Reader.rules,
-    "period": lambda reader, raw, key: reader.value(raw[key]),
+    "period": lambda _, raw, key: chart_value(raw[key]),
     "retry": _Reader.retry,
     "levels": _Reader.levels,
     "integer": _Reader.integer,

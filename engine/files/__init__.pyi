@@ -1,6 +1,11 @@
 from engine.files import (
     source as source,
 )
+from engine.files.assignments import (
+    ANYWHERE as ANYWHERE,
+    assignment as assignment,
+    written_text as written_text,
+)
 from engine.files.codec import (
     Write as Write,
     Writers as Writers,

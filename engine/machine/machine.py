@@ -9,16 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import chain
 from typing import Any
 
-from engine.chart import AUTONOMY, Chart, DataKey, Node, Parameter
+from engine.chart import AUTONOMY, Chart, DataKey, Node, Parameter, start_value
 from engine.files import did_you_mean
 from engine.files.declared import Mismatch
 from engine.interfaces import Interface, bindings, python_name, resolved
-from engine.literals import Resolver, convert
+from engine.literals import Resolver, WithinLiteral, convert
 from engine.machine.named_values import NamedValues, ParameterValues
-from engine.machine.vertices import Box, Cell, Leaf, Vertex, monitor_order, walk
+from engine.machine.vertices import Box, Cell, Leaf, Vertex, set_order
 from engine.types import ANY, Type, known_types
 
 
@@ -31,7 +30,7 @@ class Machine:
         interfaces: the state classes it names.
         parameters: values for the chart's own parameters, as in a chart.
         types: types beyond the built-in ones, by name.
-        inputs: values for the chart's own inputs, as in a chart.
+        inputs: values for the chart's own inputs, as in a chart or as Python has them.
         around: what names in values stand for.
 
     Attributes:
@@ -55,13 +54,14 @@ class Machine:
         self.chart = chart
         self.library = library
         self.interfaces = interfaces
-        self.types = known_types(types or {})
+        self._own_types = types or {}
+        self.types = known_types(self._own_types)
         self.around = around or NamedValues()
         self.vertices: dict[str, Vertex] = {}
         self.given = dict(parameters or {})
         self.inputs = dict(inputs or {})
-        _require_known("parameter", chart, self.given, chart.parameters)
-        _require_known("input", chart, self.inputs, chart.inputs)
+        _require_known("parameter", self.given, chart.parameters)
+        _require_known("input", self.inputs, chart.inputs)
         self.missing = [
             name
             for name, key in chart.inputs.items()
@@ -69,7 +69,20 @@ class Machine:
         ]
         given = self._parameters(chart, self.given, ParameterValues({}, self.around))
         self.root = self._box(chart.root, None, "", {}, given, chart)
-        _number(self.root)
+        set_order(self.root)
+
+    def changed(self, chart: Chart, library: Mapping[str, Chart]) -> Machine:
+        """Another version of the chart, given all that this one was given and it still declares.
+
+        Raises:
+            Mismatch: what this one was given is of another type there.
+        """
+        given = {name: value for name, value in self.given.items() if name in chart.parameters}
+        inputs = {name: value for name, value in self.inputs.items() if name in chart.inputs}
+        types = self._own_types
+        return Machine(
+            chart, library, self.interfaces, given, types, inputs=inputs, around=self.around
+        )
 
     def _may_be_empty(self, key: DataKey) -> bool:
         return key.optional or self.types.get(key.type, ANY).optional
@@ -110,7 +123,8 @@ class Machine:
         box.children = tuple(children)
         self._connect(box, inner)
         parameters = tuple(sorted(given.known.items(), key=str))
-        box.signature = (box.form, box.keeps, box.chart, parameters, *_bindings(node))
+        values = tuple((name, box.cells[name].initial) for name in sorted(node.given))
+        box.signature = (box.form, box.keeps, box.chart, parameters, values, *_bindings(node))
         return box
 
     def _vertex(
@@ -159,7 +173,7 @@ class Machine:
             leaf.outputs[outcome] = tuple(
                 (name, names[node.outputs[name]]) for name in produced if name in node.outputs
             )
-        parameters = tuple(sorted(leaf.parameters.items(), key=str))
+        parameters = tuple(sorted({**leaf.given, **leaf.parameters}.items(), key=str))
         leaf.signature = (node.form, node.target, parameters, *_bindings(node))
         return leaf
 
@@ -191,14 +205,19 @@ class Machine:
         by: ParameterValues | None,
     ) -> None:
         """Make the cells of a chart; inputs that are given a value start with it."""
-        given = self.inputs if by is None else node.given
+        given = node.given
+        if by is None:
+            given = {name: start_value(value) for name, value in self.inputs.items()}
         own = ParameterValues({}, self.around)
         box.chart = used.name
         for key in used.keys.values():
             kind = self.types.get(key.type, ANY)
-            value = given.get(key.name, key.initial)
-            around = (by or own) if key.name in given else own
-            initial = None if value is None else _converted(key.name, value, kind, around)
+            initial = None
+            if key.name in given:
+                wanted = replace(kind, optional=kind.optional or key.optional)
+                initial = _converted(key.name, given[key.name], wanted, by or own)
+            elif key.initial is not None:
+                initial = _converted(key.name, key.initial, kind, own)
             box.cells[key.name] = Cell(key.name, initial, key.type)
         if box.parent is None:
             return
@@ -247,20 +266,6 @@ class Machine:
                     vertex.go[outcome] = named[target]
 
 
-def _number(root: Box) -> None:
-    """Set `order`, `last` and `turn` of all vertices."""
-    vertices = list(walk(root))
-    for order, vertex in enumerate(vertices):
-        vertex.order = vertex.last = order
-    for vertex in reversed(vertices):
-        if isinstance(vertex, Box) and vertex.children:
-            vertex.last = vertex.children[-1].last
-    others = (vertex for vertex in vertices if not vertex.monitor)
-    actions = sorted(others, key=lambda vertex: (vertex.last, -vertex.order))
-    for turn, vertex in enumerate(chain(monitor_order(root), actions)):
-        vertex.turn = turn
-
-
 def to_ns(seconds: float) -> int:
     """Seconds as whole nanoseconds."""
     return round(seconds * 1e9)
@@ -276,12 +281,11 @@ def _converted(name: str, value: Any, wanted: Type, by: Resolver) -> Any:
     try:
         return convert(value, wanted, by)
     except Mismatch as mismatch:
-        raise Mismatch(f"{name}: {mismatch}") from None
+        path = mismatch.path if isinstance(mismatch, WithinLiteral) else ""
+        raise Mismatch(f"{name}{path}: {mismatch}") from None
 
 
-def _require_known(
-    what: str, chart: Chart, given: Mapping[str, Any], known: Mapping[str, Any]
-) -> None:
+def _require_known(what: str, given: Mapping[str, Any], known: Mapping[str, Any]) -> None:
     for name in given.keys() - known.keys():
         hint = did_you_mean(name, known) if known else f"it has no {what}s"
-        raise Mismatch(f"chart {chart.name} has no {what} {name!r}; {hint}")
+        raise Mismatch(f"it has no {what} {name!r}; {hint}")

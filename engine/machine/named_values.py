@@ -49,5 +49,6 @@ class ParameterValues(Resolver):
             return OpenName(kind, name)
         known = self.around.named.get(kind, {})
         if name not in known:
-            raise Mismatch(f"there is no {kind} {name!r} here; {did_you_mean(name, known)}")
+            near = f"; {did_you_mean(name, known)}" if known else ""
+            raise Mismatch(f"there is no {kind} {name!r} here{near}")
         return known[name]

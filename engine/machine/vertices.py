@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import chain
 from typing import Any
 
 from engine.chart import Node
@@ -112,19 +113,33 @@ class Box(Vertex):
         return None
 
 
-def walk(vertex: Vertex) -> Iterator[Vertex]:
+def _walk(vertex: Vertex) -> Iterator[Vertex]:
     """A vertex and all below it, in document order."""
     yield vertex
     if isinstance(vertex, Box):
         for child in vertex.children:
-            yield from walk(child)
+            yield from _walk(child)
 
 
-def monitor_order(box: Box) -> Iterator[Leaf]:
+def _monitor_order(box: Box) -> Iterator[Leaf]:
     """Monitors in stepping order: those directly in a box, then those of the boxes inside it."""
     for child in box.children:
         if isinstance(child, Leaf) and child.monitor:
             yield child
     for child in box.children:
         if isinstance(child, Box):
-            yield from monitor_order(child)
+            yield from _monitor_order(child)
+
+
+def set_order(root: Box) -> None:
+    """Set `order`, `last` and `turn` of all vertices."""
+    vertices = list(_walk(root))
+    for order, vertex in enumerate(vertices):
+        vertex.order = vertex.last = order
+    for vertex in reversed(vertices):
+        if isinstance(vertex, Box) and vertex.children:
+            vertex.last = vertex.children[-1].last
+    others = (vertex for vertex in vertices if not vertex.monitor)
+    actions = sorted(others, key=lambda vertex: (vertex.last, -vertex.order))
+    for turn, vertex in enumerate(chain(_monitor_order(root), actions)):
+        vertex.turn = turn

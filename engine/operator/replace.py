@@ -34,6 +34,7 @@ def obstacles(run: ChartRun, new: Machine) -> list[str]:
         if node.status in (WAITING, RETRYING, PUT_OFF)
         or (node.status == CHOSEN and isinstance(node, LeafNode))
     ]
+    found += _without_value(run, new)
     for node in carried(run):
         found += _differences(node, new)
     for leaf in new.leaves:
@@ -48,6 +49,16 @@ def obstacles(run: ChartRun, new: Machine) -> list[str]:
             if name not in run.parts
         ]
     return list(dict.fromkeys(found))
+
+
+def _without_value(run: ChartRun, new: Machine) -> list[str]:
+    """The inputs of the new chart that have no value; once begun, a run keeps those it has."""
+    kept = run.machine.root.cells if run.life.root in run.entered else {}
+    return [
+        f"input {name!r} of {new.chart.name!r} has no value"
+        for name in new.missing
+        if name not in kept
+    ]
 
 
 def _differences(node: RunNode, new: Machine) -> list[str]:

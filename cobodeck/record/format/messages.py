@@ -104,13 +104,18 @@ def command_text(command: Command) -> str:
 
 
 def replacement(command: Replace) -> dict[str, Any]:
-    """A new machine as values: its chart and those it uses, with their parameters' defaults."""
+    """A new machine as values: charts, with their parameters' defaults, and what it was given."""
     machine = command.machine
     charts = {}
     for name in sorted(reached({machine.chart.name}, machine.library)):
         chart = machine.library[name]
         charts[name] = (chart.file, chart.source.text, defaults(chart))
-    return {"chart": machine.chart.name, "charts": charts, "parameters": dict(machine.given)}
+    return {
+        "chart": machine.chart.name,
+        "charts": charts,
+        "parameters": dict(machine.given),
+        "inputs": machine.inputs,
+    }
 
 
 def defaults(chart: Chart) -> dict[str, Any]:

@@ -65,6 +65,7 @@ def header(
         "real_time": loop.clock.waits,
         "chart": setup.chart.name,
         "charts": {name: label(Path(setup.library[name].file)) for name in _charts(setup)},
+        "inputs": dict(setup.inputs),
         "scene": None if scene is None else {"name": scene.name, "sha256": scene.sha256},
         "robot": setup.robot.name,
         "connection": _connection(setup),

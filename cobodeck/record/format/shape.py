@@ -56,12 +56,13 @@ HEADER = _object(
 GIVEN["properties"] |= {"connection": MAYBE, "set": WORDS}
 CONNECTION = _object(name=TEXT, sha256=TEXT, real=FLAG)
 HEADER["properties"] |= {
+    "inputs": {"type": "object"},
     "connection": _or_none(CONNECTION),
     "limits": {"type": "object", "additionalProperties": _or_none(NUMBER)},
     "named": {"type": "object", "additionalProperties": TEXTS},
     "profile": {**NAMED, "properties": {**NAMED["properties"], "values": {"type": "object"}}},
 }
-"""A JSON Schema; older records lack connection, heading, a project's names, profile values."""
+"""A JSON Schema; older records lack connection, heading, inputs, names, profile values."""
 
 
 def misfit(header: Mapping[str, Any]) -> str | None:

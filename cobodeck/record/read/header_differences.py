@@ -9,6 +9,7 @@ from typing import Any
 
 from cobodeck.record.format import sha256
 from cobodeck.record.read.reader import Record
+from engine.files import written_text
 
 LEFT_OUT = {"format", "began", "command", "given", "named", "charts", "files"}
 """Entries that differ between any two runs, are redundant, or are compared separately."""
@@ -46,6 +47,8 @@ def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             continue
         if not isinstance(held, Mapping):
             yield name, held
+        elif name == "inputs":
+            yield from ((f"input {key}", written_text(value)) for key, value in held.items())
         elif {"name", "sha256"} <= set(held) <= {"name", "sha256", "values"}:
             yield name, f"{held['name']} {held['sha256']}"
             yield from held.get("values", {}).items()

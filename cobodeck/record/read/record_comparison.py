@@ -18,7 +18,7 @@ from hw import Pose2, wrap
 
 NEAR_M, NEAR_RAD = 1e-3, 1e-3
 """Poses within these tolerances count as equal, m, rad."""
-ASKED = {"chart", "scene", "robot", "user", "profile", "set", "tier", "seed", "tick_hz"}
+ASKED = {"chart", "inputs", "scene", "robot", "user", "profile", "set", "tier", "seed", "tick_hz"}
 """Figures that say what was run; the headers are compared instead."""
 COMPUTING = {"wall_s", "realtime_factor", "left_out", "missed", "overruns", "signals"}
 """Figures about the computation, not its result."""

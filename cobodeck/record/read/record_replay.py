@@ -69,7 +69,15 @@ class ReplayChecker:
     def _machine(self, arguments: Mapping[str, Any]) -> Machine:
         known, charts = self.setup.catalogue, charts_again(arguments)
         chart = charts[arguments["chart"]]
-        return Machine(chart, charts, known.interfaces, arguments["parameters"], known.types)
+        return Machine(
+            chart,
+            charts,
+            known.interfaces,
+            arguments["parameters"],
+            known.types,
+            inputs=arguments.get("inputs"),
+            around=self.setup.named_values,
+        )
 
     def failed(self, part: str, error: BaseException) -> None:
         """Do nothing; failures of parts are fed from the record."""
@@ -136,6 +144,7 @@ def written_setup(record: Record, known: Catalogue) -> Setup:
             charts,
             known,
             given.get("set", ()),
+            header.get("inputs"),
         )
     localizing = header["options"]["seed"] if ESTIMATE in header["signals"] else None
     return replace(setup, localizing=localizing)

@@ -22,9 +22,8 @@ def check_value(
     try:
         convert(value, wanted, _Names(checked, at, what))
     except WithinLiteral as mismatch:
-        name = "".join(f".{key}" if isinstance(key, str) else f"[{key}]" for key in mismatch.keys)
         place = _place_within(value, mismatch.keys, at)
-        checked.error("N09", f"{what}{name}: {mismatch}", place)
+        checked.error("N09", f"{what}{mismatch.path}: {mismatch}", place)
     except Mismatch as mismatch:
         is_parameter = isinstance(value, str) and value in checked.chart.parameters
         hint = f"`${value}` is the chart's parameter" if is_parameter else hint

@@ -41,6 +41,7 @@ from engine.files.declared.values import (
     above_0 as above_0,
     boolean as boolean,
     choice as choice,
+    example as example,
     is_name as is_name,
     number as number,
     shown as shown,
