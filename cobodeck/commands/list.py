@@ -8,9 +8,12 @@ from __future__ import annotations
 import argparse
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cobodeck.terminal import OK, show, show_json, table, terminal_width
+
+if TYPE_CHECKING:
+    from engine.chart import DataKey
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -107,9 +110,24 @@ def _charts(own: bool) -> list[dict[str, Any]]:
 
     library = load_files(chart_names(catalogue(own=own)).values())
     return [
-        {"chart": name, "outcomes": list(chart.outcomes), "file": chart.file, "about": chart.about}
+        {
+            "chart": name,
+            "inputs": [_input(key) for key in chart.inputs.values()],
+            "outcomes": list(chart.outcomes),
+            "file": chart.file,
+            "about": chart.about,
+        }
         for name, chart in library.items()
     ]
+
+
+def _input(key: DataKey) -> str:
+    """An input with its type, and its default if it has one."""
+    from engine.files import written_text
+
+    default = "none" if key.initial is None else written_text(key.initial)
+    has_default = key.has_initial or key.optional
+    return f"{key.name}: {key.type}" + (f" = {default}" if has_default else "")
 
 
 def _scenes(_own: bool) -> list[dict[str, Any]]:

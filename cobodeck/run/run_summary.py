@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from cobodeck.terminal import table
+from engine.files import written_text
 
 SHOWN = 3
 """Number of contacts and of drop-outs that are listed individually."""
@@ -27,6 +28,7 @@ def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None)
         title += "; measured, not true"
     speed = f"{f['realtime_factor']:.0f} times real time" if f["realtime_factor"] else "-"
     rows = [
+        *((("inputs", _inputs(f["inputs"])),) if f["inputs"] else ()),
         ("simulated", f"{f['sim_s']:.1f} s in {f['wall_s']:.2f} s, {speed}"),
         *(_person_rows(f) if f["tier"] and "requests" in f else ()),
         *(_robot_rows(f) if f["tier"] else ()),
@@ -38,6 +40,10 @@ def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None)
         *((("record", f["record_file"]),) if f["record_file"] else ()),
     ]
     return f"{title}\n\n{table(rows)}"
+
+
+def _inputs(inputs: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name}: {written_text(value)}" for name, value in inputs.items())
 
 
 def _person_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -197,8 +197,11 @@ def _apart(at_ns: int, a: Pose2 | None, b: Pose2 | None) -> tuple[int, Pose2, Po
 
 
 def _figures(a: Mapping[str, Any], b: Mapping[str, Any]) -> Iterator[Figure]:
-    one, other = (dict(_flat(found)) for found in (a, b))
-    for name in sorted({*one, *other} - ASKED):
+    one, other = (
+        dict(_flat({name: held for name, held in found.items() if name not in ASKED}))
+        for found in (a, b)
+    )
+    for name in sorted({*one, *other}):
         yield Figure(name, one.get(name), other.get(name))
 
 

@@ -65,6 +65,7 @@ DIFFERENT: dict[str, dict[str, Any]] = {
     "it had other limits than those of the connection": {"limits": {"speed": None}},
     "the profile had other values": {"profile": {"name": "p", "sha256": "v0"}},
     "it ticked at 20 Hz": {"tick_hz": 20},
+    "the chart had other inputs": {"inputs": {"goal": {"x": "1 m", "y": "2 m"}}},
 }
 
 
@@ -235,6 +236,25 @@ def test_after_a_change_it_has_to_be_simulated_again(
     assert main(RUN) == REFUSED
 
     assert "out/simulated.mcap: round.yaml has changed" in capsys.readouterr().err
+
+
+@pytest.mark.requirement(53)
+def test_it_has_to_be_simulated_with_the_same_inputs(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = CHART.replace("states:", "inputs: {limit: duration, to: any}\nstates:")
+    (folder / "round.yaml").write_text(text)
+    given = ["--in", "limit=5 s", "--in", "to=[1, up, 3 m]"]
+    assert main([*RUN, *given]) == REFUSED
+    commands = re.findall(r"^ {4}cobodeck (.*)$", capsys.readouterr().err, flags=re.M)
+
+    assert main([*shlex.split(commands[0]), "--no-project"]) == OK
+    capsys.readouterr()
+
+    assert main([*RUN, *given]) == REFUSED
+    assert "simulated: out/simulated.mcap" in capsys.readouterr().err
+    assert main([*RUN, *given[2:], "--in", "limit=6 s"]) == REFUSED
+    assert "out/simulated.mcap: the chart had other inputs" in capsys.readouterr().err
 
 
 def test_records_elsewhere_are_looked_at_where_they_are_named(

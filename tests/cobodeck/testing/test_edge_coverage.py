@@ -58,6 +58,7 @@ outcomes: [over, failed]
 states:
   park: {do: ParkArm, next: {parked: .over, failed: .failed}}
 """
+INPUTS = {"haptic": {"since": 0, "deep": {"x": "1 m", "y": "2 m", "z": "1 m"}}}
 
 
 def edges_taken(sim: ChartTester) -> set[str]:
@@ -91,7 +92,7 @@ def test_every_edge_is_taken_by_the_script_that_exploration_has_found_for_it(
     for event, script in list(explore(machine).moves.items())[::4]:
         if any(outcome in ("timeout", "error") for step in script for _, outcome in step):
             continue
-        sim.start(name)
+        sim.start(name, inputs=INPUTS.get(name))
         sim.tick(2)
         for step in script:
             for path, outcome in step:

@@ -110,7 +110,8 @@ def test_a_series_wakes_a_state_that_waits_for_news(watching: ChartTester) -> No
 
 
 def test_several_samples_of_an_event_may_come_with_one_tick(sim: ChartTester) -> None:
-    sim.start("haptic", real=["Released"])
+    deep = {"x": "1 m", "y": "2 m", "z": "1 m"}
+    sim.start("haptic", real=["Released"], inputs={"since": 0, "deep": deep})
     before = sim.run.board.inlets["vr.release"].evaluated
 
     sim.signal("vr.release", True)

@@ -2,12 +2,14 @@
 
 import math
 import re
+from pathlib import Path
 
 import pytest
 
 from cobodeck.terminal.console import Problem
 from cobodeck.testing.stub_parts import Parts
 from cobodeck.testing.testing import ChartTester
+from engine.machine.vertices import Leaf
 from hw.geometry import Pose2
 from hw.samples import UserPose
 
@@ -30,10 +32,11 @@ any:
       rest: {do: HoldProp}
     next: {there: .there, failed: .failed}
 """
+GOAL = {"goal": Pose2(1.0, 2.0, 0.5)}
 
 
 def test_leaves_do_as_the_script_says_one_outcome_after_the_other(sim: ChartTester) -> None:
-    sim.start(FETCH, script={"park": "parked", "drive": ["stuck", "arrived"]})
+    sim.start(FETCH, inputs=GOAL, script={"park": "parked", "drive": ["stuck", "arrived"]})
 
     sim.until("there", timeout=3)
 
@@ -43,13 +46,13 @@ def test_leaves_do_as_the_script_says_one_outcome_after_the_other(sim: ChartTest
 
 
 def test_scripts_name_leaves_by_path_or_class(sim: ChartTester) -> None:
-    sim.start(FETCH, script={"ParkArm": "parked", "go/drive": "arrived"})
+    sim.start(FETCH, inputs=GOAL, script={"ParkArm": "parked", "go/drive": "arrived"})
 
     sim.until("there", timeout=1)
 
 
 def test_what_the_script_leaves_out_stays_busy(sim: ChartTester) -> None:
-    sim.start(FETCH, script={"park": "parked"})
+    sim.start(FETCH, inputs=GOAL, script={"park": "parked"})
 
     sim.wait(10)
 
@@ -59,7 +62,7 @@ def test_what_the_script_leaves_out_stays_busy(sim: ChartTester) -> None:
 
 
 def test_virtual_time_passes_timeouts_at_once(sim: ChartTester) -> None:
-    sim.start(FETCH, script={"park": "parked"})
+    sim.start(FETCH, inputs=GOAL, script={"park": "parked"})
 
     sim.until("failed", timeout=21)
 
@@ -67,7 +70,7 @@ def test_virtual_time_passes_timeouts_at_once(sim: ChartTester) -> None:
 
 
 def test_a_scripted_leaf_may_raise(sim: ChartTester) -> None:
-    sim.start(FETCH, script={"park": RuntimeError("broken")})
+    sim.start(FETCH, inputs=GOAL, script={"park": RuntimeError("broken")})
 
     sim.until("error", timeout=1)
 
@@ -86,7 +89,7 @@ def test_outputs_come_with_outcomes_and_results_out_of_the_chart(sim: ChartTeste
 
 
 def test_a_real_monitor_sees_scripted_signals(sim: ChartTester) -> None:
-    sim.start(FETCH, script={"park": "parked"}, real=["FaultRaised"])
+    sim.start(FETCH, inputs=GOAL, script={"park": "parked"}, real=["FaultRaised"])
     sim.signal("stop.engaged", None)
     sim.until("drive", timeout=1)
 
@@ -107,7 +110,7 @@ def test_a_real_monitor_sees_scripted_signals(sim: ChartTester) -> None:
 def test_a_signal_of_another_type_fails_the_test(
     sim: ChartTester, name: str, value: object, wrong: str
 ) -> None:
-    sim.start(FETCH, real=["fault"])
+    sim.start(FETCH, inputs=GOAL, real=["fault"])
 
     with pytest.raises(AssertionError, match=re.escape(f"signal {name!r}: {wrong}")):
         sim.signal(name, value)
@@ -130,7 +133,7 @@ def test_a_real_action_gets_stand_ins_for_its_parts(sim: ChartTester, parts: Par
 
 
 def test_until_takes_a_condition(sim: ChartTester) -> None:
-    sim.start(FETCH, script={"park": "parked"})
+    sim.start(FETCH, inputs=GOAL, script={"park": "parked"})
 
     sim.until(lambda: sim.now > 2.0, timeout=3)
 
@@ -212,23 +215,29 @@ def test_on_the_robot_the_script_takes_over_single_leaves(sim: ChartTester) -> N
 
 MISTAKES = [
     (
-        lambda sim: sim.start(FETCH, script={"drve": "arrived"}),
+        lambda sim: sim.start(FETCH, inputs=GOAL, script={"drve": "arrived"}),
         "no leaf 'drve'.*'go/drive'|'drive'",
     ),
-    (lambda sim: sim.start(FETCH, script={"drive": "arived"}), "did you mean 'arrived'"),
-    (lambda sim: sim.start(FETCH, real=["Parkarm"]), "did you mean 'ParkArm'"),
-    (lambda sim: sim.start(FETCH).until("drve"), "no node 'drve'.*'drive'"),
     (
-        lambda sim: sim.start(FETCH).until("there", timeout=1),
+        lambda sim: sim.start(FETCH, inputs=GOAL, script={"drive": "arived"}),
+        "did you mean 'arrived'",
+    ),
+    (lambda sim: sim.start(FETCH, inputs=GOAL, real=["Parkarm"]), "did you mean 'ParkArm'"),
+    (lambda sim: sim.start(FETCH, inputs=GOAL).until("drve"), "no node 'drve'.*'drive'"),
+    (
+        lambda sim: sim.start(FETCH, inputs=GOAL).until("there", timeout=1),
         "not reached within 1 s, .*active:  f",
     ),
-    (lambda sim: sim.start(FETCH).signal("user.pos", 1), "no signal 'user.pos'"),
-    (lambda sim: sim.start(FETCH).assert_path("drive"), "expected drive\n.*got nothing"),
+    (lambda sim: sim.start(FETCH, inputs=GOAL).signal("user.pos", 1), "no signal 'user.pos'"),
+    (
+        lambda sim: sim.start(FETCH, inputs=GOAL).assert_path("drive"),
+        "expected drive\n.*got nothing",
+    ),
     (lambda sim: sim.start(FETCH.replace("ParkArm", "Park")), "no state class 'Park'"),
     (lambda sim: sim.tick(), "start a chart first"),
     (lambda sim: sim.signal("stop.engaged", None), "start a chart first"),
     (
-        lambda sim: sim.start(FETCH, signals={"stop.engaged": 5}),
+        lambda sim: sim.start(FETCH, inputs=GOAL, signals={"stop.engaged": 5}),
         "'stop.engaged': its value is 5 .int.; wanted: str",
     ),
     (
@@ -247,3 +256,78 @@ def test_mistakes_in_a_test_are_named(sim: ChartTester, mistake: object, message
 def test_a_chart_that_is_not_there_is_named(sim: ChartTester) -> None:
     with pytest.raises(Problem, match="did you mean 'chase'"):
         sim.start("chasse")
+
+
+SERVE = """
+chart: serve
+outcomes: [there, failed]
+inputs:
+  goal: Pose2
+  back: {type: Pose2, default: {place: west}}
+  often: {type: integer, default: 2}
+states:
+  go:
+    do: DriveTo
+    in: {goal: goal}
+    next: {arrived: home, no_path: home, stuck: home, lost: home}
+  home:
+    do: DriveTo
+    in: {goal: back}
+    next: {arrived: .there, no_path: .failed, stuck: .failed, lost: .failed}
+"""
+
+
+def given_to(sim: ChartTester, path: str) -> object:
+    leaf = sim.run.machine.vertices[path]
+    assert isinstance(leaf, Leaf)
+    return sim.run.life.inputs_of(leaf)["goal"]
+
+
+@pytest.mark.parametrize(
+    "goal",
+    [
+        Pose2(2.5, 5.0),
+        {"x": "2.5 m", "y": 5},
+        {"place": "west"},
+        {"x": 2.5, "y": 5, "yaw": "0 deg"},
+    ],
+)
+def test_inputs_are_given_as_in_a_chart_or_as_values(sim: ChartTester, goal: object) -> None:
+    sim.start(SERVE, inputs={"goal": goal})
+    sim.tick()
+
+    assert given_to(sim, "go") == given_to(sim, "home") == Pose2(2.5, 5.0)
+
+
+def test_on_the_simulated_robot_places_are_those_of_the_scene(
+    sim: ChartTester, tmp_path: Path
+) -> None:
+    file = tmp_path / "serve.yaml"
+    file.write_text(SERVE)
+
+    sim.start(str(file), scene="lab_a", inputs={"goal": {"place": "center"}})
+    sim.tick()
+
+    assert given_to(sim, "go") == Pose2(5.55, 5.05, 1.571)
+    with pytest.raises(Problem, match="goal: there is no place 'north_east' here"):
+        sim.start(str(file), scene="lab_a", inputs={"goal": {"place": "north_east"}})
+    with pytest.raises(AssertionError, match=r"serve needs input 'goal' .*inputs={'goal': …}"):
+        sim.start(str(file), scene="lab_a")
+
+
+WRONG_INPUTS = {
+    "goal: 3 is not a Pose2": {"goal": 3},
+    "goal: nothing given": {"goal": None},
+    "goal.x: '2 s' is a duration; wanted: a length": {"goal": {"x": "2 s", "y": 1}},
+    "goal: there is no place 'moon' here; allowed: center": {"goal": {"place": "moon"}},
+    "it has no input 'gaol'; did you mean 'goal'": {"gaol": 1},
+    "often: 2.5 is not a whole number": {"goal": {"x": 1, "y": 2}, "often": 2.5},
+    "serve needs input 'goal' (a Pose2, {x: …, y: …, yaw: …} or {place: …}); "
+    "start it with inputs={'goal': …}": {},
+}
+
+
+@pytest.mark.parametrize("message", WRONG_INPUTS)
+def test_inputs_that_are_wrong_or_missing_are_named(sim: ChartTester, message: str) -> None:
+    with pytest.raises(AssertionError, match=re.escape(message)):
+        sim.start(SERVE, inputs=WRONG_INPUTS[message])

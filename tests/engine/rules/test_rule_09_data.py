@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from enum import Enum
 from typing import NamedTuple
 
+import pytest
+
+from engine.chart.load import load_text
+from engine.files.declared.values import Mismatch
+from engine.interfaces import interface
+from engine.machine.machine import Machine
+from engine.machine.named_values import NamedValues
+from engine.run.chart_run import ChartRun
 from engine.state import Action
+from tests.engine.conftest import Use
 from tests.engine.rules.charts import DATA
 
 
@@ -132,6 +142,53 @@ def test_rule_9_what_can_be_changed_is_refused_inside_a_tuple_too(bench):
     b.end("give", "done", value=(1.0, (2.0, [3.0])))
     b.tick()
     assert b.records("error") == [("error", "give", "TypeError")]
+
+
+INPUTS = """
+chart: c
+inputs:
+  start: number
+  far: {type: length, default: 2 m}
+  near: {type: length | none, default: none}
+  name: {type: text, default: none}
+outcomes: [x]
+states:
+  use: {do: Use, in: {value: start}, next: {done: .x, failed: .x, other: .x}}
+"""
+
+
+def given(**inputs):
+    library = load_text(INPUTS)
+    assert not library.findings
+    states = {"Use": interface(Use)}
+    around = NamedValues({"profile.ahead": "30 cm"})
+    return Machine(library["c"], library, states, inputs=inputs, around=around)
+
+
+def test_rule_9_inputs_are_given_from_outside_as_in_a_chart():
+    run = ChartRun(given(start=4, far="$profile.ahead", near="none", name="door"))
+    run.tick(0)
+
+    assert [run.value_of(key) for key in ("start", "far", "near", "name")] == [4, 0.3, None, "door"]
+
+
+def test_rule_9_an_input_without_a_default_has_to_be_given():
+    assert given().missing == ["start"]
+    assert given(start=1).missing == []
+
+
+@pytest.mark.parametrize(
+    ("inputs", "message"),
+    [
+        ({"start": "none"}, "start: nothing given; wanted: number"),
+        ({"start": 1, "far": "2 s"}, "far: '2 s' is a duration; wanted: a length"),
+        ({"start": 1, "far": "$profile.ahed"}, "far: there is no value $profile.ahed; did you"),
+        ({"strat": 1}, "it has no input 'strat'; did you mean 'start'?"),
+    ],
+)
+def test_rule_9_inputs_that_are_wrong_are_named(inputs, message):
+    with pytest.raises(Mismatch, match=f"^{re.escape(message)}"):
+        given(**inputs)
 
 
 USED = """

@@ -5,6 +5,12 @@ from __future__ import annotations
 import pytest
 
 from engine.chart.load import load_text
+from engine.interfaces import interface
+from engine.machine.machine import Machine
+from engine.machine.named_values import NamedValues
+from engine.operator.operator import Operator
+from engine.run.chart_run import ChartRun
+from tests.engine.conftest import STATES
 from tests.engine.rules.charts import DATA, NESTED, SEQUENCE, TWO_GUARDS, Listen, listening
 
 
@@ -48,6 +54,83 @@ def test_rule_11_a_replacement_that_commands_a_part_which_is_missing_is_refused(
     assert replaced(b, SEQUENCE.replace("b: {do: Do,", "b: {do: Drive,"))[0] == [
         "'b' commands 'base', which this run does not have"
     ]
+
+
+READER = """
+chart: c
+inputs: {start: number, by: {type: number, default: 1}}
+outcomes: [x]
+any:
+  use: {do: Use, in: {value: start}, next: {done: .x, failed: .x, other: .x}}
+"""
+
+
+def begun(text, **inputs):
+    """A run of one chart with inputs, before its first tick."""
+    library = load_text(text)
+    assert not library.findings
+    states = {cls.__name__: interface(cls) for cls in STATES}
+    return ChartRun(Machine(library["c"], library, states, inputs=inputs)), library
+
+
+def test_rule_11_a_run_keeps_its_inputs_through_a_replacement():
+    run, _ = begun(READER.replace("any:", "states:"), start=4.0)
+    run.tick(0)
+    new = load_text(
+        READER.replace("any:", "states:").replace("{done: .x", "{done: twice")
+        + "  twice: {do: Use, in: {value: start}, next: {done: .x, failed: .x, other: .x}}\n"
+    )
+
+    assert Operator(run).replace(run.machine.changed(new["c"], new)) == []
+    run.tick(10**8)
+    assert run.machine.inputs == {"start": 4.0}
+    assert run.active == ["twice"]
+    assert run.life.inputs_of(run.machine.vertices["twice"]) == {"value": 4.0}
+
+
+def test_rule_11_a_replacement_that_needs_an_input_more_is_refused():
+    run, _ = begun(READER, start=4.0)
+    more = load_text(READER.replace("by: {type: number, default: 1}", "more: number"))
+    machine = run.machine.changed(more["c"], more)
+
+    assert machine.missing == ["more"]
+    assert Operator(run).replace(machine) == ["input 'more' of 'c' has no value"]
+    run.tick(0)
+    assert Operator(run).replace(machine) == ["input 'more' of 'c' has no value"]
+
+
+def test_rule_11_a_run_that_has_begun_has_its_inputs_itself():
+    run, library = begun(READER, start=4.0)
+    states = run.machine.interfaces
+    without = Machine(library["c"], library, states)
+
+    assert Operator(run).replace(without) == ["input 'start' of 'c' has no value"]
+    run.tick(0)
+    assert Operator(run).replace(without) == []
+    run.tick(10**8)
+    assert run.value_of("start") == 4.0
+
+
+def test_rule_11_values_that_names_stand_for_do_not_change_in_what_runs():
+    text = READER.replace("in: {value: start}", "in: {value: $profile.speed}")
+    library = load_text(text)
+    states = {cls.__name__: interface(cls) for cls in STATES}
+    slow, fast = (
+        Machine(
+            library["c"],
+            library,
+            states,
+            inputs={"start": 1},
+            around=NamedValues({"profile.speed": speed}),
+        )
+        for speed in (1.0, 2.0)
+    )
+    run = ChartRun(slow)
+    run.tick(0)
+
+    assert Operator(run).replace(slow.changed(library["c"], library)) == []
+    [refused] = Operator(run).replace(fast)
+    assert refused.startswith("'use' is active and differs")
 
 
 def test_rule_11_new_children_of_an_active_any_are_entered_next_tick(bench):

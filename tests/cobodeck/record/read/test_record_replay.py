@@ -29,7 +29,6 @@ from cobodeck.setup.options import Options
 from cobodeck.setup.setup import Setup, open_setup
 from cobodeck.terminal.console import Problem
 from engine.files.text import noting
-from engine.machine.machine import Machine
 from engine.operator.operator import Operator
 from engine.run.chart_run import ChartRun
 from hw.sim.sim_arm import SimArm
@@ -139,8 +138,7 @@ def lock(operator: Operator, run: ChartRun, setup: Setup) -> object:
 
 
 def other_machine(operator: Operator, run: ChartRun, setup: Setup) -> object:
-    known = setup.catalogue
-    return operator.replace(Machine(setup.chart, setup.library, known.interfaces, {}, known.types))
+    return operator.replace(run.machine.changed(setup.chart, setup.library))
 
 
 def granted(*times: float) -> dict[float, Act]:
