@@ -103,6 +103,7 @@ def test_shipped_states_wait_for_all_that_they_look_at(
             "chart: c\noutcomes: [x]\ninputs: {deep: Pose3}\n"
             f"states:\n  a: {{{kind}: {name}, in: {{{deep}}}, next: {{{ways}}}}}\n",
             real=["a"],
+            inputs={"deep": {"x": 0, "y": 0, "z": 0}},
         )
         sim.tick(2)
     assert watched.forgotten == {}
