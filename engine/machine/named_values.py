@@ -41,6 +41,8 @@ class ParameterValues(Resolver):
                 near = did_you_mean(reference.name, constants)
                 raise Mismatch(f"there is no value ${reference.name}; {near}")
             return convert(constants[reference.name], wanted, self)
+        if reference.name not in self.known:
+            return super().reference(reference, wanted)
         return convert(self.known[reference.name], wanted, self)
 
     def named(self, kind: str, name: str) -> Any:

@@ -93,7 +93,10 @@ class Operator:
         return self._answer(path, granted=False)
 
     def replace(self, machine: Machine) -> list[str]:
-        """Continue with another chart; returns the reasons if that is impossible, else []."""
+        """Continue with another chart; returns the reasons if that is impossible, else [].
+
+        `Machine.changed` makes one that is given all that the present one was given.
+        """
         found = obstacles(self._run, machine)
         if not found:
             self._run.command(Replace(machine))

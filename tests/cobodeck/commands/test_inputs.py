@@ -86,6 +86,7 @@ WRONG = {
     "--in 'goal={x: 1 m}'": "goal: 'y' missing; wanted: {x: …, y: …, yaw: …} or {place: …}",
     "--in 'goal={x: 1 kg, y: 2}'": "goal.x: '1 kg' is a mass; wanted: a length, in mm, cm, m, km",
     "--in 'goal={x: $profile.chase.iner, y: 2}'": "goal.x: there is no value $profile.chase.iner",
+    "--in goal='$far'": "goal: $far stands for nothing here; write a value of type Pose2",
     "--in 'goal={place: east}' --in limit=2m": "limit: '2m' is a length; wanted: a duration",
     "--in 'goal={place: east}' --in goal=1": "--in goal=1: 'goal' is given twice",
 }
