@@ -19,7 +19,10 @@ from engine.interfaces import (
     interface as interface,
 )
 from engine.literals import (
+    Constant as Constant,
+    ConstantMismatch as ConstantMismatch,
     OpenName as OpenName,
+    constants_in as constants_in,
     convert as convert,
     description_of as description_of,
 )

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import inspect
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import is_dataclass
 from enum import Enum
 from functools import cache
@@ -33,6 +33,13 @@ class Reference(NamedTuple):
 
     def __str__(self) -> str:
         return f"${self.name}"
+
+
+class Constant(NamedTuple):
+    """A value from outside of all charts, as written there, and where it comes from."""
+
+    value: Any
+    origin: str = ""
 
 
 class OpenName(NamedTuple):
@@ -82,6 +89,14 @@ class WithinLiteral(Mismatch):
         return "".join(f".{key}" if isinstance(key, str) else f"[{key}]" for key in self.keys)
 
 
+class ConstantMismatch(Mismatch):
+    """A mismatch of the constant `name`."""
+
+    def __init__(self, message: str, name: str) -> None:
+        super().__init__(message)
+        self.name = name
+
+
 class WrittenField(NamedTuple):
     """A field of a class whose values charts can write."""
 
@@ -115,6 +130,32 @@ def convert(value: Any, wanted: Type, by: Resolver = OPEN) -> Any:
     if reader is not None:
         return reader(value)
     return whole(value) if wanted.name == "integer" else number(value, wanted.name)
+
+
+def constant_of(
+    name: str, constants: Mapping[str, Constant], wanted: Type, by: Resolver = OPEN
+) -> Any:
+    """The value of a constant, which has to be there, of the type `wanted`.
+
+    Raises:
+        ConstantMismatch: it is of another type.
+    """
+    value, origin = constants[name]
+    try:
+        return convert(value, wanted, by)
+    except Mismatch as mismatch:
+        shown_origin = f" ({origin})" if origin else ""
+        raise ConstantMismatch(f"${name}{shown_origin}: {mismatch}", name) from None
+
+
+def constants_in(value: Any) -> Iterator[str]:
+    """The names of the constants in a value as written in a chart."""
+    if isinstance(value, Reference):
+        if value.is_constant:
+            yield value.name
+    elif isinstance(value, Mapping | list | tuple):
+        for item in value.values() if isinstance(value, Mapping) else value:
+            yield from constants_in(item)
 
 
 def can_be_written(kind: Type) -> bool:
@@ -221,6 +262,8 @@ def _field(
 def _inside(value: Any, wanted: Type, by: Resolver, key: str | int) -> Any:
     try:
         return convert(value, wanted, by)
+    except ConstantMismatch:
+        raise
     except WithinLiteral as mismatch:
         raise WithinLiteral(str(mismatch), key, *mismatch.keys) from None
     except Mismatch as mismatch:

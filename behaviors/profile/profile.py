@@ -6,35 +6,38 @@
     safety: …           # SafetySettings
     plant: …            # PlantSettings, of simulated robots
     navigation: …       # states.environment.environment.Navigation
-    user: …  escape: …  chase: …  haptic: …      # behaviors.profile.settings.Settings
+    user: …  escape: …  chase: …  haptic: …  inform: …   # behaviors.profile.settings.Settings
     charts: {chase: {patience: 20 s}}            # parameters of charts, in place of their defaults
 
-Values may have units, as in charts. All sections but `charts` have to be complete, in the file
-itself or together with its `base` (`profile_layers.py`).
+Values may have units, as in charts, and charts pick them by name, as `$profile.escape.ahead`. All
+sections but `charts` have to be complete, in the file itself or together with its `base`
+(`profile_layers.py`).
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from behaviors.profile.profile_layers import FOLDER, layered
+from behaviors.profile.chart_constants import PREFIX, missing_constants
+from behaviors.profile.profile_layers import FOLDER, SET, layered
 from behaviors.profile.settings import (
     ChaseSettings,
     EscapeSettings,
     HapticSettings,
+    InformSettings,
     PlantSettings,
     RobotSettings,
     SafetySettings,
     Settings,
     UserSettings,
 )
-from engine import builtin_types, convert
-from engine.chart import Chart
+from engine import Constant, ConstantMismatch, builtin_types, convert
+from engine.chart import Chart, Parameter, Reference
 from engine.files import CODE, FileError, Finding, Place
 from engine.files.declared import (
     Fault,
@@ -112,38 +115,77 @@ class Profile:
             governor=self.safety.governor,
         )
 
-    def apply(self, library: Mapping[str, Chart]) -> dict[str, Chart]:
+    @cached_property
+    def constants(self) -> dict[str, Constant]:
+        """The values by the names that charts pick them by, such as `profile.escape.ahead`."""
+        return {PREFIX + key: Constant(v, self.origin(key)) for key, v in self.values.items()}
+
+    def origin(self, key: str) -> str:
+        """Where the value of a key is written: `tuned: chase.inner` or `--set chase.inner=2 m`."""
+        file = self.places[key].file
+        return file if file.startswith(SET) else f"{Path(file).stem}: {key}"
+
+    def apply(
+        self, library: Mapping[str, Chart], used: Collection[str] | None = None
+    ) -> dict[str, Chart]:
         """The charts with this profile's values as defaults of their parameters.
 
-        Charts that the profile does not name stay as they are; its values for parameters that a
-        chart does not have are ignored.
+        They are those of its section `charts`, and those that charts pick by name. Values for
+        parameters that a chart does not have are ignored. Of charts that are not `used` what they
+        pick may be missing; None: all are used.
 
         Raises:
-            FileError: values that do not have the types of their parameters.
+            FileError: values that do not have the types of their parameters, or are missing.
         """
-        applied = gather(partial(self._applied, chart) for chart in library.values())
+        applied = gather(
+            partial(self._applied, chart, used is None or name in used)
+            for name, chart in library.items()
+        )
         return dict(zip(library, applied, strict=True))
 
-    def _applied(self, chart: Chart) -> Chart:
-        values = self.charts.get(chart.name, {})
-        given = sorted(values.keys() & chart.parameters.keys())
-        gather(partial(self._check, chart, name, values[name]) for name in given)
-        parameters = {
-            name: dataclasses.replace(parameter, default=values[name], required=False)
-            if name in values
-            else parameter
-            for name, parameter in chart.parameters.items()
-        }
-        return dataclasses.replace(chart, parameters=parameters)
+    def _applied(self, chart: Chart, is_used: bool) -> Chart:
+        parameters = gather(
+            partial(self._with_value, chart, parameter) for parameter in chart.parameters.values()
+        )
+        applied = dataclasses.replace(chart, parameters={p.name: p for p in parameters})
+        missing = tuple(missing_constants(applied, self.constants, self.name)) if is_used else ()
+        if missing:
+            raise FileError(missing)
+        return applied
 
-    def _check(self, chart: Chart, name: str, value: Any) -> None:
-        wanted = builtin_types().get(chart.parameters[name].type)
+    def _with_value(self, chart: Chart, parameter: Parameter) -> Parameter:
+        """A parameter with this profile's value, if it has one, as its default."""
+        key = f"charts.{chart.name}.{parameter.name}"
+        own, picked = self.charts.get(chart.name, {}), parameter.default
+        if parameter.name in own:
+            default = own[parameter.name]
+        elif isinstance(picked, Reference) and picked.name in self.constants:
+            key, default = picked.name.removeprefix(PREFIX), self.constants[picked.name].value
+        else:
+            return parameter
+        wanted = builtin_types().get(parameter.type)
         try:
             if wanted is not None:
-                convert(value, wanted)
+                convert(default, wanted)
         except Mismatch as mismatch:
-            key = f"charts.{chart.name}.{name}"
             raise FileError([self.finding(key, str(mismatch))]) from None
+        return dataclasses.replace(
+            parameter, default=default, required=False, origin=self.origin(key)
+        )
+
+    def chart_values(self, library: Mapping[str, Chart]) -> dict[str, Constant]:
+        """What the section `charts` says of the parameters of these charts, as `chase.near`."""
+        return {
+            f"{chart}.{name}": Constant(value, self.origin(f"charts.{chart}.{name}"))
+            for chart, values in self.charts.items()
+            if chart in library
+            for name, value in values.items()
+            if name in library[chart].parameters
+        }
+
+    def refused(self, mismatch: ConstantMismatch) -> Finding:
+        """The mistake in the value that a chart picks by name."""
+        return Finding(CODE, str(mismatch), self.places[mismatch.name.removeprefix(PREFIX)])
 
     def finding(self, key: str, message: str, hint: str = "") -> Finding:
         """A mistake in the value of a key, by its dotted name."""
@@ -187,6 +229,8 @@ class ProfileFile:
     """The behaviour Chase."""
     haptic: HapticSettings
     """The behaviour Haptic."""
+    inform: InformSettings = field(default_factory=InformSettings)
+    """The behaviour Inform."""
     localization: Localization = "combined"
     """Scan matching with particles, filter and trackers combined; or AMCL alone."""
     charts: Mapping[str, Mapping[str, Item]] = field(default_factory=dict)
@@ -212,7 +256,7 @@ def _profile(item: Item, sets: tuple[str, ...]) -> Profile:
         plant=read.plant,
         navigation=read.navigation,
         localization=read.localization,
-        settings=Settings(user=read.user, escape=read.escape, chase=read.chase, haptic=read.haptic),
+        settings=Settings(read.user, read.escape, read.chase, read.haptic, read.inform),
         charts={
             chart: {name: value.value for name, value in values.items()}
             for chart, values in read.charts.items()

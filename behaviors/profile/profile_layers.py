@@ -24,6 +24,8 @@ from engine.files.declared import Item, find_file, load_yaml, merged, single
 FOLDER = Path(__file__).parent.parent.parent / "charts" / "profiles"
 HEAD = ("profile", "about", "base")
 """Keys that describe one file; they are not inherited, and `KEY=VALUE` cannot set them."""
+SET = "--set "
+"""What the places of single values on top begin with, in place of a file."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """All parameters of the four behaviours, by name; a profile gives their values.
 
-Nothing here has a default, so that no value hides in the code. Ranges are wide: they exclude
+No value hides in the code: what only charts pick by name may be missing in older profiles, and is
+then told to whoever picks it; nothing else has a default. Ranges are wide: they exclude
 mistakes (36 rad for 36 deg, a negative inflation), not unwise values. The wiring provides one
 `Settings` as the constant signal `settings`.
 """
@@ -73,6 +74,8 @@ class RobotSettings:
     arm_approach: Annotated[tuple[ApproachLength, ...], Count(1, 9)] | None = APPROACH
     """Lengths of the line on which the prop comes to a DEEP, tried in this order; null: it comes
     straight from anywhere."""
+    arm_parking: Annotated[Duration, above_0(600.0)] | None = None
+    """Charts give up parking the arm after this long."""
 
     def parked(self, arm: str) -> Six | None:
         """Joint angles in which this arm is folded; None: those of the robot's prop."""
@@ -225,6 +228,16 @@ class ChaseSettings:
     many of response; 0: places are weighed by the response alone."""
     stays: bool
     """Without a free place the robot stays where it is; else Chase fails."""
+    room: Annotated[Length, Range(0.0, 10.0)] | None = None
+    """The chart keeps this far from a walking user; 0: it leaves that to Escape."""
+    band: Annotated[Length, above_0(10.0)] | None = None
+    """… but no farther than this."""
+    near: Annotated[Length, above_0(10.0)] | None = None
+    """A user who is followed has been caught up with at this distance."""
+    ahead: Annotated[Duration, Range(0.0, 10.0)] | None = None
+    """The user is followed by where they will be after so long."""
+    cornered: Annotated[Duration, Range(0.0, 600.0)] | None = None
+    """Chase ends when the robot has been in a zone without a way out for so long; 0: never."""
 
     def faults(self) -> Iterator[Fault]:
         """Invalid combinations of values, each with its key."""
@@ -275,6 +288,18 @@ class HapticSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class InformSettings:
+    """How long the robot is shown to the user."""
+
+    least: Annotated[Duration, Range(0.0, 600.0)] | None = None
+    """So long at least."""
+    cornered: Annotated[Duration, Range(0.0, 600.0)] | None = None
+    """So long at least if it could not drive off when that began."""
+    until_clear: bool | None = None
+    """And until both zones are clear, or there is a way out of them."""
+
+
+@dataclass(frozen=True, slots=True)
 class Settings:
     """All parameters of the behaviours."""
 
@@ -282,3 +307,4 @@ class Settings:
     escape: EscapeSettings
     chase: ChaseSettings
     haptic: HapticSettings
+    inform: InformSettings = field(default_factory=InformSettings)

@@ -10,26 +10,46 @@ import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal import OK, show, show_json, table, terminal_width
+from cobodeck.setup import PROFILE
+from cobodeck.terminal import OK, Problem, profile, show, show_json, table, terminal_width
+from engine.draw import value_text
+from engine.files import did_you_mean
 
 if TYPE_CHECKING:
-    from engine.chart import DataKey
+    from engine.chart import DataKey, Parameter
+
+LONGEST = 100
+"""Columns of the entry of a single thing where there is no terminal."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("kind", choices=tuple(_LISTS), metavar="KIND", help=", ".join(_LISTS))
+    parser.add_argument("name", nargs="?", metavar="NAME", help="only what has this name")
+    profile(parser, PROFILE)
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the list."""
-    found = _LISTS[args.kind](args.own)
+    found = _LISTS[args.kind](args)
+    if args.name is not None:
+        found = _named(args.name, args.kind, found)
     if args.json:
         show_json(found)
+    elif args.name is not None:
+        show("\n".join(_entry(item, terminal_width() or LONGEST) for item in found))
     elif found:
         show(listing(found, terminal_width()))
     return OK
+
+
+def _named(name: str, kind: str, found: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The item of this name, which is the first field of each."""
+    items = {next(iter(item.values())): item for item in found}
+    if name not in items:
+        raise Problem(f"no {name!r} among the {kind}; {did_you_mean(name, items)}")
+    return [items[name]]
 
 
 def listing(items: Sequence[Mapping[str, Any]], width: int | None) -> str:
@@ -39,17 +59,19 @@ def listing(items: Sequence[Mapping[str, Any]], width: int | None) -> str:
     found = table([heads, *rows])
     if width is None or max(map(len, found.splitlines())) <= width:
         return found
-    return "\n".join(_entry(dict(zip(heads, row, strict=True)), width) for row in rows)
+    return "\n".join(_entry(item, width) for item in items)
 
 
-def _entry(item: dict[str, str], width: int) -> str:
+def _entry(item: Mapping[str, Any], width: int) -> str:
     """Name and description, then each non-empty field on its own lines, wrapped to `width`."""
-    about, (name, *more) = item.pop("about"), item.items()
+    name, *more = ((key, value) for key, value in item.items() if key != "about")
     column = max(len(key) for key, _ in more) + 2 if more else 0
-    pairs = [(key, value) for key, value in more if value]
-    lines = [name[1], *_wrapped(about, "    ", "    ", width)]
-    for key, value in pairs:
-        lines += _wrapped(value, f"    {key:{column}}", " " * (column + 4), width)
+    lines = [name[1], *_wrapped(item["about"], "    ", "    ", width)]
+    for key, value in more:
+        first = f"    {key:{column}}"
+        for text in _lines(value) if isinstance(value, Mapping) else filter(None, [_shown(value)]):
+            lines += _wrapped(text, first, " " * (column + 4), width)
+            first = " " * (column + 4)
     return "\n".join(lines)
 
 
@@ -60,17 +82,29 @@ def _wrapped(text: str, first: str, other: str, width: int) -> list[str]:
 
 
 def _shown(value: object) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(_lines(value))
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def _lines(parameters: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """`name: value (where it comes from)`; `name (type)` for one that has to be given."""
+    return [
+        f"{name} ({one['type']})"
+        if one["required"]
+        else f"{name}: {one['value']}" + (f" ({one['origin']})" if one["origin"] else "")
+        for name, one in parameters.items()
+    ]
 
 
 def _first_line(text: str) -> str:
     return text.strip().partition("\n")[0]
 
 
-def _states(own: bool) -> list[dict[str, Any]]:
+def _states(args: argparse.Namespace) -> list[dict[str, Any]]:
     from cobodeck.project import catalogue
 
-    known = catalogue(own=own)
+    known = catalogue(own=args.own)
     return [
         {
             "state": name,
@@ -87,11 +121,11 @@ def _states(own: bool) -> list[dict[str, Any]]:
     ]
 
 
-def _signals(own: bool) -> list[dict[str, Any]]:
+def _signals(args: argparse.Namespace) -> list[dict[str, Any]]:
     from cobodeck.project import catalogue
     from cobodeck.setup import open_setup
 
-    declared = open_setup(known=catalogue(own=own)).signals
+    declared = open_setup(known=catalogue(own=args.own)).signals
     return [
         {
             "signal": signal.name,
@@ -104,20 +138,23 @@ def _signals(own: bool) -> list[dict[str, Any]]:
     ]
 
 
-def _charts(own: bool) -> list[dict[str, Any]]:
+def _charts(args: argparse.Namespace) -> list[dict[str, Any]]:
     from cobodeck.project import catalogue, chart_names
+    from cobodeck.setup import profile_with, with_values
     from engine.chart import load_files
 
-    library = load_files(chart_names(catalogue(own=own)).values())
+    library = load_files(chart_names(catalogue(own=args.own)).values())
+    charts = with_values(profile_with(args.profile, args.sets), library, ())
     return [
         {
             "chart": name,
             "inputs": [_input(key) for key in chart.inputs.values()],
+            "parameters": {p.name: _parameter(p) for p in chart.parameters.values()},
             "outcomes": list(chart.outcomes),
             "file": chart.file,
             "about": chart.about,
         }
-        for name, chart in library.items()
+        for name, chart in charts.items()
     ]
 
 
@@ -130,7 +167,18 @@ def _input(key: DataKey) -> str:
     return f"{key.name}: {key.type}" + (f" = {default}" if has_default else "")
 
 
-def _scenes(_own: bool) -> list[dict[str, Any]]:
+def _parameter(parameter: Parameter) -> dict[str, Any]:
+    """A parameter of a chart with the value that a run uses, and where that comes from."""
+    return {
+        "type": parameter.type,
+        "required": parameter.required,
+        "value": None if parameter.required else value_text(parameter.default, {}),
+        "origin": parameter.origin,
+        "about": parameter.about,
+    }
+
+
+def _scenes(_args: argparse.Namespace) -> list[dict[str, Any]]:
     from hw.scene import load_scene, scene_names
 
     return [
@@ -145,7 +193,7 @@ def _scenes(_own: bool) -> list[dict[str, Any]]:
     ]
 
 
-def _users(_own: bool) -> list[dict[str, Any]]:
+def _users(_args: argparse.Namespace) -> list[dict[str, Any]]:
     from hw.people.walking import MANNERS, load_script, script_names, wanderer
 
     scripts = [{"user": name, "about": load_script(name).about} for name in script_names()]
@@ -156,19 +204,19 @@ def _users(_own: bool) -> list[dict[str, Any]]:
     return [*scripts, {"user": wanderer.NAME, "about": wanderer.ABOUT}, *kinds]
 
 
-def _profiles(_own: bool) -> list[dict[str, Any]]:
+def _profiles(_args: argparse.Namespace) -> list[dict[str, Any]]:
     from behaviors.profile import load_profile, profile_names
 
     return [{"profile": name, "about": load_profile(name).about} for name in profile_names()]
 
 
-def _robots(_own: bool) -> list[dict[str, Any]]:
+def _robots(_args: argparse.Namespace) -> list[dict[str, Any]]:
     from hw.model import load_robot, robot_names
 
     return [{"robot": name, "about": load_robot(name).about} for name in robot_names()]
 
 
-def _arms(_own: bool) -> list[dict[str, Any]]:
+def _arms(_args: argparse.Namespace) -> list[dict[str, Any]]:
     from hw.model import arm_names, load_arm
 
     return [
@@ -177,7 +225,7 @@ def _arms(_own: bool) -> list[dict[str, Any]]:
     ]
 
 
-def _connections(_own: bool) -> list[dict[str, Any]]:
+def _connections(_args: argparse.Namespace) -> list[dict[str, Any]]:
     from hw.connection import connection_names, load_connection
 
     return [
@@ -192,7 +240,7 @@ def _connections(_own: bool) -> list[dict[str, Any]]:
     ]
 
 
-_LISTS: dict[str, Callable[[bool], list[dict[str, Any]]]] = {
+_LISTS: dict[str, Callable[[argparse.Namespace], list[dict[str, Any]]]] = {
     "states": _states,
     "signals": _signals,
     "charts": _charts,

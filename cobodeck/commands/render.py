@@ -1,4 +1,7 @@
-"""Draw a chart (SVG, PNG, PDF, DOT or Mermaid text), a recorded run, or a room."""
+"""Draw a chart (SVG, PNG, PDF, DOT or Mermaid text), a recorded run, or a room.
+
+A chart is drawn with the values that a run by the same profile uses.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,12 @@ import argparse
 from pathlib import Path
 
 from cobodeck.pictures import render_scene as room
-from cobodeck.project import catalogue, chart_file, load_beside
+from cobodeck.project import catalogue, chart_file, load_beside, reached
+from cobodeck.setup import profile_with, with_values
 from cobodeck.terminal import FAILED, OK, Problem, instant, is_record, show
 from engine import text
 from engine.chart import Library
-from engine.draw import FILE_FORMS, CannotRender, dot, render
+from engine.draw import FILE_FORMS, CannotRender, dot, mermaid, render
 from engine.files import did_you_mean
 
 TEXT_FORMS = ("dot", "mmd")
@@ -64,17 +68,14 @@ def _draw_chart(args: argparse.Namespace) -> int:
     shown = nodes_shown(chart.name, library, LEVELS if depth is None else depth, {})
     if shown > LARGEST:
         raise Problem(f"a picture of {shown} nodes; at most {LARGEST}, choose a smaller --depth")
-    if form == "mmd":
-        from engine.draw import mermaid
-
-        data = mermaid(chart, library, depth).encode()
-    elif form == "dot":
-        data = dot(chart, library, depth).encode()
-    else:
-        try:
-            data = render(dot(chart, library, depth), form)  # type: ignore[arg-type]
-        except CannotRender as error:
-            raise Problem(str(error), FAILED) from None
+    profile = profile_with(args.profile, args.sets)
+    charts = with_values(profile, library, reached({chart.name}, library))
+    write = mermaid if form == "mmd" else dot
+    written = write(charts[chart.name], charts, depth, constants=profile.constants)
+    try:
+        data = written.encode() if form in TEXT_FORMS else render(written, form)  # type: ignore[arg-type]
+    except CannotRender as error:
+        raise Problem(str(error), FAILED) from None
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_bytes(data)
     show(str(output))

@@ -21,7 +21,7 @@ from cobodeck.project.named_files import (
 )
 from cobodeck.project.names_in_values import (
     PLACE as PLACE,
-    constants_of as constants_of,
+    known_constants as known_constants,
     known_names as known_names,
 )
 from cobodeck.project.part_check import (

@@ -22,8 +22,9 @@ from cobodeck.project.project import Project, projects
 from cobodeck.shadowed import explained, shadows
 from cobodeck.terminal import FAILED, Problem
 from engine import Interface, State, Type, from_annotation, interface
+from engine.files import FileError
 from engine.signals import Signal, declare
-from hw import PARTS
+from hw import PARTS, Pose2
 
 MODULES = (
     "states.navigation.states",
@@ -72,6 +73,13 @@ class Catalogue:
     def signal_names(self) -> Collection[str]:
         """The names of all signals."""
         return self.signals.keys()
+
+    @cached_property
+    def places(self) -> Mapping[str, Pose2]:
+        """The places of all shipped scenes and those of projects, by name."""
+        from hw.scene import scene_names
+
+        return places_of(scene_names())
 
     @cached_property
     def signals(self) -> Mapping[str, Signal]:
@@ -149,6 +157,19 @@ def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
         modules=tuple(modules),
         doubts=tuple(doubt for module in modules for doubt in doubts_in(module)),
     )
+
+
+def places_of(scenes: Iterable[str]) -> dict[str, Pose2]:
+    """The places in these scenes by name; a scene with mistakes, which others report, has none."""
+    from hw.scene import load_scene
+
+    found: dict[str, Pose2] = {}
+    for scene in scenes:
+        try:
+            found |= load_scene(scene).places
+        except FileError:
+            continue
+    return found
 
 
 def shipped_charts() -> list[Path]:

@@ -29,6 +29,7 @@ def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None)
     speed = f"{f['realtime_factor']:.0f} times real time" if f["realtime_factor"] else "-"
     rows = [
         *((("inputs", _inputs(f["inputs"])),) if f["inputs"] else ()),
+        *_chart_values(f.get("chart_values", {})),
         ("simulated", f"{f['sim_s']:.1f} s in {f['wall_s']:.2f} s, {speed}"),
         *(_person_rows(f) if f["tier"] and "requests" in f else ()),
         *(_robot_rows(f) if f["tier"] else ()),
@@ -44,6 +45,12 @@ def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None)
 
 def _inputs(inputs: Mapping[str, Any]) -> str:
     return ", ".join(f"{name}: {written_text(value)}" for name, value in inputs.items())
+
+
+def _chart_values(values: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """The parameters of charts that have other values than the charts say."""
+    told = [f"{name}: {found['value']} ({found['origin']})" for name, found in values.items()]
+    return [("chart values" if n == 0 else "", one) for n, one in enumerate(told)]
 
 
 def _person_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -21,6 +21,7 @@ from cobodeck.evaluate import (
 )
 from cobodeck.fitness import require
 from cobodeck.loop import Clock, Loop, Wired
+from cobodeck.project import reached
 from cobodeck.run.build_run import localizing, stage
 from cobodeck.setup import Options, Setup, warm_up
 from engine.run import Raised
@@ -128,6 +129,7 @@ def figures_of(
         "user": options.user or (None if setup.scene is None else setup.scene.user),
         "profile": setup.profile.name,
         "set": list(setup.profile.sets),
+        "chart_values": _chart_values(setup),
         "small_floor": small_floor(setup) if options.tier else None,
         "mount_error": _mount_error(setup, options),
         "tier": options.tier,
@@ -155,6 +157,13 @@ def figures_of(
             for name, usage in board.usage().items()
         },
     }
+
+
+def _chart_values(setup: Setup) -> dict[str, dict[str, Any]]:
+    """Parameters of charts for which the profile or `--set` has other values than the charts."""
+    used = {name: setup.library[name] for name in reached({setup.chart.name}, setup.library)}
+    values = setup.profile.chart_values(used)
+    return {name: value._asdict() for name, value in values.items()}
 
 
 def _mount_error(setup: Setup, options: Options) -> dict[str, list[float]]:

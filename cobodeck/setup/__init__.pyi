@@ -17,6 +17,10 @@ from cobodeck.setup.options import (
     LONGEST_S as LONGEST_S,
     Options as Options,
 )
+from cobodeck.setup.run_profile import (
+    profile_with as profile_with,
+    with_values as with_values,
+)
 from cobodeck.setup.setup import (
     CHART as CHART,
     PROFILE as PROFILE,
@@ -25,7 +29,6 @@ from cobodeck.setup.setup import (
     Setup as Setup,
     Uses as Uses,
     open_setup as open_setup,
-    profile_with as profile_with,
     reachable as reachable,
 )
 from cobodeck.setup.warmup import (

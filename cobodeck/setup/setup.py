@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 from behaviors import MEASURED, signals
-from behaviors.profile import Profile, load_profile
+from behaviors.profile import Profile
 from cobodeck.fitness import require
-from cobodeck.project import PLACE, Catalogue, catalogue, constants_of, open_chart, reached
+from cobodeck.project import PLACE, Catalogue, catalogue, open_chart, reached
 from cobodeck.setup.open_scene import RunPlace, environment_at, open_place
+from cobodeck.setup.run_profile import blaming_sets, profile_with
 from cobodeck.terminal import Problem
+from engine import ConstantMismatch
 from engine.chart import Chart
 from engine.files import FileError
 from engine.files.declared import Mismatch
@@ -201,7 +202,7 @@ class Setup:
         """What names in the values of charts stand for in this run."""
         places = {} if self.scene is None else self.scene.places
         return NamedValues(
-            constants=constants_of(self.profile.values),
+            constants=self.profile.constants,
             signals=types_of(self.signals),
             named={PLACE: places},
         )
@@ -235,7 +236,7 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
     if charts is None:
         opened, charts = open_chart(chart, known)
         chart = opened.name
-        with _blaming_sets():
+        with blaming_sets():
             require("setup", profile=used_profile, library=charts)
     connection = robot if isinstance(robot, Connection) else None
     named = robot.model if isinstance(robot, Connection) else robot
@@ -248,8 +249,8 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
             require("setup", connection=connection, robot=body, place=place)
         body = connection.limits.body(body)
         used_profile = used_profile.narrowed(connection.limits)
-    with _blaming_sets():
-        applied = used_profile.apply(charts)
+    with blaming_sets():
+        applied = used_profile.apply(charts, reached({chart}, charts))
     setup = Setup(
         chart=applied[chart],
         library=applied,
@@ -269,7 +270,8 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
         inputs=inputs or {},
     )
     if not recorded:  # the states of an earlier run may be unknown here
-        _require_values(setup)
+        with blaming_sets():
+            _require_values(setup)
     return setup
 
 
@@ -277,33 +279,14 @@ def _require_values(setup: Setup) -> None:
     """Check that all values have the types that they need.
 
     Raises:
-        Problem: a value is wrong; the text names it.
+        Problem: a value is wrong; the text names it. FileError: one of the profile is.
     """
     try:
         setup.machine()
+    except ConstantMismatch as mismatch:
+        raise FileError([setup.profile.refused(mismatch)]) from None
     except Mismatch as mismatch:
         raise Problem(f"chart {setup.chart.name}: {mismatch}") from None
-
-
-def profile_with(name: str, sets: Sequence[str]) -> Profile:
-    """A profile by name or file, with the values of `--set`.
-
-    Raises:
-        Problem: a value of `sets` is wrong; FileError: the profile is.
-    """
-    with _blaming_sets():
-        return load_profile(name, sets)
-
-
-@contextmanager
-def _blaming_sets() -> Iterator[None]:
-    """Turn a FileError into a Problem if all its findings are in values of `--set`."""
-    try:
-        yield
-    except FileError as error:
-        if all(finding.place.file.startswith("--set ") for finding in error.findings):
-            raise Problem(str(error)) from None
-        raise
 
 
 def _in_place(robot: RobotModel, place: RunPlace | None) -> RobotModel:

@@ -14,3 +14,4 @@ from engine.draw.style import (
     INK as INK,
     RED as RED,
 )
+from engine.draw.wording import value_text as value_text

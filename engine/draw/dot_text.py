@@ -25,6 +25,8 @@ from engine.draw.markup import (
 )
 from engine.draw.picture import picture
 from engine.draw.style import CAUSES, FILLS, FRAME, GREY, INK, KINDS, LIT_FRAME, PAGE, RED
+from engine.draw.wording import NONE
+from engine.literals import Constant
 
 _HEADER = f"""\
   graph [compound=true, splines=true, nodesep=0.2, ranksep=0.35, pad=0.15, labeljust=l,
@@ -56,6 +58,7 @@ def dot(
     library: Mapping[str, Chart],
     depth: int | None = 0,
     active: Active | None = None,
+    constants: Mapping[str, Constant] = NONE,
 ) -> str:
     """`chart` as DOT text; the same chart gives the same text.
 
@@ -67,8 +70,10 @@ def dot(
         library: the charts it uses, by name.
         depth: how many levels of `use` are expanded; `None`: all.
         active: what to highlight.
+        constants: what `$name.name` stands for; the others are shown by their names.
     """
-    return "\n".join(_Writer(picture(chart, library, depth), active or Active()).lines()) + "\n"
+    shown = picture(chart, library, depth, constants)
+    return "\n".join(_Writer(shown, active or Active()).lines()) + "\n"
 
 
 class _Writer:

@@ -22,7 +22,8 @@ from engine.draw.chart_shapes import (
 )
 from engine.draw.picture import picture
 from engine.draw.style import CAUSES, FILLS, FRAME, GREY, INK, KINDS, RED, Cause
-from engine.draw.wording import noted
+from engine.draw.wording import NONE, noted
+from engine.literals import Constant
 
 _DASHED, _DOTTED = ",stroke-dasharray:5 3", ",stroke-dasharray:2 3"
 _CLASSES = "\n".join(
@@ -44,9 +45,14 @@ _CLASSES = "\n".join(
 WIDTH = 56  # of small letters, characters
 
 
-def mermaid(chart: Chart, library: Mapping[str, Chart], depth: int | None = 0) -> str:
+def mermaid(
+    chart: Chart,
+    library: Mapping[str, Chart],
+    depth: int | None = 0,
+    constants: Mapping[str, Constant] = NONE,
+) -> str:
     """`chart` as a Mermaid flowchart; arguments as for `engine.draw.dot_text.dot`."""
-    return "\n".join(_Writer(picture(chart, library, depth)).lines()) + "\n"
+    return "\n".join(_Writer(picture(chart, library, depth, constants)).lines()) + "\n"
 
 
 class _Writer:

@@ -20,30 +20,40 @@ from engine.draw.chart_shapes import (
 )
 from engine.draw.style import Cause
 from engine.draw.wording import (
+    NONE,
     Values,
     cause_of,
     condition_text,
     declared_by,
+    from_outside,
     notes_of,
     outcome_label,
     target_of,
     values_of,
 )
+from engine.literals import Constant
 
 Outcomes = dict[str, Cause]
 
 
-def picture(chart: Chart, library: Mapping[str, Chart], depth: int | None = 0) -> Picture:
+def picture(
+    chart: Chart,
+    library: Mapping[str, Chart],
+    depth: int | None = 0,
+    constants: Mapping[str, Constant] = NONE,
+) -> Picture:
     """The shapes and edges of `chart`.
 
     Args:
         chart: the chart.
         library: the charts it uses, by name.
         depth: how many levels of `use` are expanded; `None`: all.
+        constants: what `$name.name` stands for; the others are shown by their names.
     """
-    painter = _Painter(library)
+    painter = _Painter(library, constants)
     root = painter.root(chart, depth)
-    return Picture(root, tuple(declared_by(chart)), tuple(painter.edges), painter.passed_on)
+    declared = tuple(declared_by(chart, constants))
+    return Picture(root, declared, tuple(painter.edges), painter.passed_on)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,13 +81,13 @@ class _Member:
 class _Painter:
     """Builds shapes and edges from a chart, children first."""
 
-    def __init__(self, library: Mapping[str, Chart]) -> None:
-        self.library = library
+    def __init__(self, library: Mapping[str, Chart], constants: Mapping[str, Constant]) -> None:
+        self.library, self.constants = library, constants
         self.edges: list[Edge] = []
         self.passed_on: dict[tuple[str, str], tuple[str, str]] = {}
 
     def root(self, chart: Chart, depth: int | None) -> BoxShape:
-        scope = _Scope(values_of(chart, {}, {}), depth, (chart.name,))
+        scope = _Scope(values_of(chart, {}, self.constants), depth, (chart.name,))
         members = self.members(chart.root, "", scope)
         labels = _own_outcomes(chart.root, chart.root, members, scope.values)
         for outcome in chart.outcomes:
@@ -111,7 +121,7 @@ class _Painter:
             pins = _pins(node, path, labels, node.next)
             return _Member(node, replace(leaf, pins=pins), labels, node.next)
         else:
-            notes = (target_of(node), *notes)
+            notes = (target_of(node), *notes, *from_outside(used, node.parameters))
             body = used.root
             depth = None if scope.depth is None else scope.depth - 1
             values = values_of(used, node.parameters, scope.values)

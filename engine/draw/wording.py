@@ -9,23 +9,31 @@ from typing import Any, TypeVar
 from engine.chart import Chart, DataKey, Node, Parameter, Reference, Rule
 from engine.draw.chart_shapes import OutcomeLabel
 from engine.draw.style import Cause
+from engine.literals import Constant, constants_in
 
 Values = Mapping[str, Any]
-"""Values of a chart's parameters, without those that are not known."""
+"""Values of a chart's parameters by name, without those that are not known; and constants."""
+NONE: Mapping[str, Any] = {}
 LONGEST_NOTE = 52
 T = TypeVar("T")
 
 
 def values_of(chart: Chart, given: Values, outer: Values) -> dict[str, Any]:
-    """Values of a chart's parameters when used with `given`, whose references `outer` resolves."""
-    known = {name: p.default for name, p in chart.parameters.items() if not p.required}
-    return known | {name: _resolved(value, outer) for name, value in given.items()}
+    """Values of a chart's parameters when used with `given`, whose references `outer` resolves.
+
+    The constants of `outer` are known inside, too.
+    """
+    constants = {name: value for name, value in outer.items() if isinstance(value, Constant)}
+    parameters = chart.parameters.items()
+    known = {name: _resolved(p.default, constants) for name, p in parameters if not p.required}
+    return constants | known | {name: _resolved(value, outer) for name, value in given.items()}
 
 
 def _resolved(value: Any, known: Values) -> Any:
     """A value with what is known instead of references."""
     if isinstance(value, Reference):
-        return known.get(value.name, value)
+        found = known.get(value.name, value)
+        return found.value if isinstance(found, Constant) else found
     if isinstance(value, Mapping):
         return {name: _resolved(item, known) for name, item in value.items()}
     if isinstance(value, list | tuple):
@@ -33,24 +41,33 @@ def _resolved(value: Any, known: Values) -> Any:
     return value
 
 
-def declared_by(chart: Chart) -> Iterator[tuple[str, tuple[str, ...]]]:
+def declared_by(
+    chart: Chart, constants: Mapping[str, Constant] = NONE
+) -> Iterator[tuple[str, tuple[str, ...]]]:
     """What a chart declares, under headings: `name: value`, or `name (type)` without a value."""
     keys = chart.keys.values()
-    yield "parameters", tuple(map(_parameter, chart.parameters.values()))
-    yield "inputs", tuple(_key(key) for key in keys if key.is_input)
-    yield "data", tuple(_key(key) for key in keys if not key.is_input)
+    yield "parameters", tuple(_parameter(p, constants) for p in chart.parameters.values())
+    yield "inputs", tuple(_key(key, constants) for key in keys if key.is_input)
+    yield "data", tuple(_key(key, constants) for key in keys if not key.is_input)
 
 
-def _parameter(parameter: Parameter) -> str:
+def from_outside(used: Chart, given: Values) -> Iterator[str]:
+    """The parameters of a chart used with `given` whose values are not from the charts' files."""
+    for parameter in used.parameters.values():
+        if parameter.origin and parameter.name not in given:
+            yield _parameter(parameter, NONE)
+
+
+def _parameter(parameter: Parameter, constants: Values) -> str:
     if parameter.required:
         return f"{parameter.name} ({parameter.type})"
     origin = f" ({parameter.origin})" if parameter.origin else ""
-    return _given(parameter.name, parameter.default, {}) + origin
+    return _given(parameter.name, parameter.default, constants) + origin
 
 
-def _key(key: DataKey) -> str:
+def _key(key: DataKey, constants: Values) -> str:
     name = f"{key.name} ({key.type})"
-    return _given(name, key.initial, {}) if key.has_initial or key.optional else name
+    return _given(name, key.initial, constants) if key.has_initial or key.optional else name
 
 
 def target_of(node: Node) -> str:
@@ -73,7 +90,7 @@ def _notes(node: Node, values: Values) -> Iterator[str]:
     yield from _bound(keys, "←")
     yield from _bound(node.outputs, "→")
     if node.retry is not None:
-        times, wait = (value_text(value, values) for value in (node.retry.times, node.retry.wait))
+        times, wait = (_told(value, values) for value in (node.retry.times, node.retry.wait))
         after = f" after {wait}" if node.retry.wait else ""
         yield f"retry: {times} on {', '.join(node.retry.on)}{after}"
     if node.priority:
@@ -81,7 +98,8 @@ def _notes(node: Node, values: Values) -> Iterator[str]:
 
 
 def _given(name: str, value: Any, values: Values) -> str:
-    return textwrap.shorten(f"{name}: {value_text(value, values)}", LONGEST_NOTE, placeholder=" …")
+    text = f"{name}: {value_text(value, values)}"
+    return textwrap.shorten(text, LONGEST_NOTE, placeholder=" …") + _origin(value, values)
 
 
 def _bound(keys: Mapping[str, str], arrow: str) -> Iterator[str]:
@@ -96,7 +114,7 @@ def outcome_label(node: Node, outcome: str, values: Values, cause: Cause = "") -
     """An outcome with its time limit and autonomy; `cause` is that of a container's outcome."""
     text = outcome
     if outcome == "timeout" and node.timeout is not None:
-        text = f"timeout {value_text(node.timeout, values)}"
+        text = f"timeout {_told(node.timeout, values)}"
     level = node.autonomy.get(outcome)
     return OutcomeLabel(f"{text} ({level} autonomy)" if level else text, cause_of(outcome) or cause)
 
@@ -117,9 +135,21 @@ def value_text(value: Any, values: Values) -> str:
     return _text(_resolved(value, values))
 
 
+def _told(value: Any, values: Values) -> str:
+    return value_text(value, values) + _origin(value, values)
+
+
+def _origin(value: Any, values: Values) -> str:
+    """Where the constants in a value come from, in brackets."""
+    found = (values.get(name) for name in constants_in(value))
+    origins = dict.fromkeys(one.origin for one in found if isinstance(one, Constant))
+    shown = ", ".join(filter(None, origins))
+    return f" ({shown})" if shown else ""
+
+
 def _text(value: Any) -> str:
     if isinstance(value, Reference):
-        return f"${value.name}"
+        return str(value)
     if isinstance(value, Mapping):
         return ", ".join(f"{name} {_inner(item)}" for name, item in value.items())
     if isinstance(value, list | tuple):

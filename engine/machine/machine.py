@@ -15,7 +15,7 @@ from engine.chart import AUTONOMY, Chart, DataKey, Node, Parameter, start_value
 from engine.files import did_you_mean
 from engine.files.declared import Mismatch
 from engine.interfaces import Interface, bindings, python_name, resolved
-from engine.literals import Resolver, WithinLiteral, convert
+from engine.literals import ConstantMismatch, Resolver, WithinLiteral, convert
 from engine.machine.named_values import NamedValues, ParameterValues
 from engine.machine.vertices import Box, Cell, Leaf, Vertex, set_order
 from engine.types import ANY, Type, known_types
@@ -280,6 +280,8 @@ def _bindings(node: Node) -> tuple[Any, ...]:
 def _converted(name: str, value: Any, wanted: Type, by: Resolver) -> Any:
     try:
         return convert(value, wanted, by)
+    except ConstantMismatch:
+        raise
     except Mismatch as mismatch:
         path = mismatch.path if isinstance(mismatch, WithinLiteral) else ""
         raise Mismatch(f"{name}{path}: {mismatch}") from None

@@ -9,7 +9,7 @@ from typing import Any
 from engine.chart import Reference
 from engine.files import did_you_mean
 from engine.files.declared import Mismatch
-from engine.literals import OpenName, Resolver, convert
+from engine.literals import Constant, OpenName, Resolver, constant_of, convert
 from engine.types import Type
 
 
@@ -17,11 +17,11 @@ from engine.types import Type
 class NamedValues:
     """What names in values stand for: `$profile.x` in `constants`, `{place: x}` in `named`.
 
-    `constants` are as in a chart, by their whole names; `named` are values by kind and name. Where
-    `named` is None, names stay open (`engine.literals.OpenName`). `signals`: the types of signals.
+    `constants` go by their whole names; `named` are values by kind and name. Where `named` is None,
+    names stay open (`engine.literals.OpenName`). `signals`: the types of signals.
     """
 
-    constants: Mapping[str, Any] = field(default_factory=dict)
+    constants: Mapping[str, Constant] = field(default_factory=dict)
     signals: Mapping[str, Type] = field(default_factory=dict)
     named: Mapping[str, Mapping[str, Any]] | None = None
 
@@ -40,7 +40,7 @@ class ParameterValues(Resolver):
             if reference.name not in constants:
                 near = did_you_mean(reference.name, constants)
                 raise Mismatch(f"there is no value ${reference.name}; {near}")
-            return convert(constants[reference.name], wanted, self)
+            return constant_of(reference.name, constants, wanted, self)
         if reference.name not in self.known:
             return super().reference(reference, wanted)
         return convert(self.known[reference.name], wanted, self)

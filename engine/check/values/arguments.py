@@ -85,8 +85,7 @@ def _check_deadline(checked: CheckedChart, value: Any, at: Mark, *, is_timeout: 
         before = checked.deadlines.get(value.name, False)
         checked.deadlines[value.name] = is_timeout or before
         return
-    if isinstance(value, Reference):
-        value = checked.scope.around.constants.get(value.name)
+    value = _known(checked, value)
     try:
         seconds = convert(value, _DURATION)
     except Mismatch:
@@ -104,12 +103,18 @@ def _check_count(checked: CheckedChart, times: Any, at: Mark) -> None:
     if not isinstance(times, Reference):
         return
     parameter = checked.chart.parameters.get(times.name)
-    default = (
-        checked.scope.around.constants.get(times.name) if parameter is None else parameter.default
-    )
+    default = _known(checked, times if parameter is None else parameter.default)
     if type(default) is int and default < 1:
         note = ((parameter.at, "declared here"),) if parameter is not None else ()
         checked.error("S11", f"'times' is 1 or more; ${times.name} is {default}", at, "", *note)
+
+
+def _known(checked: CheckedChart, value: Any) -> Any:
+    """A value, that of a constant by its name; None for one that there is not."""
+    if not isinstance(value, Reference):
+        return value
+    constant = checked.scope.around.constants.get(value.name)
+    return None if constant is None else constant.value
 
 
 def _check_defaults(checked: CheckedChart) -> None:

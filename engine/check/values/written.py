@@ -11,7 +11,14 @@ from engine.check.callee import parameter_type
 from engine.check.checked_chart import CheckedChart
 from engine.files import Map, Mark, Seq
 from engine.files.declared import Mismatch
-from engine.literals import LATER, OpenName, Resolver, WithinLiteral, convert
+from engine.literals import (
+    LATER,
+    OpenName,
+    Resolver,
+    WithinLiteral,
+    constant_of,
+    convert,
+)
 from engine.types import ANY, Type, fits
 
 
@@ -85,7 +92,7 @@ class _Names(Resolver):
     def _constant(self, name: str, wanted: Type) -> Any:
         constants = self.checked.scope.around.constants
         if name in constants:
-            return convert(constants[name], wanted, self)
+            return constant_of(name, constants, wanted, self)
         hint = self.checked.near(name, constants)
         self.checked.error("N09", f"{self.what}: there is no value ${name}", self.at, hint)
         return LATER

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,8 @@ from behaviors.profile.profile import FOLDER, Profile, load_profile, profile_nam
 from behaviors.signal_table import signals
 from cobodeck.fitness.check_list import require
 from cobodeck.setup.setup import Uses
-from engine.chart.load import load_files
+from engine.chart.chart import Parameter, Reference
+from engine.chart.load import load_files, load_text
 from engine.files.finding import FileError
 from engine.signals.signal_kinds import declare
 from hw.model.robot import RobotModel, load_robot
@@ -24,7 +26,6 @@ from tests.behaviors.conftest import written
 
 CHARTS = FOLDER.parent
 PAPER = (FOLDER / "paper.yaml").read_text()
-CHARTS_OF_PAPER = PAPER[PAPER.index("charts:\n") :]
 
 
 def unsuited(profile: Profile, robot: RobotModel, uses: Uses | None = None) -> str:
@@ -85,16 +86,106 @@ def test_predictors_are_known_ones(profile: Profile) -> None:
     assert {*user.likely, *user.possible} <= set(PREDICTORS)
 
 
-def test_chart_parameters_of_a_profile_exist(profile: Profile) -> None:
+def test_what_the_shipped_charts_pick_is_in_the_shipped_profiles(profile: Profile) -> None:
     library = load_files(sorted(CHARTS.glob("*.yaml")))
 
-    applied = profile.apply(library)
+    applied = profile.apply(library)["chase"].parameters
 
-    for chart, values in profile.charts.items():
-        assert set(values) <= set(library[chart].parameters)
-        for name, value in values.items():
-            assert applied[chart].parameters[name].default == value
-    assert library["chase"].parameters["room"].default == "0 m"
+    assert library["chase"].parameters["room"].default == Reference("profile.chase.room")
+    assert applied["room"].default == profile.values["chase.room"]
+    assert applied["room"].origin == f"{profile.name}: chase.room"
+    assert (applied["far"].default, applied["far"].origin) == ("4 m", "")
+    assert not profile.chart_values(library)  # each of these values has one home
+
+
+PICKING = """\
+chart: picking
+parameters: {room: {type: length, default: $profile.chase.room}, far: {type: length, default: 4 m}}
+outcomes: [x]
+states: {s: {do: X, with: {a: $room, b: $far}, timeout: $profile.escape.warning, next: {d: .x}}}
+"""
+
+
+def picking(profile: Profile, text: str = PICKING, **used: Any) -> Mapping[str, Parameter]:
+    """The parameters of a chart that picks values, as a run by this profile has them."""
+    return profile.apply(load_text(text, "picking.yaml"), **used)["picking"].parameters
+
+
+def test_a_value_on_top_or_for_one_chart_goes_first_and_is_told(tmp_path: Path) -> None:
+    text = "profile: mine\nbase: tuned\ncharts: {picking: {far: 5 m, other: 1}}\n"
+    mine = load_profile(written(tmp_path, text))
+    found = picking(mine)
+    assert (found["far"].default, found["far"].origin) == ("5 m", "mine: charts.picking.far")
+    assert found["room"].origin == "tuned: chase.room"  # where it is written
+
+    sets = ["chase.room=2 m", "charts.picking.far=6 m"]
+    found = picking(load_profile("tuned", sets))
+    assert {p.default: p.origin for p in found.values()} == {
+        "2 m": "--set chase.room=2 m",
+        "6 m": "--set charts.picking.far=6 m",
+    }
+
+    found = picking(load_profile("tuned", [*sets, "charts.picking.room=1 m"]))
+    assert found["room"].origin == "--set charts.picking.room=1 m"
+
+
+def test_a_profile_tells_what_it_says_of_charts(tmp_path: Path) -> None:
+    library = load_text(PICKING)
+    mine = load_profile("tuned", ["charts={picking: {far: 5 m, other: 1}, absent: {far: 1 m}}"])
+    assert mine.chart_values(library) == {"picking.far": ("5 m", f"--set {mine.sets[0]}")}
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "place"),
+    [
+        ("chase.room", "chase.rom", "2:14"),
+        ("escape.warning", "escape.warnin", "4:57"),
+        ("a: $room", "a: [$profile.chase.rom]", "4:31"),
+    ],
+)
+def test_a_value_that_no_profile_has_is_told_in_the_chart(
+    right: str, wrong: str, place: str, tuned: Profile
+) -> None:
+    text = PICKING.replace(right, wrong)
+    with pytest.raises(FileError) as failure:
+        picking(tuned, text)
+
+    told = str(failure.value)
+    assert told.startswith(f"picking.yaml:{place}: "), told
+    assert "there is no value $profile." in told
+    assert "in the profile tuned; did you mean 'profile." in told
+    assert picking(tuned, text, used=())["far"].default == "4 m"
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("margin", "null", "chase.margin: nothing given; wanted: length"),
+        ("weight", None, "chase.weight: 'angle_radius' is not a length"),
+    ],
+)
+def test_a_picked_value_that_does_not_fit_is_told_with_its_place(
+    tmp_path: Path, key: str, value: str | None, message: str
+) -> None:
+    line = PAPER[: PAPER.index(f"  {key}:")].count("\n") + 1
+    mine = load_profile(written(tmp_path, PAPER))
+
+    with pytest.raises(FileError) as failure:
+        picking(mine, PICKING.replace("chase.room", f"chase.{key}"))
+
+    assert f"mine.yaml:{line}:" in str(failure.value)
+    assert message in str(failure.value)
+
+
+def test_a_profile_from_before_is_read_and_what_it_lacks_is_told(tmp_path: Path) -> None:
+    before = re.sub(r"  (arm_parking|room|band|near|cornered): .*\n|inform:(?s:.*)", "", PAPER)
+    mine = load_profile(written(tmp_path, before))
+
+    with pytest.raises(FileError, match=r"no value .profile\.chase\.room in the profile paper"):
+        picking(mine)
+
+    said = load_profile(written(tmp_path, f"{before}charts: {{picking: {{room: 1 m}}}}\n"))
+    assert picking(said)["room"].default == "1 m"
 
 
 def test_a_environment_has_the_room_the_robot_and_the_limits(profile: Profile, robot: Any) -> None:
@@ -114,7 +205,7 @@ BROKEN = [
     ("  cell: 5 cm\n", "", "the key 'cell' is missing"),
     ("view: head", "view: feet", "body, head"),
     ("safety:", "safty:", "did you mean 'safety'"),
-    (CHARTS_OF_PAPER, "charts: 3\n", "mapping"),
+    ("inform:\n", "charts: 3\ninform:\n", "mapping"),
     ("moving: 0.2 m/s", "moving: [1]", "moving"),
     ("about: The", "about: [The", "mine.yaml:"),
 ]
@@ -195,13 +286,13 @@ def test_a_value_that_cannot_be_meant_is_refused_with_its_place(
 def test_a_wrong_value_for_a_chart_is_told_with_its_place(
     tmp_path: Path, charts: str, message: str
 ) -> None:
-    file = written(tmp_path, PAPER.replace(CHARTS_OF_PAPER, f"charts: {charts}\n"))
+    file = written(tmp_path, f"{PAPER}charts: {charts}\n")
     library = load_files(sorted(CHARTS.glob("*.yaml")))
 
     with pytest.raises(FileError) as failure:
         require("validate", profile=load_profile(file), library=library)
 
-    line = PAPER[: PAPER.index(CHARTS_OF_PAPER)].count("\n") + 1
+    line = PAPER.count("\n") + 1
     assert f"mine.yaml:{line}:" in str(failure.value)
     assert message in str(failure.value)
 

@@ -55,11 +55,13 @@ def test_lists_and_plain_values_are_replaced_as_a_whole(tmp_path: Path) -> None:
     assert mine.plant.sensing.lidar == load_profile("paper").plant.sensing.lidar
 
 
-def test_parameters_of_charts_are_merged_one_by_one(tmp_path: Path, tuned: Profile) -> None:
-    (chart, given), *_ = tuned.charts.items()
-    mine = load_profile(written(tmp_path, f"{MINE}charts: {{{chart}: {{own: 3 s}}}}\n"))
+def test_parameters_of_charts_are_merged_one_by_one(tmp_path: Path) -> None:
+    below = "profile: below\nbase: tuned\ncharts: {chase: {far: 5 m, own: 4 s}}\n"
+    written(tmp_path, below, "below.yaml")
+    text = MINE.replace("base: tuned", "base: below.yaml")
+    mine = load_profile(written(tmp_path, f"{text}charts: {{chase: {{own: 3 s}}}}\n"))
 
-    assert mine.charts[chart] == {**given, "own": "3 s"}
+    assert mine.charts["chase"] == {"far": "5 m", "own": "3 s"}
 
 
 def test_a_base_may_have_a_base_and_paths_start_at_the_file(tmp_path: Path) -> None:

@@ -292,6 +292,28 @@ def test_lists_name_everything_and_say_what_it_is(
         assert str(next(iter(item.values()))) in shown
 
 
+def test_a_chart_is_listed_with_the_values_that_a_run_uses_and_where_they_come_from(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    by = ["--profile", "paper", "--set", "chase.room=2 m", "--set", "charts.chase.far=6 m"]
+    assert main(["list", "charts", "chase", *by, "--json"]) == OK
+    (chase,) = json.loads(capsys.readouterr().out)
+    assert main(["list", "charts", "chase", *by]) == OK
+    lines = [line.split("  ")[-1] for line in capsys.readouterr().out.splitlines()]
+
+    found = {name: (one["value"], one["origin"]) for name, one in chase["parameters"].items()}
+    assert found["near"] == ("3 m", "paper: chase.near")
+    assert found["room"] == ("2 m", "--set chase.room=2 m")
+    assert found["far"] == ("6 m", "--set charts.chase.far=6 m")
+    assert found["patience"] == ("20 s", "")
+    assert {"near: 3 m (paper: chase.near)", "patience: 20 s"} <= set(lines)
+
+
+def test_a_name_that_is_not_in_a_list_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", "charts", "chse"]) == USAGE
+    assert "did you mean 'chase'" in capsys.readouterr().err
+
+
 def test_scenes_are_listed_with_their_places(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list", "scenes", "--json"]) == OK
     places = {scene["scene"]: scene["places"] for scene in json.loads(capsys.readouterr().out)}
@@ -315,6 +337,8 @@ def test_lists_fit_the_terminal_and_leave_nothing_out(
     for item in found:
         for value in item.values():
             told = ", ".join(value) if isinstance(value, list) else value
+            if isinstance(value, dict):
+                told = " ".join(f"{name}: {one['value']}" for name, one in value.items())
             assert set(told.split()) <= words
 
 

@@ -8,11 +8,11 @@ from random import Random
 
 import pytest
 
-from cobodeck.project import catalogue, open_chart
+from cobodeck.project import catalogue, known_constants, open_chart
 from cobodeck.testing.edge_coverage import EdgeCoverage, edges_of, taken
 from cobodeck.testing.stub_parts import Parts
 from cobodeck.testing.testing import ChartTester
-from engine.machine import ASK, REOPEN, RETRY, Leaf, Machine, Route, explore
+from engine.machine import ASK, REOPEN, RETRY, Leaf, Machine, NamedValues, Route, explore
 from engine.run import ChartRun
 from tests.engine.conftest import Bench
 from tests.engine.seeded_charts import made_of
@@ -65,11 +65,16 @@ def edges_taken(sim: ChartTester) -> set[str]:
     return {f"{path} {outcome}" for path, outcome in taken(sim.run.machine, sim.run.trace)}
 
 
-@pytest.mark.parametrize("name", ["chase", "haptic", "escape", "inform", "cobodeck"])
-def test_the_edges_of_a_chart_are_those_that_its_exploration_takes(name: str) -> None:
+def machine_of(name: str) -> Machine:
     known = catalogue(ROOT)
     chart, library = open_chart(name, known)
-    machine = Machine(chart, library, known.interfaces, None, known.types)
+    around = NamedValues(known_constants(library))
+    return Machine(chart, library, known.interfaces, None, known.types, around=around)
+
+
+@pytest.mark.parametrize("name", ["chase", "haptic", "escape", "inform", "cobodeck"])
+def test_the_edges_of_a_chart_are_those_that_its_exploration_takes(name: str) -> None:
+    machine = machine_of(name)
 
     found = explore(machine)
 
@@ -86,9 +91,7 @@ def test_the_edges_of_a_chart_are_those_that_its_exploration_takes(name: str) ->
 def test_every_edge_is_taken_by_the_script_that_exploration_has_found_for_it(
     sim: ChartTester, name: str
 ) -> None:
-    known = catalogue(ROOT)
-    chart, library = open_chart(name, known)
-    machine = Machine(chart, library, known.interfaces, None, known.types)
+    machine = machine_of(name)
     for event, script in list(explore(machine).moves.items())[::4]:
         if any(outcome in ("timeout", "error") for step in script for _, outcome in step):
             continue

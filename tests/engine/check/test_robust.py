@@ -12,11 +12,13 @@ from typing import Any
 
 import pytest
 
+from behaviors.profile.profile import load_profile
 from cobodeck.project.state_catalogue import catalogue, shipped_charts
 from engine.chart.load import Library
 from engine.check.all_checks import check
 from engine.files.source import read
 from engine.machine.machine import Machine
+from engine.machine.named_values import NamedValues
 from tests.engine.check import nasty
 from tests.engine.check.some_charts import INTERFACES
 
@@ -75,6 +77,7 @@ def known() -> Any:
 
 @pytest.mark.parametrize("start", range(0, 240, 20))
 def test_mutated_charts_give_findings_with_places_or_can_be_built(known: Any, start: int) -> None:
+    around = NamedValues(load_profile("tuned").constants)
     for seed in range(start, start + 20):
         chance = random.Random(seed)
         library = Library()
@@ -84,7 +87,7 @@ def test_mutated_charts_give_findings_with_places_or_can_be_built(known: Any, st
             if file == mutated:
                 MUTATIONS[seed % len(MUTATIONS)](lines, chance)
             library.add(read(b"\n".join(lines), file.name))
-        found = check(library, known.interfaces, types=known.types)
+        found = check(library, known.interfaces, types=known.types, around=around)
         for finding in found:
             count = library.sources[finding.place.file].text.count("\n") + 1
             assert 1 <= finding.place.line <= count + 1
@@ -93,7 +96,7 @@ def test_mutated_charts_give_findings_with_places_or_can_be_built(known: Any, st
         if all(finding.severity == "warning" for finding in found):
             for chart in library.values():
                 if not any(parameter.required for parameter in chart.parameters.values()):
-                    Machine(chart, library, known.interfaces, types=known.types)
+                    Machine(chart, library, known.interfaces, types=known.types, around=around)
 
 
 @pytest.mark.parametrize("share", [4, pytest.param(1, marks=pytest.mark.slow)])

@@ -17,6 +17,7 @@ import pygraphviz
 import pytest
 from hypothesis import given, settings
 
+from behaviors.profile.profile import load_profile
 from engine.chart.chart import Chart, Node, Reference, Retry
 from engine.chart.load import Library, load_files, load_text
 from engine.draw.chart_shapes import BoxShape, LeafShape, Shape
@@ -26,6 +27,7 @@ from engine.draw.mermaid_text import mermaid
 from engine.draw.picture import picture
 from engine.draw.style import INK, KINDS, PAGE
 from engine.draw.wording import declared_by, notes_of, value_text, values_of
+from engine.literals import Constant
 from tests.engine.random_charts import charts, library
 
 GOLDEN = Path(__file__).parent / "golden"
@@ -425,6 +427,47 @@ def test_what_is_bound_to_an_input_without_a_key_is_a_value() -> None:
     )
 
 
+def test_a_constant_is_shown_by_its_value_and_where_it_comes_from() -> None:
+    text = """\
+chart: a
+parameters: {room: {type: length, default: $p.room}}
+outcomes: [x]
+data: {n: {type: integer, initial: $p.n}}
+states:
+  s:
+    do: X
+    with: {a: $p.room, b: [$p.room, $p.n], c: $room, d: $p.far}
+    timeout: $p.wait
+    retry: {times: $p.n, on: [x]}
+    next: {x: .x, timeout: .x}
+"""
+    constants = {"p.room": Constant("3 m", "mine: room"), "p.n": Constant(4, "--set n=4")}
+    constants["p.wait"] = Constant("2 s")
+    chart, known = one(text)
+    shown = picture(chart, known, constants=constants)
+    (shape,) = shown.root.members
+    assert shape.notes == (
+        "a: 3 m (mine: room)",
+        "b: [3 m, 4] (mine: room, --set n=4)",
+        "c: 3 m",
+        "d: $p.far",
+        "retry: 4 (--set n=4) on x",
+    )
+    assert dict(shown.declared)["parameters"] == ("room: 3 m (mine: room)",)
+    assert dict(shown.declared)["data"] == ("n (integer): 4 (--set n=4)",)
+    assert "timeout 2 s" in dot(chart, known, constants=constants)
+    assert "3 m" in mermaid(chart, known, constants=constants)
+
+
+def test_the_head_of_a_used_chart_says_what_is_not_from_the_charts_files() -> None:
+    chart, known = one("chart: a\noutcomes: [x]\nstates: {u: {use: in, with: {near: 1 m}}}\n")
+    inner, _ = one(VALUES.format(name="in"))
+    tuned = {n: replace(p, origin=f"tuned: {n}") for n, p in inner.parameters.items()}
+    used = {**known, "in": replace(inner, parameters=tuned)}
+    (shape,) = picture(chart, used, None).root.members
+    assert shape.notes == ("chart in", "near: 1 m", "long: 20 s (tuned: long)")
+
+
 def test_a_number_of_tries_may_be_a_parameter() -> None:
     tries = Retry(Reference("spot"), ("lost",))  # type: ignore[arg-type]
     assert leaf("{do: X}", retry=tries) == ("retry: place dock on lost",)
@@ -484,13 +527,15 @@ Area = tuple[float, float, float, float]
 Point = tuple[float, float]
 
 
-def charts_shipped() -> Library:
-    return load_files(sorted(CHARTS.glob("*.yaml")))
+def charts_shipped() -> dict[str, Chart]:
+    """The shipped charts, with the values that are drawn."""
+    return load_profile("tuned").apply(load_files(sorted(CHARTS.glob("*.yaml"))))
 
 
 def laid_out(name: str, depth: int | None) -> pygraphviz.AGraph:
     known = shipped() if name in ("nested", "tour") else charts_shipped()
-    graph = pygraphviz.AGraph(string=dot(known[name], known, depth))
+    constants = load_profile("tuned").constants
+    graph = pygraphviz.AGraph(string=dot(known[name], known, depth, constants=constants))
     graph.layout(prog="dot")
     return graph
 

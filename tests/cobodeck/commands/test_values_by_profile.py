@@ -1,0 +1,105 @@
+"""Charts are drawn, listed and run with the values of one profile; mistakes have their place."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cobodeck.__main__ import main
+from cobodeck.terminal.console import FAILED, OK, USAGE
+
+CHART = """\
+chart: mine
+parameters: {limit: {type: length, default: $profile.chase.inner, about: not nearer}}
+outcomes: [x]
+states:
+  s: {do: MakeRoom, with: {room: $limit, far: $profile.chase.outer}, next: {clear: .x, lost: .x}}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.yaml").write_text(CHART)
+    return tmp_path
+
+
+def drawn(*more: str) -> str:
+    assert main(["render", "mine.yaml", "-o", "mine.dot", *more]) == OK
+    return Path("mine.dot").read_text()
+
+
+def test_a_chart_is_drawn_with_the_values_of_the_profile(folder: Path) -> None:
+    tuned, paper = drawn(), drawn("--profile", "paper", "--set", "chase.inner=1 m")
+    assert "limit: 1.5 m (tuned: chase.inner)" in tuned
+    assert "far: 4.0 m (tuned: chase.outer)" in tuned
+    assert "room: 1.5 m" in tuned
+    assert "limit: 1 m (--set chase.inner=1 m)" in paper
+    assert "far: 3.0 m (paper: chase.outer)" in paper
+    assert "room: 1 m" in paper
+
+    narrowed = drawn("--set", "charts.mine.limit=2 m")
+    assert "limit: 2 m (--set charts.mine.limit=2 m)" in narrowed
+
+
+@pytest.mark.parametrize("command", ["render", "validate", "simulate"])
+@pytest.mark.parametrize("name", ["chase.iner", "chase.outr"])
+def test_a_value_that_there_is_not_is_told_with_what_is_near(
+    command: str, name: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    right = {"chase.iner": "chase.inner", "chase.outr": "chase.outer"}[name]
+    Path("mine.yaml").write_text(CHART.replace(right, name))
+
+    assert main([command, "mine.yaml"]) == FAILED
+
+    told = "".join(capsys.readouterr())
+    assert f"there is no value $profile.{name}" in told
+    assert f"did you mean 'profile.{right}'" in told
+    assert f"mine.yaml:{2 if name == 'chase.iner' else 5}:" in told
+
+
+@pytest.mark.parametrize(
+    ("picked", "wrong"),
+    [
+        ("chase.inner", "chase.margin: nothing given; wanted: length"),
+        ("chase.outer", "$profile.chase.margin (paper: chase.margin): nothing given"),
+    ],
+)
+def test_an_empty_value_is_told_where_the_profile_has_it(
+    picked: str, wrong: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("mine.yaml").write_text(CHART.replace(picked, "chase.margin"))
+    assert main(["validate", "mine.yaml"]) == OK  # by the profile tuned
+    capsys.readouterr()
+
+    assert main(["simulate", "mine.yaml", "--profile", "paper"]) == FAILED
+
+    told = capsys.readouterr().err
+    assert "profiles/paper.yaml:" in told
+    assert wrong in told
+
+
+def test_a_value_on_top_that_does_not_fit_is_a_mistake_of_the_command(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("mine.yaml").write_text(CHART.replace("chase.outer", "chase.margin"))
+    sets = ["--set", "chase.margin=null", "--set", "chase.margin_angle=null"]
+    assert main(["simulate", "mine.yaml", *sets]) == USAGE
+    assert "--set chase.margin=null: $profile.chase.margin" in capsys.readouterr().err
+
+
+def test_a_run_tells_what_the_profile_says_of_its_charts(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = ["simulate", "mine.yaml", "--tier", "0", "--duration", "1"]
+    sets = ["--set", "charts.mine.limit=2 m", "--set", "charts.escape.within=2 s"]
+    assert main([*run, "--json"]) == OK
+    assert json.loads(capsys.readouterr().out)["chart_values"] == {}
+    assert main([*run, *sets, "--json"]) == OK
+    assert json.loads(capsys.readouterr().out)["chart_values"] == {
+        "mine.limit": {"value": "2 m", "origin": "--set charts.mine.limit=2 m"}
+    }
+    assert main([*run, *sets]) == OK
+    assert "mine.limit: 2 m (--set charts.mine.limit=2 m)" in capsys.readouterr().out
