@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 from behaviors import escape, haptic
 from behaviors.profile import Settings
 from behaviors.situation import chase_space
-from engine import Type
+from engine import Length, Type
 from engine.signals import Derived, Estimated, Measured, Signal
 from hw import (
     ArmState,
     BumperHit,
+    DriveMode,
     GripperState,
     ImuReading,
     Odometry,
@@ -64,7 +65,7 @@ MEASURED = (
     Measured("settings", Settings, constant=True, about="values of the behaviours"),
     Measured("base.pose", Pose2, about="map_from_base"),
     Measured("base.twist", Twist2, about="velocity in the base frame"),
-    Measured("base.mode", str, about="how the wheels are driven: omni or differential"),
+    Measured("base.mode", DriveMode, about="how the wheels are driven: omni or differential"),
     Measured("base.refusal", str, about="why a base that is to drive does not, none while it may"),
     Measured("base.admitted", Twist2, about="what the safety chain leaves of a velocity it cuts"),
     Measured("base.scan", Scan, about="one turn of a scanner, in its own frame"),
@@ -127,8 +128,8 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
     """The signals that CoboDeck's own decisions are based on: zones, poses and spaces."""
     cells = cache(partial(_cells, environment, settings))
     return (
-        Derived("user.distance", ("user.pose", "base.pose"), _distance, float,
-                about="from the user's body to the robot's centre, m"),
+        Derived("user.distance", ("user.pose", "base.pose"), _distance, Length,
+                about="from the user's body to the robot's centre"),
         Derived(
             "escape.required", DANGER,
             partial(escape.is_required, environment, settings), bool,
@@ -141,7 +142,7 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
         ),
         Derived(
             "escape.poses", ("escape.planner", "user.pose", "base.pose"),
-            partial(escape.poses, settings), tuple,
+            partial(escape.poses, settings), tuple[Pose2, ...],
             about="the free Escape poses, in order",
         ),
         Derived(
@@ -151,7 +152,7 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
         ),
         Derived(
             "haptic.poses", ("haptic.planner", "vr.haptic_request"),
-            partial(haptic.poses, settings), tuple,
+            partial(haptic.poses, settings), tuple[Pose2, ...],
             about="the free Haptic rover poses, in order",
         ),
     )  # fmt: skip

@@ -17,15 +17,15 @@ from engine.files import Finding, Place, Severity, SourceFile, visible
 WIDTH = 100  # columns of a shown source line
 TAB = "    "
 
-Format = Literal["text", "json", "github", "sarif"]
-FORMATS: tuple[Format, ...] = get_args(Format)
+ReportFormat = Literal["text", "json", "github", "sarif"]
+FORMATS: tuple[ReportFormat, ...] = get_args(ReportFormat)
 Sources = Mapping[str, SourceFile]
 
 _BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # the line breaks of YAML 1.1
 _SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 
 
-def report(findings: Sequence[Finding], sources: Sources, form: Format = "text") -> str:
+def report(findings: Sequence[Finding], sources: Sources, form: ReportFormat = "text") -> str:
     """The findings in one of the `FORMATS`."""
     if form == "text":
         return text(findings, sources)

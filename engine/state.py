@@ -143,8 +143,16 @@ class Context(Protocol):
         """Samples of an event signal since this state last asked; at first, since its entry."""
         ...
 
+    def is_event(self, signal: str) -> bool:
+        """Whether a signal is one of events, each of which is read once, and no level."""
+        ...
+
     def part(self, name: str) -> Any:
         """A part of the robot that the class lists in `commands`."""
+        ...
+
+    def note(self, text: str) -> None:
+        """Put a note for people in the trace; nothing depends on it."""
         ...
 
 

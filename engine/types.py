@@ -115,9 +115,13 @@ def _from_union(arguments: tuple[Any, ...]) -> Type:
 
 
 def bind(wanted: Type, given: Type, bound: dict[str, Type]) -> None:
-    """Note in `bound` what the type variables in `wanted` stand for where `given` is given."""
+    """Note in `bound` what the type variables in `wanted` stand for where `given` is given.
+
+    What a variable cannot stand for is left to the check of the value.
+    """
     if wanted.variable and given.name != "any":
-        bound.setdefault(wanted.variable, given)
+        if fits(given, replace(wanted, optional=True)):
+            bound.setdefault(wanted.variable, given)
     elif wanted.item is not None and given.item is not None:
         bind(wanted.item, given.item, bound)
 

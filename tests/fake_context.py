@@ -16,6 +16,8 @@ class FakeContext:
         self.stamps: dict[str, int] = {}
         self.pending: dict[str, list[Stamped]] = {}
         self.ages: dict[str, float] = {}
+        self.events_of: set[str] = set()
+        self.notes: list[str] = []
         self.now = 0
 
     def after(self, seconds: float) -> int:
@@ -36,6 +38,12 @@ class FakeContext:
 
     def events(self, signal: str) -> tuple[Stamped, ...]:
         return tuple(self.pending.pop(signal, ()))
+
+    def is_event(self, signal: str) -> bool:
+        return signal in self.events_of
+
+    def note(self, text: str) -> None:
+        self.notes.append(text)
 
     def part(self, name: str) -> Any:
         return self.parts[name]

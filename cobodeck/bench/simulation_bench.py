@@ -47,7 +47,7 @@ WAITING = """
 chart: waiting
 outcomes: [over]
 any:
-  fault: {watch: FaultRaised, next: {raised: .over}}
+  fault: {watch: WaitFor, with: {signal: stop.engaged}, next: {there: .over}}
   tracking: {watch: UserLost, next: {lost: .over}}
 """
 

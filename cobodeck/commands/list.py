@@ -124,13 +124,15 @@ def _states(args: argparse.Namespace) -> list[dict[str, Any]]:
 def _signals(args: argparse.Namespace) -> list[dict[str, Any]]:
     from cobodeck.project import catalogue
     from cobodeck.setup import open_setup
+    from engine.signals import types_of
 
     declared = open_setup(known=catalogue(own=args.own)).signals
+    kinds = types_of(declared)
     return [
         {
             "signal": signal.name,
             "kind": type(signal).__name__.lower(),
-            "type": getattr(signal.type, "__name__", str(signal.type)),
+            "type": str(kinds[signal.name]).removesuffix(" | none"),
             "of": list(getattr(signal, "of", ())),
             "about": _first_line(signal.about),
         }

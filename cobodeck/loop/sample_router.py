@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from cobodeck.loop.sample_types import misfit
+from cobodeck.loop.sample_types import class_behind, misfit
 from engine.files import did_you_mean
 from engine.machine import shown
 from engine.signals import Board, Measured, MeasuredSlot
@@ -90,9 +90,8 @@ class Inlet:
         self._routes[name].listeners.append(listener)
 
     def _route(self, name: str) -> _Route:
-        kind = self._types.get(name)
         slot = self.board.inlets[name] if name in self._measured else None
-        return _Route(slot, kind if isinstance(kind, type) else object)
+        return _Route(slot, class_behind(self._types.get(name)))
 
     @property
     def flowing(self) -> set[str]:

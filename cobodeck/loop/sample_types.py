@@ -41,6 +41,15 @@ def misfit(value: object, kind: Any, place: str = "its value") -> str | None:
     return None
 
 
+def class_behind(kind: Any) -> type:
+    """The class that values of a type have; `object` where there is no single one."""
+    origin = get_origin(kind)
+    if origin is Annotated:
+        return class_behind(get_args(kind)[0])
+    found = type(get_args(kind)[0]) if origin is Literal else origin or kind
+    return found if isinstance(found, type) else object
+
+
 def _misfit_item(value: tuple[object, ...], kinds: tuple[Any, ...], place: str) -> str | None:
     if kinds[-1:] == (Ellipsis,):
         kinds = (kinds[0],) * len(value)

@@ -27,6 +27,8 @@ from engine.signals import Signal, declare
 from hw import PARTS, Pose2
 
 MODULES = (
+    "states.watching.states",
+    "states.data.states",
     "states.navigation.states",
     "states.arm.states",
     "states.gripper.states",

@@ -64,12 +64,12 @@ class Node:
     @property
     def reads(self) -> dict[str, str]:
         """The data keys that inputs and parameters are read from, by their names."""
-        return {name: key for name, key in self.inputs.items() if type(key) is str}
+        return {name: key for name, key in self.inputs.items() if _is_key(key)}
 
     @property
     def given(self) -> dict[str, Any]:
         """The values of inputs that stand in the chart, by their names."""
-        return {name: value for name, value in self.inputs.items() if type(value) is not str}
+        return {name: value for name, value in self.inputs.items() if not _is_key(value)}
 
     @property
     def keeps(self) -> bool:
@@ -88,6 +88,11 @@ class Node:
         yield self
         for child in self.children:
             yield from child.walk()
+
+
+def _is_key(value: Any) -> bool:
+    """Whether an entry of `in` names a data key; text that begins as numbers do is `2 m`."""
+    return type(value) is str and value[:1] not in {*"+-.0123456789"}
 
 
 @dataclass(frozen=True, slots=True)

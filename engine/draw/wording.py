@@ -83,11 +83,9 @@ def notes_of(node: Node, values: Values) -> tuple[str, ...]:
 def _notes(node: Node, values: Values) -> Iterator[str]:
     for name, value in node.parameters.items():
         yield _given(name, value, values)
-    keys = {name: source for name, source in node.inputs.items() if type(source) is str}
-    for name, source in node.inputs.items():
-        if name not in keys:
-            yield _given(name, source, values)
-    yield from _bound(keys, "←")
+    for name, value in node.given.items():
+        yield _given(name, value, values)
+    yield from _bound(node.reads, "←")
     yield from _bound(node.outputs, "→")
     if node.retry is not None:
         times, wait = (_told(value, values) for value in (node.retry.times, node.retry.wait))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from engine.machine import RUNNING, LeafNode
+from engine.run.errors import escaped
+from engine.run.trace import RawRecord
 from engine.signals import Board, EventReader, MeasuredSlot
 from engine.state import ALWAYS_NS, NEVER_NS, Stamped
 
@@ -35,11 +37,18 @@ class Ages(dict[str, int]):
 class LeafContext:
     """The `Context` of one leaf of a run."""
 
-    __slots__ = ("_ages", "_bits", "_board", "_parts", "_path", "_readers", "node")
+    __slots__ = ("_add", "_ages", "_bits", "_board", "_parts", "_path", "_readers", "node")
 
-    def __init__(self, node: LeafNode, board: Board, parts: Mapping[str, Part]) -> None:
+    def __init__(
+        self,
+        node: LeafNode,
+        board: Board,
+        parts: Mapping[str, Part],
+        add: Callable[[RawRecord], None],
+    ) -> None:
         interface = node.interface
         self.node = node
+        self._add = add
         self._path = node.path
         self._board = board
         self._parts = {name: parts[name] for name in interface.commands if name in parts}
@@ -102,12 +111,21 @@ class LeafContext:
         assert reader is not None, f"{signal} is no event signal"
         return reader.read(self._board.ticks)
 
+    def is_event(self, signal: str) -> bool:
+        """Whether each sample of a signal is an event that is read once."""
+        _ = self._ages[signal]
+        return signal in self._readers
+
     def part(self, name: str) -> Any:
         """A part that the class lists in `commands`."""
         if name not in self._parts:
             known = ", ".join(self._parts) or "none"
             raise LookupError(f"{self._path}: no part {name!r} among its `commands`: {known}")
         return self._parts[name]
+
+    def note(self, text: str) -> None:
+        """Put a note in the trace."""
+        self._add(("note", self._board.now, self.node, escaped(text)))
 
     def bits(self, names: tuple[str, ...]) -> int:
         """Bit mask of the measured signals that these depend on; see `Board.bits`."""

@@ -68,7 +68,7 @@ class Life:
             if isinstance(node, BoxNode):
                 self.data |= {cell: cell.initial for cell in node.box.cells.values()}
             elif isinstance(node, LeafNode) and not hasattr(node, "context"):
-                node.context = LeafContext(node, self.board, self.parts)
+                node.context = LeafContext(node, self.board, self.parts, self.add)
 
     # -- starting ------------------------------------------------------------------------------
 

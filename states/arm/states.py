@@ -63,6 +63,7 @@ Solver = Literal["lines_first", "rrt_connect", "ompl"]
 class ParkArm(Action):
     """Fold the arm within the bumper's outline, so that the base may drive (R46, R87).
 
+    `{do: ParkArm, timeout: 15 s, next: {parked: drive, failed: .failed, timeout: .failed}}`.
     `solver` names the planner. `failed`: there is no free path, or the arm did not get there.
     """
 
@@ -87,6 +88,7 @@ class ParkArm(Action):
 class MoveArmTo(Action):
     """Move the tool to `goal` on a planned path that touches nothing.
 
+    `{do: MoveArmTo, with: {frame: rover}, in: {goal: {x: 80 cm, y: 0 m, z: 90 cm}}, next: …}`.
     The tool is the point in the middle of what the arm holds, and points along -x of the goal:
     with `{x: 80 cm, y: 0 m, z: 90 cm, pitch: -90 deg}` in the frame `rover` it is 80 cm ahead of
     the robot's centre, 90 cm above the floor, and points straight down. Its way there is straight
@@ -131,6 +133,7 @@ class MoveArmTo(Action):
 class MoveArmJoints(Action):
     """Move the joints to these angles, shoulder first, on a planned path that touches nothing.
 
+    `{do: MoveArmJoints, with: {joints: [0, -90 deg, 90 deg, -90 deg, -90 deg, 0]}, next: …}`.
     `tolerance` is that of each joint, `solver` names the planner. `blocked`: every path there is
     obstructed, or the arm touches something to begin with. `failed`: it did not get there. Angles
     that the arm does not have, or too many or few of them, are an error.

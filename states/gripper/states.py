@@ -6,10 +6,11 @@ import math
 from collections.abc import Generator
 from typing import Literal
 
-from engine import NEVER_NS, Action, Context, Monitor, On, Run, Yielded
+from engine import Action, Context, Key, Monitor, Run, Yielded
 from engine.files import Duration, Force, Length
 from hw import Gripper, GripperState, WrenchReading
 from states.environment import GRIPPER_STATE, STOP_ENGAGED, WRENCH_READING
+from states.watching import sustained
 
 AGE_S = 0.2
 """Greatest age of what gripper and sensor report, s."""
@@ -22,22 +23,58 @@ Axis = Literal["any", "x", "y", "z"]
 """The whole force, or its component along an axis of the flange."""
 
 
-class OpenGripper(Action):
+class _MovesFingers(Action):
+    """Moves the fingers of a gripper; `part` and `signal` name it where a robot has several."""
+
+    reads = {"$signal": AGE_S, STOP_ENGAGED: None}
+    commands = ("$part",)
+    part: str
+    signal: Key[GripperState]
+
+    def _moved(
+        self, ctx: Context, opening: float | None, patience: float
+    ) -> Generator[Yielded, None, GripperState | None]:
+        """The fingers once they rest after being sent to this opening; None if they cannot."""
+        gripper: Gripper = ctx.part(self.part)
+        gripper.open_to(opening)
+        sent, until = ctx.now, ctx.after(patience)
+        try:
+            while ctx.value(STOP_ENGAGED) is None:
+                seen = ctx.sample(self.signal)
+                if seen is not None and seen.stamp > sent and not seen.value.moving:
+                    return seen.value
+                if ctx.now >= until:
+                    yield f"the fingers have not come to rest within {patience:g} s"
+                    return None
+                yield None  # a state that only repeats is no news, but tells that they rest
+            return None
+        finally:
+            gripper.stop()
+
+
+class OpenGripper(_MovesFingers):
     """Open the fingers and let go of what they hold: as wide as they go, or to `opening`.
 
-    `opened` once they are there. `failed`: they stand elsewhere, still hold something, have not
-    come to rest after `patience`, or the stop line is pulled.
+    `{do: OpenGripper, with: {opening: 5 cm}, next: {opened: leave, failed: .failed}}`. `opened`
+    once they are there. `failed`: they stand elsewhere, still hold something, have not come to rest
+    after `patience`, or the stop line is pulled. Of several grippers, `part` and `signal` name one:
+    `{part: left_gripper, signal: left_gripper.state}`.
     """
 
     outcomes = ("opened", "failed")
-    reads = {GRIPPER_STATE: AGE_S, STOP_ENGAGED: None}
-    commands = ("gripper",)
 
-    def __init__(self, opening: Length | None = None, patience: Duration = 3.0) -> None:
+    def __init__(
+        self,
+        opening: Length | None = None,
+        patience: Duration = 3.0,
+        part: str = "gripper",
+        signal: Key[GripperState] = GRIPPER_STATE,
+    ) -> None:
         self.opening, self.patience = opening, patience
+        self.part, self.signal = part, signal
 
     def run(self, ctx: Context) -> Run:
-        fingers = yield from _moved(ctx, self.opening, self.patience)
+        fingers = yield from self._moved(ctx, self.opening, self.patience)
         if fingers is None:
             return "failed"
         if fingers.holding:
@@ -49,80 +86,67 @@ class OpenGripper(Action):
         return "opened"
 
 
-class CloseGripper(Action):
+class CloseGripper(_MovesFingers):
     """Close the fingers on what is between them: fully, or until they are `opening` apart.
 
-    `holding`: they have closed on something. `empty`: there was nothing between them. `failed`:
-    they have not come to rest after `patience`, or the stop line is pulled.
+    `{do: CloseGripper, next: {holding: lift, empty: search, failed: .failed}}`. `holding`: they
+    have closed on something. `empty`: there was nothing between them. `failed`: they have not come
+    to rest after `patience`, or the stop line is pulled. `part` and `signal` as for `OpenGripper`.
     """
 
     outcomes = ("holding", "empty", "failed")
-    reads = {GRIPPER_STATE: AGE_S, STOP_ENGAGED: None}
-    commands = ("gripper",)
 
-    def __init__(self, opening: Length = 0.0, patience: Duration = 3.0) -> None:
+    def __init__(
+        self,
+        opening: Length = 0.0,
+        patience: Duration = 3.0,
+        part: str = "gripper",
+        signal: Key[GripperState] = GRIPPER_STATE,
+    ) -> None:
         self.opening, self.patience = opening, patience
+        self.part, self.signal = part, signal
 
     def run(self, ctx: Context) -> Run:
-        fingers = yield from _moved(ctx, self.opening, self.patience)
+        fingers = yield from self._moved(ctx, self.opening, self.patience)
         if fingers is None:
             return "failed"
         return "holding" if fingers.holding else "empty"
 
 
-def _moved(
-    ctx: Context, opening: float | None, patience: float
-) -> Generator[Yielded, None, GripperState | None]:
-    """The fingers once they rest after being sent to this opening; None if they cannot."""
-    gripper: Gripper = ctx.part("gripper")
-    gripper.open_to(opening)
-    sent, until = ctx.now, ctx.after(patience)
-    try:
-        while ctx.value(STOP_ENGAGED) is None:
-            seen = ctx.sample(GRIPPER_STATE)
-            if seen is not None and seen.stamp > sent and not seen.value.moving:
-                return seen.value
-            if ctx.now >= until:
-                yield f"the fingers have not come to rest within {patience:g} s"
-                return None
-            yield None  # a state that only repeats is no news, but tells that they rest
-        return None
-    finally:
-        gripper.stop()
-
-
 class WaitForForce(Monitor):
     """`felt` once the force on the tool has been beyond `limit`, N, for the time `for`.
 
+    `{watch: WaitForForce, with: {limit: 8 N, along: z, for: 0.1 s}, next: {felt: let_go}}`.
     The force is the whole one, or its component `along` an axis of the flange (z points out of
     it), to either side; `relative`: the change since the state was entered, so that what the tool
     weighs does not count. A force that was beyond the limit counts until it falls below 90 % of
-    it. While the sensor is silent nothing is felt, and the time begins anew.
+    it. While the sensor is silent, or its reading is older than `older`, nothing is felt, and the
+    time begins anew. `signal` names one of several sensors.
     """
 
     outcomes = ("felt",)
-    reads = {WRENCH_READING: AGE_S}
+    reads = {"$signal": "$older"}
 
     def __init__(
-        self, limit: Force, along: Axis = "any", for_: Duration = 0.0, relative: bool = True
+        self,
+        limit: Force,
+        along: Axis = "any",
+        for_: Duration = 0.0,
+        relative: bool = True,
+        signal: Key[WrenchReading] = WRENCH_READING,
+        older: Duration = AGE_S,
     ) -> None:
         self.limit, self.along, self.for_, self.relative = limit, along, for_, relative
+        self.signal, self.older = signal, older
+        self._first: WrenchReading | None = None
 
     def run(self, ctx: Context) -> Run:
-        first: WrenchReading | None = None
-        since: int | None = None
-        while True:
-            reading = ctx.value(WRENCH_READING)
-            first = first or reading
-            enough = self.limit if since is None else STILL_FELT * self.limit
-            if reading is None or first is None or not self._force(reading, first) > enough:
-                since = None
-            elif since is None:
-                since = ctx.now
-            due = NEVER_NS if since is None else since + round(self.for_ * 1e9)
-            if ctx.now >= due:
-                return "felt"
-            yield On(WRENCH_READING, until=due, older=AGE_S)
+        yield from sustained(ctx, self.signal, self._is_felt, self.for_, self.older)
+        return "felt"
+
+    def _is_felt(self, reading: WrenchReading, before: bool) -> bool:
+        self._first = self._first or reading
+        return self._force(reading, self._first) > self.limit * (STILL_FELT if before else 1.0)
 
     def _force(self, reading: WrenchReading, first: WrenchReading) -> float:
         """What counts of a reading, N."""

@@ -65,6 +65,7 @@ class _Drives(Action):
 class DriveTo(_Drives):
     """Drive to a goal on the fastest path around walls and user, with a subsystem's values.
 
+    `{do: DriveTo, in: {goal: {x: 2 m, y: 1 m, yaw: 90 deg}}, timeout: 20 s, next: …}`.
     The path is replanned in every tick, with the obstacles scanned so far and a prediction of the
     walking user. For `haptic` the safety chain gets the goal, from which a touch will be served.
     `clearance` names another subsystem whose `inflation` and, where there is no room for more,
@@ -86,6 +87,7 @@ class DriveTo(_Drives):
 class DriveThrough(_Drives):
     """Drive through all goals in turn, as `DriveTo` does, and stop only at the last one.
 
+    `{do: DriveThrough, in: {goals: [{x: 2 m, y: 1 m}, {x: 4 m, y: 1 m}]}, next: …}`.
     The next goal counts once the robot is within `passing` of the present one, whatever its yaw.
     Without goals it has `arrived`.
     """

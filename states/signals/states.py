@@ -6,6 +6,7 @@ from engine import NEVER_NS, Action, Context, Monitor, On, Run
 from engine.files import Angle, Duration, Length
 from hw import OLD_S, UserPose, wrap
 from states.environment import ACKNOWLEDGE, STOP_ENGAGED, USER_POSE, USER_STILL_SINCE
+from states.watching import silence
 
 USER_LOST = "tracking of the user is lost"
 STUCK = "robot and user are in each other's way"
@@ -56,23 +57,21 @@ def _stood(ctx: Context) -> float | None:
 
 
 class UserLost(Monitor):
-    """`lost` once the newest pose of the user is older than 150 ms."""
+    """`lost` once the newest pose of the user is older than 150 ms: `Silent` with that time."""
 
     outcomes = ("lost",)
     reads = {USER_POSE: OLD_S}
 
     def run(self, ctx: Context) -> Run:
-        # at the start of a run there may be no pose yet
-        first = ctx.now if ctx.sample(USER_POSE) is not None else ctx.after(OLD_S)
-        while True:
-            seen = ctx.value(USER_POSE) is not None
-            if not seen and ctx.now >= first:
-                return "lost"
-            yield On(USER_POSE, until=NEVER_NS if seen else first, older=OLD_S)
+        yield from silence(ctx, USER_POSE, OLD_S)
+        return "lost"
 
 
 class FaultRaised(Monitor):
-    """`raised` while the stop line is pulled, by the bumper, a driver or the operator."""
+    """`raised` while the stop line is pulled, by the bumper, a driver or the operator.
+
+    Older charts name it; it is `WaitFor` with the signal `stop.engaged`.
+    """
 
     outcomes = ("raised",)
     reads = {STOP_ENGAGED: None}

@@ -81,7 +81,7 @@ class Trial:
         leaf: Any = SimpleNamespace(path="drive", interface=made, commands=made.commands)
         self.board = Board(declare(signals(environment, PROFILE.settings)), made.reads)
         self.board.put("environment", environment, 0)
-        ctx = LeafContext(leaf, self.board, {"base": self.guard})
+        ctx = LeafContext(leaf, self.board, {"base": self.guard}, print)
         self.run = DriveTo(subsystem).run(ctx, self.goal)
 
     def outcome(self) -> str:

@@ -48,7 +48,7 @@ from engine.files.suggestions import nearest
 from engine.files.units import Dimension
 
 T = TypeVar("T")
-Read = Callable[[Item], Any]
+ItemReader = Callable[[Item], Any]
 GUESSES = 100
 """At most this many unknown keys of one mapping get a suggestion."""
 
@@ -129,7 +129,7 @@ class FileKey:
 
     name: str
     annotation: Any
-    read: Read
+    read: ItemReader
     required: bool
     default: Any
 
@@ -160,7 +160,7 @@ def split(annotation: Any) -> tuple[Any, tuple[Any, ...]]:
     return kind, tuple(marks)
 
 
-def reader_of(annotation: Any) -> Read:
+def reader_of(annotation: Any) -> ItemReader:
     """The function that reads values of an annotated type.
 
     Raises:
@@ -180,7 +180,7 @@ def reader_of(annotation: Any) -> Read:
     return _unmarked(annotation, origin, arguments)
 
 
-def _unmarked(annotation: Any, origin: Any, arguments: tuple[Any, ...]) -> Read:
+def _unmarked(annotation: Any, origin: Any, arguments: tuple[Any, ...]) -> ItemReader:
     if annotation in _SCALARS:
         return _SCALARS[annotation]
     if origin is Literal:
@@ -196,7 +196,7 @@ def _unmarked(annotation: Any, origin: Any, arguments: tuple[Any, ...]) -> Read:
     raise TypeError(f"{annotation!r} cannot be read from a file")
 
 
-def converted(convert: Callable[[Any], Any]) -> Read:
+def converted(convert: Callable[[Any], Any]) -> ItemReader:
     """A reader made from a conversion that raises Mismatch for unsuitable values."""
 
     def read_value(item: Item) -> Any:
@@ -208,7 +208,7 @@ def converted(convert: Callable[[Any], Any]) -> Read:
     return read_value
 
 
-_SCALARS: dict[Any, Read] = {
+_SCALARS: dict[Any, ItemReader] = {
     Item: lambda item: item,
     str: converted(text),
     bool: converted(boolean),
@@ -222,7 +222,7 @@ Name = Annotated[
 """The name of a scene, a robot, a user …; files may be named after it."""
 
 
-def _number(kind: type, marks: tuple[Any, ...]) -> Read:
+def _number(kind: type, marks: tuple[Any, ...]) -> ItemReader:
     dimension = next((mark.name for mark in marks if isinstance(mark, Dimension)), PLAIN)
     ranges = [mark for mark in marks if isinstance(mark, Range)]
 
@@ -235,7 +235,7 @@ def _number(kind: type, marks: tuple[Any, ...]) -> Read:
     return converted(convert)
 
 
-def _tuple(arguments: tuple[Any, ...], marks: tuple[Any, ...]) -> Read:
+def _tuple(arguments: tuple[Any, ...], marks: tuple[Any, ...]) -> ItemReader:
     if arguments[-1] is Ellipsis:
         count = next((mark for mark in marks if isinstance(mark, Count)), Count(0))
         same = reader_of(arguments[0])
@@ -244,13 +244,13 @@ def _tuple(arguments: tuple[Any, ...], marks: tuple[Any, ...]) -> Read:
     return lambda item: _each(item, Count(len(readers), len(readers)), readers)
 
 
-def _each(item: Item, count: Count, readers: Iterable[Read]) -> tuple[Any, ...]:
+def _each(item: Item, count: Count, readers: Iterable[ItemReader]) -> tuple[Any, ...]:
     items = item.items()
     converted(lambda value: count.require(len(value)))(item)
     return tuple(gather(partial(read, each) for read, each in zip(readers, items, strict=False)))
 
 
-def _mapping(inner: Read) -> Read:
+def _mapping(inner: ItemReader) -> ItemReader:
     def read_mapping(item: Item) -> Mapping[str, Any]:
         content = item.mapping()
         values = gather(partial(inner, each) for each in content.values())

@@ -211,7 +211,7 @@ class Drive:
         leaf: Any = SimpleNamespace(path="drive", interface=made, commands=made.commands)
         seen.board = Board(seen.board.declared, made.reads)
         seen.put("environment", seen.environment)
-        ctx = LeafContext(leaf, seen.board, {"base": self.guard})
+        ctx = LeafContext(leaf, seen.board, {"base": self.guard}, print)
         self.run = DriveTo("chase").run(ctx, goal)
         self.nearest = math.inf
 

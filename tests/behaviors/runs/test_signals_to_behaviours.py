@@ -149,7 +149,7 @@ TIES = [  # the monitor, the action that ends in the same tick, and who wins
     ({}, ("chase/danger", "required"), ("chase/follow/park", "failed"), "escape_required"),
     ({}, ("chase/request", ASKED), ("chase/follow/park", "failed"), "haptic_request"),
     (DRIVING, ("chase/danger", "required"), ("chase/follow/drive/go", "stuck"), "escape_required"),
-    (DRIVING, ("chase/fault", "raised"), ("chase/follow/drive/go", "stuck"), "fault"),
+    (DRIVING, ("chase/fault", "there"), ("chase/follow/drive/go", "stuck"), "fault"),
     ({}, ("chase/tracking", "lost"), ("chase/follow/park", "failed"), "user_lost"),
 ]
 
@@ -172,7 +172,7 @@ def test_in_a_tie_the_monitor_wins_over_the_action(
 
 
 @pytest.mark.requirement(63, 64, 68)
-@pytest.mark.parametrize(("monitor", "outcome"), [("fault", "raised"), ("tracking", "lost")])
+@pytest.mark.parametrize(("monitor", "outcome"), [("fault", "there"), ("tracking", "lost")])
 def test_an_escape_that_is_safe_with_a_fault_in_one_tick_goes_on_to_inform(
     sim: ChartTester, monitor: str, outcome: str
 ) -> None:

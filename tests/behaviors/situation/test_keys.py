@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, get_args, get_origin, get_type_hints
+from collections.abc import Callable, Iterator
+from typing import Any, get_args, get_type_hints
 
 import pytest
 
@@ -14,6 +14,7 @@ from behaviors.profile.settings import Settings
 from behaviors.signal_table import signals
 from behaviors.situation.chase_space import ChaseSpace
 from cobodeck.project.state_catalogue import catalogue
+from engine.interfaces import Interface
 from engine.signals.signal_kinds import Signal, declare
 from states.environment.environment import Environment
 from states.navigation.planner_interfaces import GlobalPlanner
@@ -41,22 +42,24 @@ def keys() -> dict[str, Any]:
     return found
 
 
-def plain(kind: Any) -> Any:
-    """The class of a type: `tuple` of `tuple[Pose2, ...]`, `str` of names to choose from."""
-    if get_origin(kind) is not None and not isinstance(get_origin(kind), type):
-        return type(get_args(kind)[0])
-    return get_origin(kind) or kind
-
-
 def test_every_key_has_the_type_of_its_signal(declared: dict[str, Signal]) -> None:
     expected = {name: declared[name].type for name in keys()}
 
-    assert {name: plain(kind) for name, kind in keys().items()} == expected
+    assert keys() == expected
 
 
 def test_all_that_states_read_has_a_key() -> None:
     planners = {states.environment.signal_names.planner_key(name) for name in SUBSYSTEMS}
 
-    read = {name for state in catalogue(own=False).classes.values() for name in state.reads}
+    read = {name for of in catalogue(own=False).interfaces.values() for name in read_by(of)}
 
     assert read == keys().keys() | planners
+
+
+def read_by(of: Interface) -> Iterator[str]:
+    """The signals that a class reads, by default where a parameter names them."""
+    for name in of.reads:
+        if name[0] != "$":
+            yield name
+        elif isinstance(default := of.parameters[name[1:]].default, str):
+            yield default

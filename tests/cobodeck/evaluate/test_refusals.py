@@ -63,7 +63,7 @@ def test_a_drive_that_takes_too_long_says_so(sim: ChartTester) -> None:
 @pytest.mark.parametrize(
     ("guard", "reason"),
     [
-        ({"haptic/fault": "raised"}, "broken off by a fault"),
+        ({"haptic/fault": "there"}, "broken off by a fault"),
         ({"haptic/tracking": "lost"}, "base or user lost"),
     ],
 )

@@ -29,8 +29,8 @@ class Watched(LeafContext):
     waited: set[str]
     forgotten: dict[str, set[str]]
 
-    def __init__(self, node: Any, board: Any, parts: Any) -> None:
-        super().__init__(node, board, parts)
+    def __init__(self, node: Any, board: Any, parts: Any, add: Any) -> None:
+        super().__init__(node, board, parts, add)
         self.board, self.read, self.tick = board, set[str](), -1
 
     def _note(self, signal: str) -> None:
@@ -80,10 +80,21 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> type[Watched]:
 
 
 def shipped() -> dict[str, Any]:
-    """The state classes that wait with `On`, by name; some do so through functions of the arm."""
+    """The state classes that wait with `On`, by name; some do so through functions."""
     found = catalogue().interfaces
     waiting = {name for name, i in found.items() if "On(" in inspect.getsource(i.make)}
-    return {name: found[name] for name in waiting | {"ParkArm", "ReachDeep"}}
+    elsewhere = {"ParkArm", "ReachDeep", "Above", "Silent"}
+    return {name: found[name] for name in waiting | elsewhere}
+
+
+NEEDED = {
+    "Above": "{signal: user.distance, limit: 9 m}",
+    "Changed": "{signal: base.pose}",
+    "Silent": "{signal: base.pose, time: 1 s}",
+    "WaitFor": "{signal: base.pose}",
+    "WaitForForce": "{limit: 5 N}",
+}
+"""The parameters that a state needs, by name."""
 
 
 def test_shipped_states_wait_for_all_that_they_look_at(
@@ -101,7 +112,8 @@ def test_shipped_states_wait_for_all_that_they_look_at(
         deep = "deep: deep" if "deep" in interface.inputs else ""
         sim.start(
             "chart: c\noutcomes: [x]\ninputs: {deep: Pose3}\n"
-            f"states:\n  a: {{{kind}: {name}, in: {{{deep}}}, next: {{{ways}}}}}\n",
+            f"states:\n  a: {{{kind}: {name}, with: {NEEDED.get(name, '{}')}, in: {{{deep}}}, "
+            f"next: {{{ways}}}}}\n",
             real=["a"],
             inputs={"deep": {"x": 0, "y": 0, "z": 0}},
         )

@@ -78,7 +78,7 @@ def test_a_navigation_whose_cancel_never_answers_does_not_keep_escape_from_drivi
         base.drive(WEST, "chase")  # it goes on, whoever has taken over
         sim.tick()
         assert base.selected.source == "escape"
-    sim.end("escape/fault", "raised")
+    sim.end("escape/fault", "there")
     sim.tick(10)
     assert base.selected[:2] == (WEST, "chase")  # its last word still counts
     sim.tick(6)

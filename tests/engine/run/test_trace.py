@@ -14,6 +14,9 @@ import numpy as np
 import pytest
 
 from engine.run.trace import encode
+from engine.signals.board import Board
+from engine.signals.signal_kinds import Measured, declare
+from engine.state import Action, Context, Outcome
 from tests.engine.conftest import Bench
 
 TWO = """
@@ -162,3 +165,31 @@ def test_rule_15_the_hash_is_the_same_in_every_process():
         )
         hashes.add(done.stdout)
     assert len(hashes) == 1
+
+
+class Tells(Action):
+    """Notes what kinds of signals there are."""
+
+    outcomes = ("done", "failed", "other")
+    reads = {"bell": None, "level": None}
+
+    def run(self, ctx: Context) -> Outcome:
+        ctx.note(f"bell {ctx.is_event('bell')}, level {ctx.is_event('level')} \ud800")
+        return "done"
+
+
+def test_rule_15_notes_of_states_are_in_the_trace_and_not_in_its_hash() -> None:
+    text = "chart: c\noutcomes: [x]\nstates:\n  a: {do: Tells, next: {done: .x}}\n"
+    board = Board(declare([Measured("bell", event=True), Measured("level")]))
+    bench = Bench(text, states=(Tells,), scripted=False, board=board)
+    bench.tick()
+
+    notes = [r for r in bench.run.trace if r.kind == "note"]
+    without = [r for r in bench.run.trace if r.kind != "note"]
+
+    assert [(r.subject, r.detail) for r in notes] == [("a", ("bell True, level False \\ud800",))]
+    silent = Bench(text.replace("Tells", "Do"))
+    silent.end("a", "done")
+    silent.tick()
+    assert bench.run.trace.sha256() == silent.run.trace.sha256()
+    assert without == list(silent.run.trace)

@@ -9,6 +9,13 @@ from typing import Any
 
 import pytest
 
+from engine.chart import load_text
+from engine.check.all_checks import check
+from engine.interfaces import interface
+from engine.machine.machine import Machine
+from engine.run.chart_run import ChartRun
+from engine.signals.board import Board
+from engine.signals.signal_kinds import Measured, declare
 from engine.state import NEVER_NS
 from hw.model.prop import GripperModel
 from hw.samples import GripperState, WrenchReading
@@ -138,6 +145,43 @@ def test_whatever_ends_it_stops_the_fingers(context: Any) -> None:
     assert not fingers.gripper.state.moving
 
 
+BOTH = """
+chart: both
+outcomes: [done]
+all:
+  left: {do: OpenGripper, with: {part: left_gripper, signal: left.state}}
+  right: {do: CloseGripper, with: {part: right_gripper, signal: right.state}}
+"""
+
+
+def test_a_robot_with_two_grippers_moves_both_at_once() -> None:
+    library = load_text(BOTH)
+    states = {cls.__name__: interface(cls) for cls in (OpenGripper, CloseGripper)}
+    signals = declare([
+        Measured("left.state", GripperState),
+        Measured("right.state", GripperState),
+        Measured("stop.engaged", str),
+    ])  # fmt: skip
+    same = load_text(BOTH.replace("right_gripper", "left_gripper"))
+    parts = {"left_gripper": SimGripper(MODEL), "right_gripper": SimGripper(MODEL)}
+    board = Board(signals)
+    run = ChartRun(Machine(library["both"], library, states), board, parts)
+
+    found = check(library, states, signals=signals, parts=tuple(parts))
+    assert {finding.code for finding in found} == {"S10"}, found  # errors end the chart
+    assert "S08" in {finding.code for finding in check(same, states)}
+    for tick in range(60):
+        now = tick * 10**9 // HZ
+        for name, gripper in parts.items():
+            gripper.advance(now)
+            board.put(f"{name.removesuffix('_gripper')}.state", gripper.state, now)
+        run.tick(now)
+
+    assert run.outcome == "done"
+    ends = {r.subject: r.detail[0] for r in run.trace if r.kind == "outcome"}
+    assert (ends["left"], ends["right"]) == ("opened", "empty")
+
+
 def force(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> WrenchReading:
     return WrenchReading((x, y, z), (0.0, 0.0, 0.0))
 
@@ -192,7 +236,7 @@ def test_what_the_tool_weighs_at_entry_does_not_count_unless_asked(context: Any)
 
 
 def test_a_force_has_to_last_and_may_fall_a_little(context: Any) -> None:
-    monitor = Felt(context, WaitForForce(5.0, for_=0.3))
+    monitor = Felt(context, WaitForForce(5.0, for_=0.3, older=1.0))
 
     assert monitor.step(0.0, force()) is None
     assert monitor.waits.until == NEVER_NS
@@ -210,8 +254,11 @@ def test_a_silent_sensor_feels_nothing(context: Any) -> None:
 
     assert monitor.step(0.0, None) is None
     assert monitor.step(0.1, force()) is None
-    assert monitor.waits.older == round(0.2e9)
     assert monitor.step(0.2, force(x=math.inf)) is None
+    assert monitor.waits.until == round(0.4e9) + 1  # then the reading is older than 0.2 s
+    assert monitor.waits.older == round(0.2e9)
     assert monitor.step(0.4, None) is None
     assert monitor.step(0.6, force(x=6.0)) is None
+    assert monitor.step(0.8, force(x=6.0)) is None
     assert monitor.waits.until == round(0.9e9)
+    assert monitor.step(0.9, force(x=6.0)) == "felt"

@@ -1,0 +1,1 @@
+"""States that compute with the data of a chart: states alone."""

@@ -1,0 +1,159 @@
+"""States that compute with the data of a chart; each ends at once."""
+
+from __future__ import annotations
+
+import string
+from collections.abc import Iterator, Sequence
+from typing import Any, Generic, TypeVar
+
+from engine import Action, Context, Outcome
+
+T = TypeVar("T")
+N = TypeVar("N", bound=float)
+
+EXACT: Any = 0  # of whatever dimension the numbers have
+ONE: Any = 1
+PLACES = ("a", "b", "c")
+"""The inputs that a text can show."""
+DIGITS = ("", *"0123456789")
+"""How many digits after the point a number can be given; empty: as many as it has."""
+RIGHT = "write {a}, {b} or {c}, {a:2} for two digits after the point, {{ and }} for braces"
+
+
+class Compare(Action, Generic[N]):
+    """Compare two numbers: `a` is `less` than `b`, `equal` to it within `tolerance`, or `greater`.
+
+    `{do: Compare, in: {a: tries, b: 3}, next: {less: again, equal: .failed, greater: .failed}}`.
+    What is no number cannot be compared: an error.
+    """
+
+    outcomes = ("less", "equal", "greater")
+
+    def __init__(self, tolerance: N = EXACT) -> None:
+        self.tolerance = tolerance
+
+    def run(self, ctx: Context, a: N, b: N) -> Outcome:
+        if a == b or abs(a - b) <= self.tolerance:
+            return "equal"
+        if a != a or b != b:
+            raise ValueError(f"Compare: {a} and {b} cannot be compared; nan is no number")
+        return "less" if a < b else "greater"
+
+
+class Switch(Action):
+    """Go on by a text: the outcome of its own name if it is among `cases`, else `other`.
+
+    `{do: Switch, with: {cases: [tea, coffee]}, in: {value: order}, next: {tea: …, coffee: …,
+    other: ask}}`. No text is `other`.
+    """
+
+    outcomes = ("$cases", "other")
+
+    def __init__(self, cases: tuple[str, ...]) -> None:
+        self.cases = cases
+
+    def run(self, ctx: Context, value: str | None) -> Outcome:
+        return value if value is not None and value in self.cases else "other"
+
+
+class Index(Action, Generic[T]):
+    """Take the item at `index` from a list, counted from 0; `end` if the list has no such item.
+
+    `{do: Index, in: {items: stops, index: turn}, out: {item: goal, next: turn},
+    next: {found: drive, end: .done}}` goes through a list, one item each time it is entered: the
+    output `next` is the index after this one.
+    """
+
+    outcomes = ("found", "end")
+    outputs = {"found": {"item": T, "next": int}}  # type: ignore[misc]
+
+    def run(self, ctx: Context, items: tuple[T, ...], index: int) -> Outcome:
+        if index < 0:
+            raise ValueError(f"Index: there is no item {index}; the first one is 0")
+        if index >= len(items):
+            return "end"
+        return "found", {"item": items[index], "next": index + 1}
+
+
+class Sum(Action, Generic[N]):
+    """Add two numbers; without a `b`, count one up, with a negative one, down.
+
+    `{do: Sum, in: {a: tries}, out: {sum: tries}, next: {summed: again}}`.
+    """
+
+    outcomes = ("summed",)
+    outputs = {"summed": {"sum": N}}  # type: ignore[misc]
+
+    def run(self, ctx: Context, a: N, b: N = ONE) -> Outcome:
+        return "summed", {"sum": a + b}
+
+
+class Format(Action):
+    """Put up to three values into a text: `{a}`, `{b}` and `{c}` stand for the inputs.
+
+    `{do: Format, with: {text: "stop {a}, {b:2} m away"}, in: {a: turn, b: distance},
+    out: {text: report}, next: {formatted: tell}}`. `{b:2}` is a number with two digits after the
+    point; `{{` and `}}` are braces.
+    """
+
+    outcomes = ("formatted",)
+    outputs = {"formatted": {"text": str}}
+
+    def __init__(self, text: str) -> None:
+        self._pieces = tuple(_pieces(text))
+
+    def run(self, ctx: Context, a: Any = None, b: Any = None, c: Any = None) -> Outcome:
+        return "formatted", {"text": _filled(self._pieces, (a, b, c))}
+
+
+class Log(Action):
+    """Note a text in the trace and the record of the run, with values as in `Format`.
+
+    `{do: Log, with: {text: "battery at {a:1}"}, in: {a: charge}, next: {logged: drive}}`.
+    """
+
+    outcomes = ("logged",)
+
+    def __init__(self, text: str) -> None:
+        self._pieces = tuple(_pieces(text))
+
+    def run(self, ctx: Context, a: Any = None, b: Any = None, c: Any = None) -> Outcome:
+        ctx.note(_filled(self._pieces, (a, b, c)))
+        return "logged"
+
+
+_Piece = tuple[str, str | None, str]
+"""Text, the input that follows it, and how many digits that is to have."""
+
+
+def _pieces(text: str) -> Iterator[_Piece]:
+    """The pieces of a text with places.
+
+    Raises:
+        ValueError: a brace has no other one, or they hold something else than a place.
+    """
+    try:
+        parsed = list(string.Formatter().parse(text))
+    except ValueError:
+        raise ValueError(f"text {text!r}: a brace stands alone; {RIGHT}") from None
+    for before, name, digits, conversion in parsed:
+        is_place = name in PLACES and digits in DIGITS and conversion is None
+        if name is not None and not is_place:
+            raise ValueError(f"text {text!r}: {{{name}…}} stands for no value; {RIGHT}")
+        yield before, name, digits or ""
+
+
+def _filled(pieces: Sequence[_Piece], values: Sequence[object]) -> str:
+    return "".join(
+        before if name is None else before + _written(values[PLACES.index(name)], digits)
+        for before, name, digits in pieces
+    )
+
+
+def _written(value: object, digits: str) -> str:
+    """A value as charts write it."""
+    if value is None or isinstance(value, bool):
+        return str(value).lower()
+    if digits and isinstance(value, int | float):
+        return f"{value:.{digits}f}"
+    return f"{value:g}" if isinstance(value, float) else str(value)

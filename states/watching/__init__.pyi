@@ -1,0 +1,4 @@
+from states.watching.states import (
+    silence as silence,
+    sustained as sustained,
+)
