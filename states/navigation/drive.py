@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-from engine.files import Duration
+from engine.files import Duration, Speed
 from hw import OLD_S, DriveMode, Pose2, Twist2, UserPose, wrap
 from hw.scene import Disc, Point
 from states.environment import (
@@ -70,7 +70,7 @@ class BaseDrive:
     """A drive of the base with a subsystem's values: `towards` a goal, once per tick.
 
     A context manager: whatever ends it, the base is released and gets its mode back. `clearance`,
-    `mode` and `patience` are those of `DriveTo`; the pose of the base is known.
+    `mode`, `patience` and `speed` are those of `DriveTo`; the pose of the base is known.
     """
 
     def __init__(
@@ -80,6 +80,7 @@ class BaseDrive:
         clearance: Clearance,
         mode: DriveMode,
         patience: Duration = 3.0,
+        speed: Speed | None = None,
     ) -> None:
         self._ctx, self._base, self._environment = ctx, ctx.part("base"), environment_of(ctx)
         self._subsystem, self._mode, self._before = subsystem, mode, ctx.value(BASE_MODE)
@@ -87,6 +88,7 @@ class BaseDrive:
         self._planner = planner_key(self._keeping)
         named = self._environment.navigation.named
         self._own, self._kept = named(subsystem), named(self._keeping)
+        self._speed = math.inf if speed is None else speed
         self._driver: LocalPlanner | None = None
         self._goal: Pose2 | None = None
         self._progress = GoalProgress(patience)
@@ -146,7 +148,7 @@ class BaseDrive:
             from states.navigation.planners import driver_of
 
             named = self._subsystem, planner, self._keeping, self._mode
-            self._driver = driver_of(self._environment, *named)
+            self._driver = driver_of(self._environment, *named, self._speed)
         self._driver.planner = planner
         self._goal = goal
         self._driver.go_to(goal)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -54,15 +55,17 @@ def driver_of(
     planner: GlobalPlanner,
     keeping: SubsystemName | None = None,
     mode: DriveMode = "omni",
+    speed: float = math.inf,
 ) -> LocalPlanner:
     """A new local planner with a subsystem's values; one per drive.
 
-    `keeping` names the subsystem whose distance from walls it keeps; None: its own.
+    `keeping` names the subsystem whose distance from walls it keeps; None: its own. `speed` is a
+    further limit, m/s.
     """
     subsystem, room = environment.navigation.named(name), environment.room
     own, base = environment.limits, environment.robot.base
     limits = Limits(
-        min(subsystem.max_speed, own.base_speed, base.max_speed),
+        min(speed, subsystem.max_speed, own.base_speed, base.max_speed),
         own.base_acceleration,
         min(own.base_yaw_rate, base.max_yaw_rate),
         own.base_yaw_acceleration,

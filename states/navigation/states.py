@@ -7,7 +7,7 @@ from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from engine import Action, Context, Key, Run, Yielded
-from engine.files import Duration, Length
+from engine.files import Duration, Length, Speed
 from hw import DriveMode, Pose2
 from states.environment import (
     BASE_MODE,
@@ -52,14 +52,17 @@ class _Drives(Action):
         patience: Duration = 3.0,
         mode: DriveMode = "omni",
         clearance: Clearance = "own",
+        speed: Speed | None = None,
     ) -> None:
         self.subsystem: SubsystemName = subsystem
         self.clearance: Clearance = clearance
         self.patience = patience
         self.mode: DriveMode = mode
+        self.speed = speed
 
     def _drive(self, ctx: Context) -> BaseDrive:
-        return BaseDrive(ctx, self.subsystem, self.clearance, self.mode, self.patience)
+        keeping = self.clearance, self.mode, self.patience, self.speed
+        return BaseDrive(ctx, self.subsystem, *keeping)
 
 
 class DriveTo(_Drives):
@@ -73,7 +76,7 @@ class DriveTo(_Drives):
     `no_path`: for 1 s the goal has not been free or reachable; `stuck`: no progress for
     `patience`; `lost`: the pose of base or user is, or a scanner has fallen silent; a first pose
     is waited for (`FIRST_POSE_S`). With the `mode` differential the robot drives only along its
-    heading (R2), until the drive ends.
+    heading (R2), until the drive ends. It is nowhere faster than `speed`, if that is given.
     """
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
@@ -99,8 +102,9 @@ class DriveThrough(_Drives):
         patience: Duration = 3.0,
         mode: DriveMode = "omni",
         clearance: Clearance = "own",
+        speed: Speed | None = None,
     ) -> None:
-        super().__init__(subsystem, patience, mode, clearance)
+        super().__init__(subsystem, patience, mode, clearance, speed)
         self.passing = passing
 
     def run(self, ctx: Context, goals: tuple[Pose2, ...]) -> Run:

@@ -40,12 +40,13 @@ class Drive:
         name: SubsystemName = "chase",
         mode: DriveMode = "omni",
         start: Pose2 = START,
+        speed: float | None = None,
     ) -> None:
         self.base = SimBase(environment.robot, environment.limits, start)
         self.guard = alone(self.base, environment)
         values = {"environment": environment, "base.pose": start, "base.twist": self.base.twist}
         self.ctx = context(values | {"base.mode": self.base.mode}, {"base": self.guard})
-        self.run = DriveTo(name, mode=mode).run(self.ctx, goal)
+        self.run = DriveTo(name, mode=mode, speed=speed).run(self.ctx, goal)
         self.fastest = self.sideways = 0.0
 
     def until_end(self, take_step: Any, seconds: float) -> str | None:
@@ -77,6 +78,17 @@ def test_a_drive_arrives_at_place_and_yaw_and_stands(
         goal.yaw, abs=environment.navigation.chase.yaw_tolerance
     )
     assert drive.fastest <= 1.5 + 1e-6
+
+
+@pytest.mark.parametrize(("speed", "fastest"), [(0.2, 0.2), (9.0, 1.5)])
+def test_a_drive_is_nowhere_faster_than_told_nor_than_its_subsystem(
+    environment: Environment, context: Any, take_step: Any, speed: float, fastest: float
+) -> None:
+    drive = Drive(environment, context, Pose2(6.0, 2.0, 0.0), speed=speed)
+
+    assert drive.until_end(take_step, 30) == "arrived"
+
+    assert drive.fastest == pytest.approx(fastest, abs=0.01)
 
 
 @pytest.mark.requirement(2)
