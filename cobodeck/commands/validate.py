@@ -24,6 +24,7 @@ from cobodeck.project import (
     reached,
     read_source,
     replacements,
+    shipped_charts,
     strictly,
     wrong_parts,
 )
@@ -122,6 +123,6 @@ def _default_paths(known: Catalogue) -> list[Path]:
         return own
     import hw
 
-    shipped = [CHARTS, Path(hw.__path__[0])]
+    shipped = [*shipped_charts(), CHARTS / "profiles", Path(hw.__path__[0])]
     here = Path.cwd()
     return [path.relative_to(here) if path.is_relative_to(here) else path for path in shipped]

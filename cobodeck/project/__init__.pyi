@@ -38,4 +38,5 @@ from cobodeck.project.state_catalogue import (
     CHARTS as CHARTS,
     Catalogue as Catalogue,
     catalogue as catalogue,
+    shipped_charts as shipped_charts,
 )

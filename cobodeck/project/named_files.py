@@ -29,6 +29,8 @@ KINDS = (
 ROOT = Path(__file__).parent.parent.parent
 SHIPPED = ("charts", "hw")
 """The packages that contain shipped files."""
+EXAMPLES = ROOT / "charts" / "examples"
+"""A project of its own among them."""
 _HEAD_BYTES = 4096
 
 
@@ -101,7 +103,7 @@ def _shipped_heads() -> Iterator[tuple[str, str]]:
     for package in SHIPPED:
         for file in (ROOT / package).rglob("*.yaml"):
             head = head_of(file)
-            if head is not None:
+            if head is not None and EXAMPLES not in file.parents:
                 yield head
 
 

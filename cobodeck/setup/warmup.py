@@ -26,7 +26,8 @@ def warm_up(setup: Setup, machine: Machine) -> None:
     leaves = reachable(machine)
     commanded = {part for leaf in leaves for part in leaf.interface.commands}
     in_a_room = any("environment" in leaf.interface.reads for leaf in leaves)
-    drives, reaches = ("base" in commanded and in_a_room), ("arm" in commanded and in_a_room)
+    drives = "base" in commanded and in_a_room
+    reaches = "arm" in commanded and in_a_room and setup.robot.arm is not None  # else refused later
     if drives or reaches:
         with compiling(drives * OF_DRIVING + reaches * OF_REACHING):
             if drives:

@@ -87,6 +87,7 @@ class ChartTester:
         user: str | None = None,
         requests: int | None = None,
         profile: str | None = None,
+        tier: int = 1,
     ) -> ChartTester:
         """Start a chart: a file beside the test, a name, or the YAML text itself.
 
@@ -104,6 +105,7 @@ class ChartTester:
             user: the person in the scene; by default the scene's own.
             requests: number of touches that the user asks for.
             profile: by default `tuned`.
+            tier: 1, or 2 with all sensors.
 
         Raises:
             AssertionError, Problem: the chart has errors, an input has no value, or something is
@@ -123,7 +125,7 @@ class ChartTester:
                 file = self._beside(chart)
                 setup = open_setup(file, scene, profile, HZ, robot, known=known, inputs=inputs)
                 require_inputs(setup.machine(parameters))
-                loop = self._simulated(setup, Options(user, requests), parameters)
+                loop = self._simulated(setup, Options(user, requests, tier=tier), parameters)
         except Problem as problem:
             raise problem.with_traceback(None) from None
         except Mismatch as mismatch:
