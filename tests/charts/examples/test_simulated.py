@@ -41,7 +41,10 @@ def run(sim: ChartTester, name: str, tier: int = 1) -> None:
     assert not sim.run.errors
 
 
-@pytest.mark.parametrize("name", RUNS)
+LONG = [pytest.param(name, marks=pytest.mark.slow) if name == "tea" else name for name in RUNS]
+
+
+@pytest.mark.parametrize("name", LONG)
 def test_an_example_runs_to_its_end(sim: ChartTester, name: str) -> None:
     run(sim, name)
 
