@@ -49,11 +49,11 @@ class Interface:
     inputs: Mapping[str, Argument]
     outputs: Mapping[str, Mapping[str, Type]]
     reads: Mapping[str, Any]
-    optional: tuple[str, ...]
     commands: tuple[str, ...]
     instant: bool
     about: str
     make: Callable[..., State] = field(compare=False)
+    optional: tuple[str, ...] = ()
 
     @property
     def needed(self) -> tuple[str, ...]:
