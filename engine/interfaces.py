@@ -35,11 +35,22 @@ class Argument:
         return self.default is _REQUIRED
 
 
+class NoOutcome(ValueError):
+    """A value that cannot name an outcome."""
+
+    def __init__(self, message: str, outcome: str) -> None:
+        super().__init__(message)
+        self.outcome = outcome
+
+
 @dataclass(frozen=True, slots=True)
 class Interface:
     """What the engine needs to know about a state class.
 
-    `optional`: those of `reads` that nothing has to give.
+    Attributes:
+        optional: those of `reads` that nothing has to give.
+        named_by: the parameters that name outcomes, signals or parts, known before a run.
+        is_open: whether names or types in it depend on the node that names the class.
     """
 
     name: str
@@ -53,6 +64,8 @@ class Interface:
     instant: bool
     about: str
     make: Callable[..., State] = field(compare=False)
+    named_by: frozenset[str] = field(init=False, compare=False)
+    is_open: bool = field(init=False, compare=False)
     optional: tuple[str, ...] = ()
 
     @property
@@ -60,18 +73,14 @@ class Interface:
         """The signals without which it cannot run."""
         return tuple(name for name in self.reads if name not in self.optional)
 
-    @property
-    def named_by(self) -> frozenset[str]:
-        """The parameters that name outcomes, signals or parts: known before a run, by `with`."""
+    def __post_init__(self) -> None:
         ages = [age for age in self.reads.values() if isinstance(age, str)]
         names = (*self.outcomes, *self.outputs, *self.reads, *self.commands, *ages)
-        return frozenset(name[1:] for name in names if name[0] == "$")
-
-    @property
-    def is_open(self) -> bool:
-        """Whether names or types in it depend on the node that names the class."""
         arguments = (*self.parameters.values(), *self.inputs.values())
-        return bool(self.named_by) or any(_has_variable(a.type) for a in arguments)
+        named_by = frozenset(name[1:] for name in names if name[:1] == "$")
+        is_open = bool(named_by) or any(_has_variable(a.type) for a in arguments)
+        object.__setattr__(self, "named_by", named_by)
+        object.__setattr__(self, "is_open", is_open)
 
 
 @cache
@@ -125,7 +134,7 @@ def resolved(
         types: what the type variables stand for, see `bindings`.
 
     Raises:
-        ValueError: a value is no name of an outcome.
+        NoOutcome: a value is no name of an outcome.
     """
     values = {name: given.get(name, of.parameters[name].default) for name in of.named_by}
     bound = types or {}
@@ -187,11 +196,12 @@ def _names(template: str, values: Mapping[str, Any]) -> tuple[str, ...]:
 def _require_outcomes(outcomes: tuple[str, ...]) -> None:
     for name in outcomes:
         if name[:1] != "$" and not is_name(str(name)):
-            raise ValueError(f"{name!r} cannot be an outcome; letters, digits and _ are allowed")
+            message = f"{name!r} cannot be an outcome; letters, digits and _ are allowed"
+            raise NoOutcome(message, name)
         if name in RESERVED_OUTCOMES:
-            raise ValueError(f"{name!r} is a reserved outcome; take another name")
+            raise NoOutcome(f"{name!r} is a reserved outcome; take another name", name)
         if outcomes.count(name) > 1:
-            raise ValueError(f"the outcome {name!r} is there already; keep one of them")
+            raise NoOutcome(f"the outcome {name!r} is there already; keep one of them", name)
 
 
 def _substituted(

@@ -89,6 +89,10 @@ class WithinLiteral(Mismatch):
         return "".join(f".{key}" if isinstance(key, str) else f"[{key}]" for key in self.keys)
 
 
+class WrongKey(WithinLiteral):
+    """A key of a value that should not be there; the last of `keys`."""
+
+
 class ConstantMismatch(Mismatch):
     """A mismatch of the constant `name`."""
 
@@ -235,7 +239,7 @@ def _instance(value: Any, cls: type, by: Resolver) -> Any:
     if kind in value and kind not in fields:
         if len(value) > 1:
             other = next(key for key in value if key != kind)
-            raise WithinLiteral(f"{kind!r} says it all; leave out {other!r}", other)
+            raise WrongKey(f"{kind!r} says it all; leave out {other!r}", other)
         return by.named(kind, _inside(value[kind], Type("text"), by, kind))
     given = {name: _field(name, item, cls, fields, by) for name, item in value.items()}
     missing = [name for name, field in fields.items() if field.required and name not in given]
@@ -255,7 +259,7 @@ def _field(
     if name not in fields:
         kind = getattr(cls, "named_by", "")
         near = did_you_mean(name, [*fields, *([kind] if kind else [])])
-        raise WithinLiteral(f"a {cls.__name__} has no {name!r}; {near}", name)
+        raise WrongKey(f"a {cls.__name__} has no {name!r}; {near}", name)
     return _inside(value, fields[name].type, by, name)
 
 
@@ -265,14 +269,15 @@ def _inside(value: Any, wanted: Type, by: Resolver, key: str | int) -> Any:
     except ConstantMismatch:
         raise
     except WithinLiteral as mismatch:
-        raise WithinLiteral(str(mismatch), key, *mismatch.keys) from None
+        raise type(mismatch)(str(mismatch), key, *mismatch.keys) from None
     except Mismatch as mismatch:
         raise WithinLiteral(str(mismatch), key) from None
 
 
 def _list(value: Any, wanted: Type, by: Resolver) -> Any:
     if not isinstance(value, list | tuple):
-        raise Mismatch(f"{shown(value)} is not a list")
+        meant = "[{…}]" if isinstance(value, Mapping) else f"[{value}]"
+        raise Mismatch(f"{shown(value)} is not a list; write `{meant}`")
     assert wanted.item is not None
     items = tuple(_inside(item, wanted.item, by, n) for n, item in enumerate(value))
     return LATER if any(item is LATER for item in items) else items

@@ -23,6 +23,7 @@ from cobodeck.project.names_in_values import (
     PLACE as PLACE,
     known_constants as known_constants,
     known_names as known_names,
+    known_places as known_places,
 )
 from cobodeck.project.part_check import (
     error_text as error_text,

@@ -36,11 +36,11 @@ def known_names(library: Mapping[str, Chart], catalogue: Catalogue) -> NamedValu
     return NamedValues(
         constants=known_constants(library),
         signals=types_of(catalogue.signals),
-        named={PLACE: _known_places(library, catalogue)} if by_scene else None,
+        named={PLACE: known_places(library, catalogue)} if by_scene else None,
     )
 
 
-def _known_places(library: Mapping[str, Chart], catalogue: Catalogue) -> dict[str, Pose2]:
+def known_places(library: Mapping[str, Chart], catalogue: Catalogue) -> dict[str, Pose2]:
     """The places of all scenes by name: the shipped ones, a project's, those beside the charts."""
     folders = {Path(chart.file).parent for chart in library.values() if is_file(Path(chart.file))}
     files = (file for folder in folders for ending in YAML for file in folder.glob(f"*{ending}"))

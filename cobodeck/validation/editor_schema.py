@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 
-from cobodeck.project import CHARTS, Catalogue, catalogue, chart_names
+from cobodeck.project import CHARTS, PLACE, Catalogue, catalogue, chart_names, known_places
 from engine.chart import load_files
 from engine.files import FileError, SourceFile, is_file, read_text
-from engine.files.declared import document, text_of
+from engine.files.declared import document, no_files, text_of, with_own_files
 from engine.schema import schema_text
 
 _MODELINE = re.compile(r"^#\s*yaml-language-server:\s*\$schema=(\S+)", re.MULTILINE)
@@ -19,8 +20,19 @@ _LARGEST = 10_000_000  # bytes of a schema
 def schema_for(kind: str, known: Catalogue) -> str:
     """The JSON Schema of a kind of file; that of charts has the catalogue's states and charts."""
     if kind == "chart":
-        return schema_text(known.interfaces, load_files(chart_names(known).values()), known.types)
+        return _of_charts(known)
     return text_of(document(declaration(kind), base="base" if kind == "profile" else ""))
+
+
+def _of_charts(known: Catalogue) -> str:
+    """The schema of charts, with names for values; without a project, the shipped ones."""
+    from behaviors.profile import load_profile
+
+    charts = load_files(chart_names(known).values())
+    with nullcontext() if known.projects else with_own_files(no_files):
+        names = {PLACE: sorted(known_places(charts, known))}
+    constants = {f"profile.{key}": value for key, value in load_profile("tuned").values.items()}
+    return schema_text(known.interfaces, charts, known.types, known.signals, constants, names)
 
 
 def declaration(kind: str) -> type:

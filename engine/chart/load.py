@@ -254,7 +254,8 @@ class _Reader:
             self.report("C03", f"{what} in {entry!r}", inside.keys_at[entry], hint)
             return
         at = inside.values_at.get(entry, inside.at)
-        self.report("C03", f"{section}.{entry} is a name, not {shown(value)}", at)
+        hint = _A_KEY if section in ("in", "out") else ""
+        self.report("C03", f"{section}.{entry} is a name, not {shown(value)}", at, hint)
 
     def values(self, raw: Map, key: str) -> Mapping[str, Any]:
         inside = self.mapping(raw, key, "parameter: value")
@@ -424,5 +425,6 @@ _FIELDS = {
     if key.value in _READERS
 }
 _A_RULE = "`when: [{outcome: x, if: {child: outcome}}]`"
+_A_KEY = "a data key; values stand under `with` and `in` of what is done, watched or used"
 _TRIES = "times: 2, on: failed, wait: 1 s"
 _A_RETRY = f"`retry: {{{_TRIES}}}`"

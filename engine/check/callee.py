@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import PurePath
+from typing import Any
 
-from engine.chart import Chart, DataKey, Library, Parameter
+from engine.chart import Chart, DataKey, Library, Parameter, Reference
 from engine.interfaces import Argument, Interface
 from engine.machine import NamedValues
 from engine.types import ANY, Type
@@ -41,7 +42,7 @@ class Callee:
     """A state class or chart with its parameters, inputs and outputs.
 
     `outputs` has the types of the outputs by outcome and name. The `facts` of a chart are filled
-    in once that chart has been checked. `named_by`: the parameters of a class that name something.
+    in once that chart has been checked. `ending`: the parameters of a class that name outcomes.
     """
 
     name: str
@@ -51,7 +52,7 @@ class Callee:
     outputs: Mapping[str, Mapping[str, Type]]
     facts: Facts = field(default_factory=Facts)
     monitor: bool = False
-    named_by: frozenset[str] = frozenset()
+    ending: tuple[str, ...] = ()
     ends: dict[str, tuple[()]] = field(init=False)
     required_parameters: frozenset[str] = field(init=False)
     required_inputs: frozenset[str] = field(init=False)
@@ -91,6 +92,13 @@ class KnownNames:
         read = {chart.file for chart in self.library.values()}
         self.unread = frozenset(PurePath(f).stem for f in self.library.sources if f not in read)
 
+    def meant(self, value: Any) -> Any:
+        """What a value written as `$profile.x` stands for; None if nothing, others themselves."""
+        if isinstance(value, Reference) and value.is_constant:
+            constant = self.around.constants.get(value.name)
+            return None if constant is None else constant.value
+        return value
+
     def state_class(self, name: str) -> Callee | None:
         """The state class of this name."""
         if name not in self.classes and name in self.interfaces:
@@ -116,7 +124,6 @@ def of_interface(interface: Interface) -> Callee:
         interface.outputs,
         Facts(commands, bool(commands), instant),
         interface.monitor,
-        interface.named_by,
     )
 
 

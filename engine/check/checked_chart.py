@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from engine.chart import CONTAINERS, Chart, DataKey, Node, Rule, key_mark_of, mark_of
 from engine.check.callee import Callee, KnownNames
-from engine.files import Finding, Mark, Severity, did_you_mean
+from engine.files import Finding, Map, Mark, Severity, did_you_mean
 from engine.types import ANY, Type
 
 EFFORT = 10_000  # maximum number of names compared for the suggestions of one chart
@@ -191,7 +191,7 @@ def _resolve(
     placed = PlacedNode(node, parent, names)
     checked.nodes.append(placed)
     if placed.is_container:
-        if node.inputs or node.outputs:
+        if node.raw.keys() & {"in", "out"}:
             placed.names = names = _aliases(checked, placed)
         placed.children = [_resolve(checked, child, placed, names) for child in node.children]
     elif node.form == "use":
@@ -208,8 +208,9 @@ def _aliases(checked: CheckedChart, placed: PlacedNode) -> Mapping[str, str | No
         for inner, outer in entries.items():
             if outer not in names:
                 unknown_key(checked, placed, section, inner, outer, names)
-        if entries:
-            own = {inner: names.get(outer) for inner, outer in entries.items()}
+        inside = placed.node.raw.get(section)
+        if isinstance(inside, Map) and inside:  # those that are no words were reported on loading
+            own = dict.fromkeys(inside) | {i: names.get(outer) for i, outer in entries.items()}
             names = ChainMap(own, names)  # type: ignore[arg-type]  # nobody writes to it
     return names
 
@@ -221,9 +222,10 @@ def unknown_key(
     entry: str,
     key: str,
     known: Iterable[str],
+    hint: str = "",
 ) -> None:
     """Report N11: `in` or `out` names a key that does not exist."""
-    hint = checked.near(key, known)
+    hint = hint or checked.near(key, known)
     checked.error("N11", f"no data key {key!r}", mark_of(placed.node.raw, section, entry), hint)
 
 

@@ -93,6 +93,8 @@ def _no_outcome(checked: CheckedChart, placed: PlacedNode, outcome: str, at: Mar
         return
     what = placed.node.target if placed.callee is not None else repr(placed.node.name)
     hint = checked.near(outcome, placed.ends, ("error",))
+    if placed.callee is not None and placed.callee.ending:
+        hint = f"{hint}; `{placed.callee.ending[0]}` may name others".removeprefix("; ")
     checked.error("N05", f"{what} has no outcome {outcome!r}", at, hint)
 
 
@@ -190,7 +192,7 @@ def _top_hint(checked: CheckedChart, outcome: str, parent: PlacedNode | None) ->
         return checked.near(outcome, outcomes)
     if parent.form == "states" and outcome in parent.node.raw["states"]:
         return f"did you mean {outcome!r}, without the dot? `.{outcome}` ends the container"
-    return checked.near(f".{outcome}", [f".{known}" for known in outcomes])
+    return checked.near(f".{outcome}", [f".{known}" for known in (*outcomes, *parent.node.next)])
 
 
 def _origin_mark(origin: Origin) -> Mark:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from itertools import chain, product
 
 from engine.chart import Reference, mark_of
 from engine.check.callee import Callee
@@ -26,18 +27,28 @@ def check_parts(checked: CheckedChart) -> None:
 
 
 def _note_used(checked: CheckedChart, placed: PlacedNode, callee: Callee) -> None:
-    """Note what a used chart commands, with the parts that this node names; S08 among them."""
-
-    def part(name: str) -> str:
-        if name[0] != "$":
-            return name
-        argument = callee.parameters[name[1:]]
-        value = placed.node.parameters.get(name[1:], argument.default)
-        return f"${value.name}" if isinstance(value, Reference) else str(value)
-
-    placed.commands = frozenset(map(part, callee.facts.commands))
+    """Note what a used chart commands, with the parts that this node names; N12, S08 among them."""
+    named = {name: _parts_of(checked, placed, name) for name in callee.facts.commands}
+    placed.commands = frozenset(chain.from_iterable(named.values()))
     for first, second in callee.facts.beside:
-        _note_beside(checked, placed, part(first), part(second), placed)
+        for one, other in product(named[first], named[second]):
+            _note_beside(checked, placed, one, other, placed)
+    for name in named if checked.scope.parts is not None else ():
+        if name[0] == "$":
+            _check_named_parts(checked, [placed], name[1:], checked.scope.parts or ())
+
+
+def _parts_of(checked: CheckedChart, placed: PlacedNode, name: str) -> tuple[str, ...]:
+    """What a part is called here that a used chart commands, by its name or by `$parameter`."""
+    if name[0] != "$":
+        return (name,)
+    scope = checked.scope
+    declared = scope.library[placed.node.target].parameters.get(name[1:])
+    default = None if declared is None else declared.default
+    value = scope.meant(placed.node.parameters.get(name[1:], default))
+    if isinstance(value, Reference):
+        return (f"${value.name}",)
+    return tuple(map(str, value if isinstance(value, list) else [value] if value else ()))
 
 
 def _note_beside(
@@ -110,7 +121,7 @@ def _check_named_parts(
 ) -> None:
     """N12: the parts that a parameter of these nodes names exist."""
     for placed in nodes:
-        value = placed.node.parameters.get(parameter)
+        value = checked.scope.meant(placed.node.parameters.get(parameter))
         for name in value if isinstance(value, list) else [value]:
             if isinstance(name, str) and name not in known:
                 at = mark_of(placed.node.raw, "with", parameter)

@@ -36,6 +36,7 @@ from engine.files.source import (
 )
 from engine.files.suggestions import (
     help_with_name as help_with_name,
+    nearest as nearest,
     plain_word as plain_word,
 )
 from engine.files.text import (

@@ -44,6 +44,7 @@ SYNONYMS = {
     "name": "chart", "id": "chart", "description": "about", "comment": "about", "doc": "about",
     "after": "timeout", "deadline": "timeout", "time_limit": "timeout",
     "repeat": "retry", "retries": "retry", "tries": "retry", "when": "if", "conditions": "if",
+    "initial": "default", "default": "initial",
     "variables": "data", "userdata": "data", "keys": "data", "results": "outcomes",
     "float": "number", "double": "number", "int": "integer", "bool": "boolean", "str": "text",
     "string": "text", "object": "any", "time": "duration", "seconds": "duration",

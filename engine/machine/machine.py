@@ -123,8 +123,8 @@ class Machine:
         box.children = tuple(children)
         self._connect(box, inner)
         parameters = tuple(sorted(given.known.items(), key=str))
-        values = tuple((name, box.cells[name].initial) for name in sorted(node.given))
-        box.signature = (box.form, box.keeps, box.chart, parameters, values, *_bindings(node))
+        values = {name: box.cells[name].initial for name in node.given}
+        box.signature = (box.form, box.keeps, box.chart, parameters, *_bindings(node, values))
         return box
 
     def _vertex(
@@ -162,19 +162,14 @@ class Machine:
         for name, value in node.parameters.items():
             wanted = interface.parameters[name].type
             leaf.parameters[python_name(name)] = _converted(f"{path}: {name}", value, wanted, given)
-        for name, value in node.given.items():
-            wanted = (interface.inputs.get(name) or interface.parameters[name]).type
-            held = leaf.given if name in interface.inputs else leaf.parameters
-            held[python_name(name)] = _converted(f"{path}: {name}", value, wanted, given)
-        read = [(name, python_name(name), names[key]) for name, key in node.reads.items()]
-        leaf.inputs = tuple((called, c) for name, called, c in read if name in interface.inputs)
-        leaf.bound = tuple((called, c) for name, called, c in read if name not in interface.inputs)
+        if node.inputs:
+            _read(leaf, node, names, given)
         for outcome, produced in interface.outputs.items():
             leaf.outputs[outcome] = tuple(
                 (name, names[node.outputs[name]]) for name in produced if name in node.outputs
             )
-        parameters = tuple(sorted({**leaf.given, **leaf.parameters}.items(), key=str))
-        leaf.signature = (node.form, node.target, parameters, *_bindings(node))
+        parameters = tuple(sorted(leaf.parameters.items(), key=str))
+        leaf.signature = (node.form, node.target, parameters, *_bindings(node, leaf.given))
         return leaf
 
     def _interface(
@@ -266,15 +261,30 @@ class Machine:
                     vertex.go[outcome] = named[target]
 
 
+def _read(leaf: Leaf, node: Node, names: Mapping[str, Cell], given: ParameterValues) -> None:
+    """Set what a leaf is given by `in`: values now, data keys to be read at each entry."""
+    interface = leaf.interface
+    leaf.has_in = True
+    for name, value in node.given.items():
+        wanted = (interface.inputs.get(name) or interface.parameters[name]).type
+        held = leaf.given if name in interface.inputs else leaf.parameters
+        held[python_name(name)] = _converted(f"{leaf.path}: {name}", value, wanted, given)
+    read = [(name, python_name(name), names[key]) for name, key in node.reads.items()]
+    leaf.inputs = tuple((called, c) for name, called, c in read if name in interface.inputs)
+    leaf.bound = tuple((called, c) for name, called, c in read if name not in interface.inputs)
+
+
 def to_ns(seconds: float) -> int:
     """Seconds as whole nanoseconds."""
     return round(seconds * 1e9)
 
 
-def _bindings(node: Node) -> tuple[Any, ...]:
+def _bindings(node: Node, given: Mapping[str, Any]) -> tuple[Any, ...]:
     """What a node reads, is given and writes, as far as a replacement may not change it."""
-    inputs = sorted((name, str(value)) for name, value in node.inputs.items())
-    return tuple(inputs), tuple(sorted(node.outputs.items()))
+    if not (node.inputs or node.outputs):
+        return (), (), ()
+    values = tuple(sorted(given.items(), key=str))
+    return tuple(sorted(node.reads.items())), values, tuple(sorted(node.outputs.items()))
 
 
 def _converted(name: str, value: Any, wanted: Type, by: Resolver) -> Any:

@@ -62,10 +62,10 @@ class Leaf(Vertex):
     """A state class with its arguments.
 
     `parameters` and `given` inputs have their values; `bound` parameters and `inputs` get theirs
-    at each entry. All by their Python names.
+    at each entry. All by their Python names. `has_in`: whether its node has `in`.
     """
 
-    __slots__ = ("bound", "given", "inputs", "interface", "parameters")
+    __slots__ = ("bound", "given", "has_in", "inputs", "interface", "parameters")
 
     def __init__(self, name: str, path: str, parent: Box, interface: Interface) -> None:
         super().__init__(name, path, parent)
@@ -75,6 +75,7 @@ class Leaf(Vertex):
         self.given: dict[str, Any] = {}
         self.bound: tuple[tuple[str, Cell], ...] = ()
         self.inputs: tuple[tuple[str, Cell], ...] = ()
+        self.has_in = False
 
 
 class Box(Vertex):

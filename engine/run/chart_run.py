@@ -258,7 +258,6 @@ class ChartRun:
         for node in self.life.lose(ends):
             self.queue.drop(node)
         for winner in contest.winners:
-            _keep(winner.joined)
             self._carry_out(winner)
 
     def _time_out(self) -> None:
@@ -275,7 +274,8 @@ class ChartRun:
         """Carry out a route: end what ends, and choose, keep, ask, try again or finish."""
         life, queue = self.life, self.queue
         top, kind, writes = route.top, route.kind, route.writes
-        for node, outcome in route.ends:
+        ends = self._keep(route, route) if route.joined else route.ends
+        for node, outcome in ends:
             writes = life.end(node, outcome, writes, route)
         queue.drop(top)
         if top.timed:
@@ -292,6 +292,22 @@ class ChartRun:
         if writes:
             life.write(writes, box)
         queue.choose(target)
+
+    def _keep(self, route: Route, by: Route) -> list[tuple[RunNode, str]]:
+        """Let a list keep the outcomes by which it matches; the nodes that end by the match.
+
+        `by` is the route that all this is part of.
+        """
+        count = 0
+        for keeping in route.joined:
+            box, writes = keeping.box, keeping.writes
+            assert box is not None
+            for node, outcome in self._keep(keeping, by):
+                writes = self.life.end(node, outcome, writes, by)
+            keeping.top.pending = writes
+            box.kept[keeping.top.vertex.name] = keeping.outcome
+            count += len(keeping.ends)
+        return route.ends[count:]
 
     def _carry_out_here(self, route: Route, writes: Writes) -> None:
         """Carry out a route without a target: keep, ask, try again or finish."""
@@ -397,12 +413,3 @@ class ChartRun:
     def active(self) -> list[str]:
         """The paths of the running leaves, in document order."""
         return [node.path for node in self.running]
-
-
-def _keep(joined: Iterable[Route]) -> None:
-    """Let the boxes keep the outcomes by which their lists match; they end in this round."""
-    for route in joined:
-        _keep(route.joined)
-        assert route.box is not None
-        route.top.pending = route.writes
-        route.box.kept[route.top.vertex.name] = route.outcome

@@ -82,13 +82,11 @@ class Life:
         if node.listens:
             node.context.begin()
         try:
-            given = leaf.parameters
-            if leaf.bound:
-                given = {**given, **{name: self.data[cell] for name, cell in leaf.bound}}
-            state = node.make(**given) if given else node.make()
-            if leaf.inputs or leaf.given:
-                found = state.run(node.context, **self.inputs_of(leaf))
+            if leaf.has_in:
+                found = self._run_with_in(node, leaf)
             else:
+                parameters = leaf.parameters
+                state = node.make(**parameters) if parameters else node.make()
                 found = state.run(node.context)
         except StopIteration as stop:
             raise RuntimeError("raised StopIteration") from stop  # not to be taken for an outcome
@@ -97,6 +95,12 @@ class Life:
         node.generator = found
         node.step = found.__next__
         return BEGUN
+
+    def _run_with_in(self, node: LeafNode, leaf: Leaf) -> Any:
+        """Make and start a state, some of whose parameters or inputs are given by `in`."""
+        bound = {name: self.data[cell] for name, cell in leaf.bound}
+        state = node.make(**leaf.parameters, **bound)
+        return state.run(node.context, **self.inputs_of(leaf))
 
     def inputs_of(self, leaf: Leaf) -> dict[str, Any]:
         """The current values of a leaf's inputs, by their Python names."""

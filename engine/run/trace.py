@@ -33,7 +33,7 @@ class TraceRecord(NamedTuple):
     outcome  path                        outcome
     exit     path                        reason (rule 7)
     move     path of the container       child, outcome, next child
-    data     path of the scope           key, value
+    data     path of the container       key, value
     error    path                        class of the exception
     note     path                        text; not in the hash
     tick     path of the root            –; not in the hash

@@ -7,14 +7,19 @@ The schema knows classes and charts; only `engine.check` knows which names exist
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
-from engine.chart import AUTONOMY, CHART, CONTAINERS, FORMS, KEYS_OF, NODE, Chart, Keys, Parameter
+from engine.chart import CHART, CONTAINERS, FORMS, KEYS_OF, NODE, Chart, Keys
 from engine.files.declared import DRAFT, NAME, Schema, said, text_of
-from engine.interfaces import Argument, Interface
+from engine.interfaces import Interface
+from engine.literals import can_be_written
 from engine.schema.keys import CHART_SNIPPETS, NODE_SNIPPETS, key_schema
-from engine.schema.value_schemas import ANY_VALUE, value_schema, written
+from engine.schema.named_things import shared_definitions
+from engine.schema.targets import Target, narrowing, of_chart, of_class
+from engine.schema.value_schemas import ANY_VALUE, READ_VALUE, START, value_schema
+from engine.signals import Signal
 from engine.types import ANY, Type, known_types
 
 
@@ -22,15 +27,21 @@ def schema_text(
     interfaces: Mapping[str, Interface],
     charts: Mapping[str, Chart],
     types: Mapping[str, Type] | None = None,
+    signals: Mapping[str, Signal] | None = None,
+    constants: Mapping[str, Any] | None = None,
+    names: Mapping[str, Sequence[str]] | None = None,
 ) -> str:
     """The schema as JSON text; it does not depend on the order of the classes and charts."""
-    return text_of(chart_schema(interfaces, charts, types))
+    return text_of(chart_schema(interfaces, charts, types, signals, constants, names))
 
 
 def chart_schema(
     interfaces: Mapping[str, Interface],
     charts: Mapping[str, Chart],
     types: Mapping[str, Type] | None = None,
+    signals: Mapping[str, Signal] | None = None,
+    constants: Mapping[str, Any] | None = None,
+    names: Mapping[str, Sequence[str]] | None = None,
 ) -> Schema:
     """The schema of chart files.
 
@@ -38,10 +49,13 @@ def chart_schema(
         interfaces: the state classes, by name.
         charts: the charts that `use` may name.
         types: types beyond the built-in ones, by name.
+        signals: the signals that parameters may name; `None`: any name is one.
+        constants: values from outside of all charts that editors offer, by their whole names.
+        names: the names of values that editors offer, by the key that they stand for, as `place`.
     """
     known = known_types(types or {})
-    targets = [_class(interfaces[name]) for name in sorted(interfaces)]
-    targets += [_chart(charts[name], known) for name in sorted(charts)]
+    targets = [of_class(interfaces[name]) for name in sorted(interfaces)]
+    targets += [of_chart(charts[name], known) for name in sorted(charts)]
     return {
         "$schema": DRAFT,
         **said("A state chart: what to do and what to watch for."),
@@ -51,20 +65,34 @@ def chart_schema(
         "required": ["chart"],
         "additionalProperties": False,
         "allOf": [*_forms(CONTAINERS, CHART, "states"), _ANY],
-        "definitions": _definitions(targets, known),
+        "definitions": {
+            **_definitions(targets, known),
+            **shared_definitions(_kinds(targets, known), signals, constants or {}, names or {}),
+        },
     }
 
 
-def _definitions(targets: list[_Target], types: Mapping[str, Type]) -> Schema:
+def _kinds(targets: Iterable[Target], types: Mapping[str, Type]) -> Iterator[Type]:
+    """All types that values in charts can have."""
+    yield from (kind for kind in types.values() if kind.name != "signal")
+    yield _SIGNAL
+    for target in targets:
+        for argument in (*target.parameters.values(), *target.inputs.values()):
+            yield argument.type
+
+
+def _definitions(targets: list[Target], types: Mapping[str, Type]) -> Schema:
     return {
         "value": ANY_VALUE,
         "type": {"type": ["string", "null"], "examples": sorted(types)},
+        **_starts(types),
+        "read": READ_VALUE,
         "node-in-states": _all("known", "mapped", "child-of-states"),
         "node-in-any": _all("known", "mapped", "child-of-any"),
         "node-in-when": _all("known", "child-of-any"),
         "child-of-states": {"properties": {"next": _TO_SIBLING_OR_OUT}},
         "child-of-any": {"properties": {"next": _TO_OUT}, **_NO_CONSENT},
-        "mapped": {"allOf": [*(t.mapped() for t in targets if t.outcomes), _TIMED_OUT]},
+        "mapped": {"allOf": [*(t.mapped() for t in targets if t.sure), _TIMED_OUT]},
         # classes come first: of several descriptions, an editor shows the first one
         "known": {"allOf": [*(t.when_named(_ref_to(t.key)) for t in targets), _ref_to("node")]},
         "node": _node(targets),
@@ -72,107 +100,34 @@ def _definitions(targets: list[_Target], types: Mapping[str, Type]) -> Schema:
     }
 
 
-@dataclass(frozen=True, slots=True)
-class _Target:
-    """The interface of a state class or chart, as nodes that name it see it."""
-
-    form: str
-    name: str
-    about: str
-    outcomes: tuple[str, ...]
-    parameters: Mapping[str, Argument]
-    inputs: Mapping[str, Argument]
-    outputs: Mapping[str, Type]
-
-    @property
-    def key(self) -> str:
-        """The name of its definition in the schema."""
-        return f"{self.form}.{self.name}"
-
-    def when_named(self, then: Schema) -> Schema:
-        """A schema that applies `then` to the nodes that name this."""
-        named = {"properties": {self.form: {"const": self.name}}, "required": [self.form]}
-        return {"if": named, "then": then}
-
-    def mapped(self) -> Schema:
-        """Requires every outcome in `next`."""
-        required = {"next": {"required": sorted(self.outcomes)}}
-        return self.when_named({"required": ["next"], "properties": required})
-
-    def narrowed(self) -> Schema:
-        """The properties of a node that names this; it does not require any outcome in `next`."""
-        endings = [*sorted(self.outcomes), "error"]
-        on = {"if": {"type": "array"}, "else": {"enum": endings}, "items": {"enum": endings}}
-        required = {"with": _required(self.parameters), "in": _required(self.inputs)}
-        properties = {
-            self.form: {"title": self.name, **said(self.about)},
-            "with": _closed(
-                {n: _parameter(a) for n, a in self.parameters.items()}, required["with"]
-            ),
-            "in": _closed(
-                {n: _key("to read from", a.type) for n, a in self.inputs.items()}, required["in"]
-            ),
-            "out": _closed(
-                {name: _key("to write to", kind) for name, kind in self.outputs.items()}
-            ),
-            "next": _closed({**{outcome: {} for outcome in self.outcomes}, **_ALWAYS}),
-            "autonomy": _closed({outcome: {"enum": [*AUTONOMY]} for outcome in self.outcomes}),
-            "retry": {"properties": {"on": on}},
-        }
-        needed = [key for key, names in required.items() if names]
-        return {**_narrowing(properties), "required": needed}
+def _starts(types: Mapping[str, Type]) -> dict[str, Schema]:
+    """What `default` and `initial` may be, by the type that stands beside them."""
+    found: dict[str, Schema] = {}
+    choices = []
+    for name in sorted(types):
+        kind = replace(types[name], optional=True)
+        if types[name].optional or kind.name == "signal":
+            continue  # told with the type without `| none`; all signals below
+        key = f"start-{name.replace(' ', '-')}"
+        found[key] = value_schema(kind, START) if can_be_written(kind) else _EMPTY
+        start = narrowing({entry: _ref_to(key) for entry in ("default", "initial")})
+        choices.append({"if": _typed(rf"^{name}( \| none)?$"), "then": start})
+    signal = {"if": _typed("^signal of "), "then": narrowing({"default": value_schema(_SIGNAL)})}
+    return {"start": {"allOf": [*choices, signal]}, **found}
 
 
-def _class(of: Interface) -> _Target:
-    form = "watch" if of.monitor else "do"
-    outputs = {key: kind for named in of.outputs.values() for key, kind in named.items()}
-    return _Target(form, of.name, of.about, of.outcomes, of.parameters, of.inputs, outputs)
+def _typed(pattern: str) -> Schema:
+    return {"properties": {"type": {"pattern": pattern}}, "required": ["type"]}
 
 
-def _chart(chart: Chart, types: Mapping[str, Type]) -> _Target:
-    parameters = {
-        name: Argument(_optional(types.get(p.type, ANY), p), *([] if p.required else [p.default]))
-        for name, p in chart.parameters.items()
-    }
-    inputs = {name: Argument(types.get(key.type, ANY)) for name, key in chart.inputs.items()}
-    outputs = {
-        key: types.get(kind, ANY) for named in chart.outputs.values() for key, kind in named.items()
-    }
-    about = chart.about or f"The chart {chart.name}."
-    return _Target("use", chart.name, about, chart.outcomes, parameters, inputs, outputs)
-
-
-def _optional(kind: Type, parameter: Parameter) -> Type:
-    nothing = not parameter.required and parameter.default is None
-    return replace(kind, optional=True) if nothing else kind
-
-
-def _key(way: str, kind: Type) -> Schema:
-    return said(f"The data key {way}, a {kind}.")
-
-
-def _parameter(argument: Argument) -> Schema:
-    default = "" if argument.required else f" Default: {argument.default}."
-    return {**said(f"A {written(argument.type)}.{default}"), **value_schema(argument.type)}
-
-
-def _required(arguments: Mapping[str, Argument]) -> list[str]:
-    return sorted(name for name, argument in arguments.items() if argument.required)
-
-
-def _closed(properties: Mapping[str, Schema], required: Iterable[str] = ()) -> Schema:
-    return {
-        "properties": {name: properties[name] for name in sorted(properties)},
-        "required": list(required),
-        "additionalProperties": False,
-    }
-
-
-def _node(targets: list[_Target]) -> Schema:
+def _node(targets: list[Target]) -> Schema:
     """The properties of every node, regardless of what it names."""
     properties = _properties(NODE)
     for form in ("do", "watch", "use"):
         named = [target for target in targets if target.form == form]
+        if not named:  # editors refuse an empty `enum`
+            properties[form] |= {"type": "string"}
+            continue
         properties[form] |= {
             "enum": [target.name for target in named],
             "enumDescriptions": [target.about.split("\n\n")[0] for target in named],
@@ -197,7 +152,9 @@ def _forms(forms: Iterable[str], known: Keys, usual: str) -> Iterable[Schema]:
     """Require exactly one of `forms`, and allow only the keys that belong to it."""
     for form in forms:
         foreign = sorted(known.keys() & NODE.keys() - KEYS_OF[form] - {"about"})
-        closed = {"properties": dict.fromkeys(foreign, False)}
+        closed: Schema = {"properties": dict.fromkeys(foreign, False)}
+        if form in CONTAINERS and "in" in known:
+            closed["properties"]["in"] = {"additionalProperties": {"type": "string"}}
         yield {"if": {"required": [form]}, "then": closed}
     none = {"properties": dict.fromkeys(forms, False)}
     yield {"if": none, "then": {"required": [usual]}}
@@ -215,28 +172,21 @@ def _ref_to(name: str) -> Schema:
     return {"$ref": f"#/definitions/{name}"}
 
 
-def _narrowing(properties: Mapping[str, Schema]) -> Schema:
-    """Properties that are described elsewhere too, and must not be offered twice."""
-    return {"properties": {key: {**s, "doNotSuggest": True} for key, s in properties.items()}}
-
-
 def _targets(pattern: str, wanted: str) -> Schema:
     target = {"type": "string", "pattern": pattern, "patternErrorMessage": f"Wanted: {wanted}."}
     return {"doNotSuggest": True, "additionalProperties": target}
 
 
+_SIGNAL = Type("signal", item=ANY)
+_EMPTY: Schema = {"enum": ["none", None]}
 _TO_OUT = _targets(rf"^\.{NAME}$", "`.x`, which ends the container with x")
 _TO_SIBLING_OR_OUT = _targets(
     rf"^\.?{NAME}$", "a node beside this one, or `.x`, which ends the container with x"
 )
-_ALWAYS: dict[str, Schema] = {
-    "error": said("Where to go when something failed that should not; handed on if not given."),
-    "timeout": {"doNotSuggest": True},
-}
 _ANY: Schema = {
     "if": {"required": ["when"], "properties": {"when": {"minItems": 1}}},
-    "then": _narrowing({"any": _inside("when")}),
-    "else": _narrowing({"any": _inside("any")}),
+    "then": narrowing({"any": _inside("when")}),
+    "else": narrowing({"any": _inside("any")}),
 }
 _NO_CONSENT: Schema = {  # guards never wait for it
     "if": {
@@ -248,8 +198,8 @@ _NO_CONSENT: Schema = {  # guards never wait for it
 _OVER = said("Where to go when the time given by `timeout` is over.")
 _TIMEOUT: Schema = {
     "if": {"required": ["timeout"]},
-    "then": _narrowing({"next": {"properties": {"timeout": _OVER}}}),
-    "else": _narrowing({"next": {"properties": {"timeout": False}}}),
+    "then": narrowing({"next": {"properties": {"timeout": _OVER}}}),
+    "else": narrowing({"next": {"properties": {"timeout": False}}}),
 }
 _TIMED_OUT: Schema = {
     "if": {"required": ["timeout"]},

@@ -29,7 +29,8 @@ def _inside(keys: Keys, *required: str) -> Schema:
 
 
 def _declared(keys: Keys) -> Schema:
-    item = {"type": ["string", "object"], **_closed(keys)}
+    start = {"allOf": [{"$ref": "#/definitions/start"}]}
+    item = {"type": ["string", "object"], **_closed(keys), **start}
     return {"type": "object", "propertyNames": _NAMES, "additionalProperties": item}
 
 
@@ -44,7 +45,7 @@ _VALUES: dict[Value, Schema] = {
     "integer": {"type": "integer"},
     "levels": {"type": "object", "additionalProperties": {"enum": list(AUTONOMY)}},
     "name": {"type": "string", **_NAMES},
-    "names": {"type": ["string", "array"], "minItems": 1},
+    "names": {"type": ["string", "array"], "items": {"type": "string"}, "minItems": 1},
     "nodes": {"type": "object", "minProperties": 1, "propertyNames": _NAMES},
     "outcomes": {
         "type": "array",

@@ -216,7 +216,7 @@ VALUES = [
     ("type int", "type: Pose2, initial", "type: ¦int, initial", "'integer'"),
     ("type bool", "type: Pose2, initial", "type: ¦bool, initial", "'boolean'"),
     ("unknown type", "type: Pose2, initial", "type: ¦Pose, initial", "TYPES"),
-    ("unknown parameter", "subsystem: chase,", "subsystem: chase, ¦speed: 1 m/s,", "subsystem"),
+    ("unknown parameter", "subsystem: chase,", "subsystem: chase, ¦hurry: 1 m/s,", "subsystem"),
     ("misspelt required parameter", "{beyond: 4 m}", "{¦beyonde: 4 m}", "'beyond'"),
     ("missing input", _DRIVE, _DRIVE.replace("D", "¦D").replace("in: {goal: goal}", ""), "`in: {goal: …}`"),
     ("in and out swapped", "out: {pose: goal}", "out: {¦goal: pose}", "`pose: goal`"),

@@ -103,8 +103,10 @@ class Bench:
         text: str,
         states: tuple[type[State], ...] = (),
         scripted: bool = True,
+        binding: Mapping[str, Any] | None = None,
         **given: Any,
     ) -> None:
+        self.binding = binding or {}  # of the machine: types, inputs, what names stand for
         self.library = Library()
         for part in text.split("---\n"):
             self.library.add(read(part.encode(), "<text>"))
@@ -122,7 +124,7 @@ class Bench:
         self.ticks = 0
 
     def bind(self, chart: Any) -> Machine:
-        return Machine(chart, self.library, self.interfaces)
+        return Machine(chart, self.library, self.interfaces, **self.binding)
 
     @property
     def now(self) -> int:

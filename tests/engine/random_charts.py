@@ -85,11 +85,13 @@ PARAMETERS = {
     "Tripped": {},
 }
 REQUIRED = {"Say": ["text"], "Drive": ["speed"], "Near": ["distance"], "Tripped": []}
+GOALS = ["goal", {"x": 1, "y": 2.5}, {"y": "$far", "x": 0}]
+KEYS = [{"type": "Spot"}, {"type": "Spot", "initial": {"x": 1, "y": 2}}]
 ENDS = ["done", "failed"]
 HELPER = """\
 chart: helper
 parameters: {reach: length, word: {type: text, default: hello}}
-inputs: {goal: Spot}
+inputs: {goal: {type: Spot, default: {x: 1, y: 0.5}}}
 outcomes: [done, failed]
 outputs: {done: {where: Spot}}
 states:
@@ -109,9 +111,10 @@ def charts(draw: Any, depth: int = 2) -> dict[str, Any]:
             "word": {"type": "text", "default": "hi"},
             "count": {"type": "integer", "default": 2},
             "pace": {"type": "speed", "default": "1 m/s"},
+            "far": {"type": "number", "default": 3},
         },
         "outcomes": ENDS,
-        "data": {"goal": {"type": "Spot"}, "where": "Spot"},
+        "data": {"goal": draw(st.sampled_from(KEYS)), "where": "Spot"},
     }
     chart |= draw(containers(depth))
     return chart
@@ -158,7 +161,9 @@ def nodes(draw: Any, inside: str, keeps: bool, names: list[str], depth: int) -> 
 def leaves(draw: Any, form: str, guard: bool) -> tuple[dict[str, Any], list[str]]:
     """A `do`, `watch` or `use` node without `next`, and its outcomes."""
     if form == "use":
-        node = {"use": "helper", "with": {"reach": "1 m"}, "in": {"goal": "goal"}}
+        node = {"use": "helper", "with": {"reach": "1 m"}}
+        if draw(st.booleans()):
+            node["in"] = {"goal": draw(st.sampled_from(GOALS))}
         return node, ["done", "failed"]
     names = ["Say", "Drive"] if form == "do" else ["Near", "Tripped"]
     name = draw(st.sampled_from(names))
@@ -169,11 +174,12 @@ def leaves(draw: Any, form: str, guard: bool) -> tuple[dict[str, Any], list[str]
         node["with"] = {key: draw(st.sampled_from(PARAMETERS[name][key])) for key in given}
     outcomes = list(INTERFACES[name].outcomes)
     if name == "Drive":
-        node["in"] = {"goal": "goal"}
+        node["in"] = {"goal": draw(st.sampled_from(GOALS))}
         if draw(st.booleans()):
             node["out"] = {"where": "where"}
     if not guard and draw(st.booleans()):
-        node["retry"] = {"times": 2, "on": outcomes[0], "wait": "1 s"}
+        times = draw(st.sampled_from([2, "$count"]))
+        node["retry"] = {"times": times, "on": outcomes[0], "wait": "1 s"}
     if not (guard and form == "watch") and draw(st.integers(0, 2)) == 0:
         node["autonomy"] = {outcomes[0]: "low"}
     if guard and form == "watch" and draw(st.booleans()):

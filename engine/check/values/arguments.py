@@ -12,9 +12,9 @@ from typing import Any
 from engine.chart import LEAVES, Node, Reference, key_mark_of, mark_of
 from engine.check.callee import Callee
 from engine.check.checked_chart import CheckedChart, PlacedNode, unknown_key
-from engine.check.values.written import check_value
+from engine.check.values.written import check_value, is_open, named_value
 from engine.files import Map, Mark
-from engine.files.declared import Mismatch
+from engine.files.declared import Mismatch, with_article
 from engine.interfaces import Argument
 from engine.literals import convert
 from engine.types import Type, fits
@@ -41,7 +41,8 @@ def check_arguments(checked: CheckedChart) -> None:
             _check_count(checked, node.retry.times, at)
         if placed.callee is not None:
             _check_parameters(checked, node, placed.callee)
-            _check_inputs(checked, placed, placed.callee)
+            if node.inputs or placed.callee.required_inputs:
+                _check_inputs(checked, placed, placed.callee)
             if node.outputs:
                 _check_outputs(checked, placed, placed.callee)
     _check_defaults(checked)
@@ -58,6 +59,8 @@ def _check_parameters(checked: CheckedChart, node: Node, callee: Callee) -> None
             message = f"{callee.name} has no parameter {name!r}"
             checked.error("N08", message, key_mark_of(node.raw, "with", name), hint)
             continue
+        if name in callee.ending and is_open(value):
+            continue  # reported with what the node can end with
         check_value(checked, value, argument.type, at, name)
         if name in callee.facts.deadlines:
             _check_deadline(checked, value, at, is_timeout=callee.facts.deadlines[name])
@@ -81,11 +84,11 @@ def _report_missing(
 
 def _check_deadline(checked: CheckedChart, value: Any, at: Mark, *, is_timeout: bool) -> None:
     """S11: timeouts are positive and waits not negative, also if given by a parameter."""
-    if isinstance(value, Reference) and not value.is_constant:
+    value = checked.scope.meant(value)
+    if isinstance(value, Reference):
         before = checked.deadlines.get(value.name, False)
         checked.deadlines[value.name] = is_timeout or before
         return
-    value = _known(checked, value)
     try:
         seconds = convert(value, _DURATION)
     except Mismatch:
@@ -103,18 +106,10 @@ def _check_count(checked: CheckedChart, times: Any, at: Mark) -> None:
     if not isinstance(times, Reference):
         return
     parameter = checked.chart.parameters.get(times.name)
-    default = _known(checked, times if parameter is None else parameter.default)
+    default = checked.scope.meant(times if parameter is None else parameter.default)
     if type(default) is int and default < 1:
         note = ((parameter.at, "declared here"),) if parameter is not None else ()
         checked.error("S11", f"'times' is 1 or more; ${times.name} is {default}", at, "", *note)
-
-
-def _known(checked: CheckedChart, value: Any) -> Any:
-    """A value, that of a constant by its name; None for one that there is not."""
-    if not isinstance(value, Reference):
-        return value
-    constant = checked.scope.around.constants.get(value.name)
-    return None if constant is None else constant.value
 
 
 def _check_defaults(checked: CheckedChart) -> None:
@@ -134,22 +129,34 @@ def _check_inputs(checked: CheckedChart, placed: PlacedNode, callee: Callee) -> 
             check_value(checked, value, argument.type, mark_of(node.raw, "in", name), name)
     for name, key in node.reads.items():
         argument = _argument(checked, node, callee, name, key if name in placed.names else "")
-        if key not in placed.names:
-            unknown_key(checked, placed, "in", name, key, placed.names)
         real = placed.names.get(key)
+        if key not in placed.names:
+            hint = _no_key(checked, callee, name, key) if argument is not None else ""
+            unknown_key(checked, placed, "in", name, key, placed.names, hint)
         if argument is None or real is None:
             continue
         held, wanted = data.kinds[real], argument.type
         if not fits(held, wanted):
             at = mark_of(node.raw, "in", name)
             what = "input" if name in callee.inputs else "parameter"
-            message = f"{key!r} holds a {held}; {what} {name!r} of {callee.name} is a {wanted}"
+            given, need = with_article(held), with_article(wanted)
+            message = f"{key!r} holds {given}; {what} {name!r} of {callee.name} is {need}"
             checked.error("F02", message, at, "", (checked.chart.keys[real].at, "declared here"))
         data.read |= data.bits[real]
         if not (checked.chart.keys[real].optional and wanted.optional):
             placed.needs |= data.bits[real]
     if not callee.required_inputs <= node.inputs.keys():
         _report_missing(checked, node, "in", callee.required_inputs, "N10", "input")
+
+
+def _no_key(checked: CheckedChart, callee: Callee, name: str, word: str) -> str:
+    """What is meant by text under `in` that is no data key; empty if it may be one, misspelt."""
+    argument = callee.inputs.get(name) or callee.parameters[name]
+    if " " not in word:
+        return named_value(checked, word, argument.type)
+    if name in callee.parameters:
+        return f"text in `in` is a data key, a value stands in `with: {{{name}: {word}}}`"
+    return "text in `in` is a data key; a text itself is given by a parameter, as `$name`"
 
 
 def _argument(
@@ -160,6 +167,9 @@ def _argument(
     `key`: what it is read from, if the chart has data of both names.
     """
     is_class = node.form in LEAVES
+    named_by = checked.scope.interfaces[node.target].named_by if is_class else ()
+    if name in named_by and name not in node.parameters:
+        return None  # reported where the names of nodes are looked up
     found = callee.inputs.get(name) or (callee.parameters.get(name) if is_class else None)
     if found is None:
         is_parameter = name in callee.parameters
@@ -168,7 +178,7 @@ def _argument(
         hint = hint or checked.near(name, callee.inputs)
         message = f"{callee.name} has no input {name!r}"
         checked.error("N10", message, key_mark_of(node.raw, "in", name), hint)
-    elif name in node.parameters:
+    elif name in node.parameters and name in callee.parameters:
         at, first = key_mark_of(node.raw, "in", name), (mark_of(node.raw, "with", name), "here")
         checked.error("N10", f"{name!r} is given by `with` already", at, "keep one of them", first)
     return found
@@ -209,6 +219,7 @@ def _note_output(
         placed.gives[outcome] = placed.gives.get(outcome, 0) | bit
     if not fits(kind, replace(held, optional=True) if key.optional else held):
         at = mark_of(placed.node.raw, "out", name)
-        message = f"output {name!r} of {placed.node.target} is a {kind}; {real!r} holds a {held}"
+        is_kind, is_held = with_article(kind), with_article(held)
+        message = f"output {name!r} of {placed.node.target} is {is_kind}; {real!r} holds {is_held}"
         hint = f"declare it as `{held} | none`" if kind.optional and not held.optional else ""
         checked.error("F02", message, at, hint, (key.at, "declared here"))

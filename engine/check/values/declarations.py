@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
-from engine.chart import Reference, key_mark_of, mark_of
+from engine.chart import key_mark_of, mark_of
 from engine.check.checked_chart import CheckedChart
 from engine.check.values.written import check_value
-from engine.files import Map, Mark
+from engine.files import Map, Mark, nearest
+from engine.files.declared import with_article
 from engine.literals import can_be_written
-from engine.types import ANY, Type, fits
+from engine.types import Type, fits
 
 
 def check_declarations(checked: CheckedChart) -> None:
@@ -26,7 +28,8 @@ def _check_parameters(checked: CheckedChart) -> None:
         at = _mark(raw, "parameters", name, "default")
         if not can_be_written(kind):
             hint = "pass it on as data, by `inputs`"
-            checked.error("N09", f"a {kind} cannot be written in a chart", parameter.at, hint)
+            message = f"{with_article(kind)} cannot be written in a chart"
+            checked.error("N09", message, parameter.at, hint)
         elif not parameter.required and parameter.default is not None:
             _check_start(checked, name, parameter.default, kind, at)
 
@@ -41,9 +44,11 @@ def _check_keys(checked: CheckedChart) -> None:
         start = "default" if key.is_input else "initial"
         if key.has_initial and not can_be_written(kind):
             at, hint = _mark(raw, section, name, start), f"`{start}: none`"
-            checked.error("N09", f"a {kind} cannot be written in a chart", at, hint)
+            checked.error("N09", f"{with_article(kind)} cannot be written in a chart", at, hint)
         elif key.has_initial:
-            _check_start(checked, name, key.initial, kind, _mark(raw, section, name, start))
+            at, is_word = _mark(raw, section, name, start), isinstance(key.initial, str)
+            empty = "`none` if it starts empty" if is_word and kind.python is not None else ""
+            _check_start(checked, name, key.initial, kind, at, empty)
         if _declares(raw, "inputs", name) and _declares(raw, "data", name):
             first = (key_mark_of(raw, "inputs", name), "first here")
             at = key_mark_of(raw, "data", name)
@@ -63,31 +68,41 @@ def _check_outputs(checked: CheckedChart) -> None:
             key = chart.keys[name]
             held = checked.data.kinds[name]
             if not fits(held, kind):
-                first = (key.at, f"{name!r} is a {held} here")
-                checked.error("F02", f"{name!r} holds a {held}, not a {kind}", at, "", first)
+                is_held = with_article(held)
+                first = (key.at, f"{name!r} is {is_held} here")
+                message = f"{name!r} holds {is_held}, not {with_article(kind)}"
+                checked.error("F02", message, at, "", first)
 
 
 def _type(checked: CheckedChart, name: str, at: Mark) -> Type:
     types = checked.scope.types
     if name not in types:
-        plain = [known for known in types if " " not in known]  # not `list of x`, not `x | none`
-        hint = f"{checked.near(name, plain)}; {_OWN_TYPES}".removeprefix("; ")
-        checked.error("N11", f"no type {name!r}", at, hint)
-    return types.get(name, ANY)
+        checked.error("N11", f"no type {name!r}", at, _meant_type(checked, name))
+    return types.get(name, _UNKNOWN)
 
 
+_UNKNOWN = Type("any", optional=True)
 _OWN_TYPES = "a project adds types of its own by `TYPES`, beside its states"
+_OF_TYPES = re.compile(r"(list|signal|tuple|List|Key)\b\W*(?:of\s+)?(\w*)")
 
 
-def _check_start(checked: CheckedChart, name: str, value: Any, kind: Type, at: Mark) -> None:
+def _meant_type(checked: CheckedChart, name: str) -> str:
+    """A hint for an unknown type: `list of X` is written with the name of a type."""
+    types = [known for known in checked.scope.types if " " not in known]
+    found = _OF_TYPES.match(name)
+    if found is None:
+        return f"{checked.near(name, types)}; {_OWN_TYPES}".removeprefix("; ")
+    shape = {"tuple": "list", "List": "list", "Key": "signal"}.get(found[1], found[1])
+    item = found[2] if found[2] in types else nearest(found[2], types) or "number"
+    return f"write `{shape} of {item}`"
+
+
+def _check_start(
+    checked: CheckedChart, name: str, value: Any, kind: Type, at: Mark, empty: str = ""
+) -> None:
     """N09: a default or an initial value; of names it may use those from outside of the chart."""
-    if isinstance(value, Reference) and not value.is_constant:
-        message = f"{name}: a default is a value; ${value.name} has none before the chart starts"
-        hint = "names of values from outside have dots, as in `$profile.chase.inner`"
-        checked.error("N09", message, at, hint)
-        return
-    empty = "" if kind.python is None else "`none` if it starts empty"
-    check_value(checked, value, kind, at, name, empty)
+    if kind is not _UNKNOWN:  # otherwise the type is reported
+        check_value(checked, value, kind, at, name, empty, is_start=True)
 
 
 def _declares(raw: Map, section: str, name: str) -> bool:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-from engine.chart import LEAVES, Node, Reference, mark_of
+from engine.chart import LEAVES, Node, Reference, key_mark_of, mark_of
 from engine.check.callee import Callee, of_interface, parameter_type
 from engine.check.checked_chart import CheckedChart, PlacedNode
-from engine.files.declared import Mismatch
-from engine.interfaces import Interface, bindings, resolved
+from engine.files import Mark, Seq
+from engine.files.declared import Mismatch, is_name
+from engine.interfaces import Interface, NoOutcome, bindings, resolved
 from engine.literals import convert
+from engine.state_class import RESERVED_OUTCOMES
 from engine.types import ANY, Type
 
 
@@ -29,17 +32,34 @@ def _callee_at(checked: CheckedChart, placed: PlacedNode, of: Interface) -> Call
     types = bindings(of, _signal_types(checked, node, of, given), _read_types(checked, placed, of))
     _bind_references(checked, node, of, types)
     ending = _naming_outcomes(of)
+    assumed = dict.fromkeys(ending, ()) | dict.fromkeys(ending[:1], _mapped(node, of))
+    if any(given[name] is _UNKNOWN for name in ending):
+        given |= assumed
+    known = {name: () if value is _UNKNOWN else value for name, value in given.items()}
     try:
-        unknown = next((name for name in ending if given[name] is _UNKNOWN), None)
-        if unknown is not None:  # reported: assumed to have the outcomes that are mapped
-            mapped = tuple(outcome for outcome in node.next if outcome not in ("error", "timeout"))
-            given |= dict.fromkeys(ending, mapped)
-        known = {name: () if value is _UNKNOWN else value for name, value in given.items()}
-        return of_interface(resolved(of, known, types))
-    except ValueError as error:
-        at = mark_of(node.raw, "with", ending[0])
+        found = of_interface(resolved(of, known, types))
+    except NoOutcome as error:
+        at = _mark_of_outcome(node, ending, error.outcome)
         checked.error("N05", f"{of.name}: {error}", at)
-        return of_interface(resolved(of, dict.fromkeys(of.named_by, ()), types))
+        found = of_interface(resolved(of, known | assumed, types))
+    return replace(found, ending=tuple(ending))
+
+
+def _mapped(node: Node, of: Interface) -> tuple[str, ...]:
+    """The outcomes that only the node names; it is assumed to have them if more is not known."""
+    own = {*of.outcomes, *RESERVED_OUTCOMES}
+    return tuple(outcome for outcome in node.next if is_name(outcome) and outcome not in own)
+
+
+def _mark_of_outcome(node: Node, ending: Sequence[str], outcome: str) -> Mark:
+    """The place of the last entry of this name in the lists that name outcomes."""
+    found = mark_of(node.raw, "with", ending[0])
+    for name in ending:
+        value = node.parameters.get(name)
+        if isinstance(value, Seq):
+            marks = zip(value, value.values_at, strict=True)
+            found = next((at for item, at in [*marks][::-1] if item == outcome), found)
+    return found
 
 
 _UNKNOWN: Any = object()
@@ -50,17 +70,18 @@ def _named(checked: CheckedChart, node: Node, of: Interface, name: str) -> Any:
     argument = of.parameters[name]
     if name not in node.parameters:
         if name in node.inputs:
-            at = mark_of(node.raw, "in", name)
+            at = key_mark_of(node.raw, "in", name)
             message = f"{name!r} says what {of.name} reads, commands or ends with"
             hint = f"it has to be known before the run: `with: {{{name}: …}}`"
             checked.error("N10", message, at, hint)
         return _UNKNOWN if argument.required else argument.default
-    value = node.parameters[name]
-    if isinstance(value, Reference) and not value.is_constant:
+    value = checked.scope.meant(node.parameters[name])
+    if isinstance(value, Reference):
         if name not in _naming_outcomes(of):
             return f"${value.name}"
         message = f"the outcomes of {of.name} are named by {name!r}, and ${value.name} hides them"
         at = mark_of(node.raw, "with", name)
+        checked.parameters_used.add(value.name)
         checked.error("N05", message, at, f"write them here: `{name}: [first, second]`")
         return _UNKNOWN
     try:

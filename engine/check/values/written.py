@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,40 +11,81 @@ from engine.chart import Reference
 from engine.check.callee import parameter_type
 from engine.check.checked_chart import CheckedChart
 from engine.files import Map, Mark, Seq
-from engine.files.declared import Mismatch
+from engine.files.declared import NAME, Mismatch, with_article
 from engine.literals import (
     LATER,
+    ConstantMismatch,
     OpenName,
     Resolver,
     WithinLiteral,
+    WrongKey,
     constant_of,
     convert,
+    kind_of_names,
 )
 from engine.types import ANY, Type, fits
 
 
 def check_value(
-    checked: CheckedChart, value: Any, wanted: Type, at: Mark, what: str, hint: str = ""
+    checked: CheckedChart,
+    value: Any,
+    wanted: Type,
+    at: Mark,
+    what: str,
+    hint: str = "",
+    *,
+    is_start: bool = False,
 ) -> None:
-    """N09: a value as written in the chart can be converted to the type `wanted`."""
+    """N09: a value as written in the chart can be converted to the type `wanted`.
+
+    `is_start`: it is a default or an initial value, which no parameter of the chart can be part of.
+    """
     try:
-        convert(value, wanted, _Names(checked, at, what))
+        convert(value, wanted, _Names(checked, value, at, what, is_start))
     except WithinLiteral as mismatch:
-        place = _place_within(value, mismatch.keys, at)
+        place = _place_within(value, mismatch.keys, at, of_key=isinstance(mismatch, WrongKey))
         checked.error("N09", f"{what}{mismatch.path}: {mismatch}", place)
     except Mismatch as mismatch:
-        is_parameter = isinstance(value, str) and value in checked.chart.parameters
-        hint = f"`${value}` is the chart's parameter" if is_parameter else hint
+        if isinstance(value, str):
+            hint = _meant(checked, value, wanted) or hint
         checked.error("N09", f"{what}: {mismatch}", at, hint)
 
 
-@dataclass(frozen=True)
+def is_open(value: Any) -> bool:
+    """Whether it depends on a parameter of the chart what a value is."""
+    return isinstance(value, Reference) and not value.is_constant
+
+
+def _meant(checked: CheckedChart, word: str, wanted: Type) -> str:
+    """What a word is meant to be where a value of type `wanted` should stand."""
+    if word in checked.chart.parameters:
+        return f"`${word}` is the chart's parameter"
+    if _DOTTED.fullmatch(word):
+        return f"write `${word}` for a value from outside"
+    return named_value(checked, word, wanted)
+
+
+def named_value(checked: CheckedChart, word: str, wanted: Type) -> str:
+    """How to write the value of type `wanted` that has the name `word`; empty if there is none."""
+    kind = kind_of_names(wanted)
+    is_known = kind and word in (checked.scope.around.named or {}).get(kind, ())
+    return f"{word!r} is a {kind}: `{{{kind}: {word}}}`" if is_known else ""
+
+
+@dataclass(slots=True, eq=False)
 class _Names(Resolver):
     """Looks up the names in a value, and reports those that cannot be meant."""
 
     checked: CheckedChart
+    value: Any
     at: Mark
     what: str
+    is_start: bool
+
+    def _place(self, is_meant: Callable[[Any, Any], bool]) -> tuple[Mark, str]:
+        """Where the first such item of a mapping or list in the value is, and what it is called."""
+        keys = _keys_to(self.value, is_meant)
+        return _place_within(self.value, keys, self.at), self.what + _shown(keys)
 
     def named(self, kind: str, name: str) -> Any:
         """N13: a value of this name is known somewhere; another run may have it elsewhere."""
@@ -51,8 +93,8 @@ class _Names(Resolver):
         if known is not None and name not in known.get(kind, ()):
             names = known.get(kind, ())
             hint = self.checked.near(name, names) or f"a {kind} is named where it is declared"
-            message = f"{self.what}: no {kind} {name!r} is known"
-            self.checked.warning("N13", message, self.at, hint)
+            at, what = self._place(lambda key, item: key == kind and item == name)
+            self.checked.warning("N13", f"{what}: no {kind} {name!r} is known", at, hint)
         return OpenName(kind, name)
 
     def signal(self, name: str, wanted: Type) -> str:
@@ -61,41 +103,72 @@ class _Names(Resolver):
         held = ANY if signals is None else signals.get(name)
         if held is None:
             hint = self.checked.near(name, signals or ())
-            message = f"{self.what}: there is no signal {name!r}"
-            self.checked.error("N12", message, self.at, hint)
+            at, what = self._place(lambda _, item: item == name)
+            self.checked.error("N12", f"{what}: there is no signal {name!r}", at, hint)
         elif wanted.item is not None and not fits(held, _optional(wanted.item)):
-            message = f"{self.what}: {name} is a signal of {held}; wanted: a {wanted}"
-            self.checked.error("N09", message, self.at)
+            at, what = self._place(lambda _, item: item == name)
+            message = f"{what}: {name} is a signal of {held}; wanted: a {wanted}"
+            self.checked.error("N09", message, at)
         return name
 
     def reference(self, reference: Reference, wanted: Type) -> Any:
         """N09: there is such a parameter or constant, and it is of the right type."""
         if reference.is_constant:
-            return self._constant(reference.name, wanted)
-        checked, what = self.checked, self.what
+            return self._constant(reference, wanted)
+        checked = self.checked
+        if self.is_start:
+            at, what = self._place(lambda _, item: item is reference)
+            message = f"a default is a value; ${reference.name} has none before the chart starts"
+            checked.error("N09", f"{what}: {message}", at, _A_CONSTANT)
+            return LATER
         parameters = checked.chart.parameters
         if reference.name not in parameters:
-            bare = reference.name.strip("{}()")
-            hint = f"write `${bare}`" if bare in parameters else checked.near(bare, parameters)
+            hint = self._no_parameter(reference.name.strip("{}()"))
+            at, what = self._place(lambda _, item: item is reference)
             message = f"{what}: the chart has no parameter {reference.name!r}"
-            checked.error("N09", message, self.at, hint)
+            checked.error("N09", message, at, hint)
             return LATER
         checked.parameters_used.add(reference.name)
+        if parameters[reference.name].type not in checked.scope.types:
+            return LATER  # reported where it is declared
         kind = parameter_type(parameters[reference.name], checked.scope.types)
         untyped = kind.name == "any" and wanted.name != "any"
         if untyped or not fits(kind, wanted):
             first = (parameters[reference.name].at, "declared here")
-            message = f"{what}: ${reference.name} is a {kind}; wanted: a {wanted}"
-            checked.error("N09", message, self.at, f"declare it with `type: {wanted}`", first)
+            at, what = self._place(lambda _, item: item is reference)
+            held, need = with_article(kind), with_article(wanted)
+            message = f"{what}: ${reference.name} is {held}; wanted: {need}"
+            checked.error("N09", message, at, f"declare it with `type: {wanted}`", first)
         return LATER
 
-    def _constant(self, name: str, wanted: Type) -> Any:
-        constants = self.checked.scope.around.constants
+    def _no_parameter(self, name: str) -> str:
+        """A hint for `$name` that is no parameter."""
+        if name in self.checked.chart.parameters:
+            return f"write `${name}`"
+        if name in self.checked.chart.keys:
+            return f"{name!r} is a data key: name it under `in`, without the `$`"
+        return self.checked.near(name, self.checked.chart.parameters)
+
+    def _constant(self, reference: Reference, wanted: Type) -> Any:
+        name, constants = reference.name, self.checked.scope.around.constants
         if name in constants:
-            return constant_of(name, constants, wanted, self)
-        hint = self.checked.near(name, constants)
-        self.checked.error("N09", f"{self.what}: there is no value ${name}", self.at, hint)
+            return self._of_type(reference, wanted)
+        hint = self.checked.near(name, constants) if constants else _A_CONSTANT
+        at, what = self._place(lambda _, item: item is reference)
+        self.checked.error("N09", f"{what}: there is no value ${name}", at, hint)
         return LATER
+
+    def _of_type(self, reference: Reference, wanted: Type) -> Any:
+        try:
+            return constant_of(reference.name, self.checked.scope.around.constants, wanted, self)
+        except ConstantMismatch as mismatch:
+            at, what = self._place(lambda _, item: item is reference)
+            self.checked.error("N09", f"{what}: {mismatch}", at)
+            return LATER
+
+
+_DOTTED = re.compile(rf"{NAME}(\.{NAME})+")
+_A_CONSTANT = "names of values from outside are written as `$profile.chase.inner`"
 
 
 def _optional(kind: Type) -> Type:
@@ -103,11 +176,30 @@ def _optional(kind: Type) -> Type:
     return Type(kind.name, kind.choices, kind.item, True, kind.python)
 
 
-def _place_within(value: Any, keys: Sequence[str | int], at: Mark) -> Mark:
-    """The place of a part of a value."""
+def _keys_to(value: Any, is_meant: Callable[[Any, Any], bool]) -> tuple[str | int, ...]:
+    """The keys that lead to the first item that is meant; empty if it is the whole value."""
+    items: Iterable[tuple[Any, Any]] = ()
+    if isinstance(value, Map | Seq):
+        items = value.items() if isinstance(value, Map) else enumerate(value)
+    for key, item in items:
+        if is_meant(key, item):
+            return (key,)
+        if keys := _keys_to(item, is_meant):
+            return (key, *keys)
+    return ()
+
+
+def _shown(keys: Iterable[str | int]) -> str:
+    return "".join(f".{key}" if isinstance(key, str) else f"[{key}]" for key in keys)
+
+
+def _place_within(value: Any, keys: Sequence[str | int], at: Mark, *, of_key: bool = False) -> Mark:
+    """The place of a part of a value, or of the key of it."""
     for key in keys:
         if isinstance(value, Map) and key in value:
             marks: Mapping[Any, Mark] = value.values_at
+            if of_key and key == keys[-1]:
+                marks = value.keys_at
             at = marks.get(key, at)
         elif isinstance(value, Seq) and isinstance(key, int):
             at = value.values_at[key]

@@ -47,4 +47,5 @@ from engine.files.declared.values import (
     shown as shown,
     text as text,
     whole as whole,
+    with_article as with_article,
 )

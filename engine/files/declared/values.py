@@ -10,13 +10,14 @@ from typing import Any
 
 from engine.files.finding import did_you_mean
 from engine.files.suggestions import plain_word
-from engine.files.units import UNITS, quantity, respelt, si_unit
+from engine.files.units import NUMBER, UNITS, quantity, respelt, si_unit
 
 PLAIN, ANY = "", "number"
 """In place of a dimension: numbers without a unit, and numbers with any unit."""
 NAME = "[A-Za-z_][A-Za-z0-9_]*"
 """Pattern of the names of charts, nodes and everything else that files describe."""
 _NAME = re.compile(NAME)
+_NUMBER = re.compile(NUMBER)
 LONGEST = 60
 """Longest name of a scene, a robot, a user …, letters; file names contain several of them."""
 
@@ -99,7 +100,8 @@ def whole(value: Any) -> int:
         Mismatch: it is not one.
     """
     if isinstance(value, str):
-        raise Mismatch(f"{value!r} is not a whole number")
+        meant = f"; write {value} without quotes" if _NUMBER.fullmatch(value) else ""
+        raise Mismatch(f"{value!r} is not a whole number{meant}")
     found = number(value)
     if found != int(found):
         raise Mismatch(f"{value!r} is not a whole number")
@@ -176,14 +178,16 @@ def shown(value: Any) -> str:
 def _with_unit(written: str, dimension: str) -> float:
     found = quantity(written)
     if found is None:
+        if _NUMBER.fullmatch(written):
+            raise Mismatch(f"{written!r} is text; write {written} without quotes")
         meant = respelt(written)
         meant = f"did you mean {meant!r}?" if meant else f"wanted: {example(dimension)}"
         if written.strip().endswith(","):
             meant = f"leave out the comma; {meant}"
-        raise Mismatch(f"{written!r} is not {_a(dimension or ANY)}; {meant}")
+        raise Mismatch(f"{written!r} is not {with_article(dimension or ANY)}; {meant}")
     value, given = found
     if dimension not in (given, ANY):
-        raise Mismatch(f"{written!r} is {_a(given)}; wanted: {example(dimension)}")
+        raise Mismatch(f"{written!r} is {with_article(given)}; wanted: {example(dimension)}")
     return value
 
 
@@ -192,9 +196,10 @@ def example(dimension: str) -> str:
     if dimension == PLAIN:
         return "a number without a unit"
     units = [unit for unit, (of, _, _) in UNITS.items() if of == dimension]
-    return f"{_a(dimension)}, in {', '.join(units)}" if units else _a(dimension)
+    return f"{with_article(dimension)}, in {', '.join(units)}" if units else with_article(dimension)
 
 
-def _a(dimension: str) -> str:
-    words = dimension.replace("_", " ")
-    return f"an {words}" if words[0] in "aeiou" else f"a {words}"
+def with_article(what: object) -> str:
+    """A noun, such as the name of a dimension or a type, with its article."""
+    words = str(what).replace("_", " ")
+    return f"an {words}" if words[:1] in tuple("aeiouAEI") else f"a {words}"

@@ -16,7 +16,9 @@ from engine.machine.machine import Machine
 from engine.machine.scripted_states import LeafScript
 from engine.machine.vertices import Box, Leaf, Vertex
 from engine.run.chart_run import ChartRun
+from tests.engine import written_states as written
 from tests.engine.check.some_charts import INTERFACES, Maker, damage, library
+from tests.engine.written_charts import written_of
 from tests.repeats import examples
 
 TICK_NS = 100_000_000
@@ -118,6 +120,42 @@ def test_the_random_charts_are_of_both_kinds(harm: int, least: int) -> None:
             damage(chance.choice(charts), chance)
         passed += passing(library(charts))
     assert least < passed < 200 - least
+
+
+def written_machines(charts: dict[str, Any]) -> list[Machine] | None:
+    """The machines of charts with values; None where they are refused, or name unknown places."""
+    found = library(list(charts.values()))
+    parts = [f"p{number}" for number in range(1000)]
+    told = check(
+        found, written.INTERFACES, types=written.TYPES, signals=written.SIGNALS, parts=parts,
+        around=written.AROUND,
+    )  # fmt: skip
+    ours = ("S06", "S08", "F03")  # which runs do not need
+    wrong = [f for f in told if f.code == "N13" or f.severity == "error"]
+    if any(f.code not in ours and "has no outcome" not in f.message for f in wrong):
+        return None
+    values: dict[str, Any] = {"Spot": {"x": 1}, "signal of length": "s.far", "text": "p1"}
+    return [
+        Machine(
+            chart,
+            found,
+            written.INTERFACES,
+            {p.name: values.get(p.type, 1) for p in chart.parameters.values() if p.required},
+            types=written.TYPES,
+            around=written.AROUND,
+        )
+        for chart in found.values()
+    ]
+
+
+@given(st.integers(0, 2**32), st.integers(0, 1))
+@settings(deadline=None, max_examples=examples(600), derandomize=True)
+def test_what_passes_can_be_built_with_all_that_charts_write(seed: int, harm: int) -> None:
+    chance, charts = random.Random(seed), written_of(seed).charts
+    for _ in range(harm):
+        damage(chance.choice(list(charts.values())), chance)
+    built = written_machines(charts)
+    assert built or harm
 
 
 WORDS = st.sampled_from(

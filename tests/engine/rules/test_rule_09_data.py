@@ -11,6 +11,7 @@ import pytest
 from engine.chart.load import load_text
 from engine.files.declared.values import Mismatch
 from engine.interfaces import interface
+from engine.literals import Constant
 from engine.machine.machine import Machine
 from engine.machine.named_values import NamedValues
 from engine.run.chart_run import ChartRun
@@ -72,6 +73,73 @@ states:
     b.end("both/two", "seen", value=2.0)
     b.tick()
     assert b.run.results == {"a": 1.0, "b": 2.0}
+
+
+BOTH = """
+chart: c
+outcomes: [x]
+outputs: {x: {a: number, b: number}}
+data: {a: {type: number, initial: 0}, b: {type: number, initial: 0}}
+states:
+  both:
+    all:
+      one: {do: Give, out: {value: a}}
+      two: {do: Give, out: {value: b}}
+    next: {done: .x, error: .x}
+"""
+
+
+def test_rule_9_under_all_they_are_written_in_document_order_whoever_ends_first(bench):
+    b = bench(BOTH)
+    b.tick()
+    b.end("both/two", "done", value=2.0)
+    b.tick()
+    b.end("both/one", "done", value=1.0)
+    b.tick()
+    assert b.records("data") == [("data", "", "a", 1.0), ("data", "", "b", 2.0)]
+
+
+def test_rule_9_what_was_kept_is_not_written_if_the_container_ends_with_an_error(bench):
+    b = bench(BOTH)
+    b.tick()
+    b.end("both/one", "done", value=1.0)
+    b.tick()
+    b.end("both/two", RuntimeError("broken"))
+    b.tick()
+    assert (b.run.outcome, b.run.results) == ("x", {"a": 0, "b": 0})
+
+
+LISTED = """
+chart: c
+outcomes: [x]
+outputs: {x: {result: number}}
+data: {result: {type: number, initial: 0}}
+states:
+  both:
+    any:
+      sub: {use: inner, out: {answer: result}}
+      other: {do: Do}
+    when:
+      - {outcome: ended, if: {sub: ok}}
+      - {outcome: ended, if: {other: done}}
+    next: {ended: .x}
+---
+chart: inner
+outcomes: [ok]
+outputs: {ok: {answer: number}}
+data: {answer: {type: number, initial: 3}}
+any:
+  tell: {watch: Tell, out: {value: answer}, next: {seen: .ok, lost: .ok}}
+"""
+
+
+def test_rule_9_a_chart_that_makes_a_list_match_hands_out_what_was_just_written(bench):
+    b = bench(LISTED)
+    b.tick()
+    b.end("both/sub/tell", "seen", value=5.0)
+    b.tick()
+    assert b.run.results == {"result": 5.0}
+    assert b.records("data") == [("data", "both/sub", "answer", 5.0), ("data", "", "result", 5.0)]
 
 
 def test_rule_9_what_others_could_change_is_refused(bench):
@@ -161,7 +229,7 @@ def given(**inputs):
     library = load_text(INPUTS)
     assert not library.findings
     states = {"Use": interface(Use)}
-    around = NamedValues({"profile.ahead": "30 cm"})
+    around = NamedValues({"profile.ahead": Constant("30 cm")})
     return Machine(library["c"], library, states, inputs=inputs, around=around)
 
 

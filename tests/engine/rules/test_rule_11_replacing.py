@@ -6,6 +6,7 @@ import pytest
 
 from engine.chart.load import load_text
 from engine.interfaces import interface
+from engine.literals import Constant
 from engine.machine.machine import Machine
 from engine.machine.named_values import NamedValues
 from engine.operator.operator import Operator
@@ -121,7 +122,7 @@ def test_rule_11_values_that_names_stand_for_do_not_change_in_what_runs():
             library,
             states,
             inputs={"start": 1},
-            around=NamedValues({"profile.speed": speed}),
+            around=NamedValues({"profile.speed": Constant(speed)}),
         )
         for speed in (1.0, 2.0)
     )
