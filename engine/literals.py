@@ -116,7 +116,7 @@ def convert(value: Any, wanted: Type, by: Resolver = OPEN) -> Any:
     """
     if type(value) is Reference:
         return by.reference(value, wanted)
-    if value is None:
+    if value is None or _says_none(value, wanted):
         if wanted.optional:
             return None
         raise Mismatch(f"nothing given; wanted: {wanted}")
@@ -295,6 +295,12 @@ def _signal(value: Any) -> str:
     if isinstance(value, str) and value:
         return value
     raise Mismatch(f"{shown(value)} is not the name of a signal")
+
+
+def _says_none(value: Any, wanted: Type) -> bool:
+    """Whether it is the word `none`, where that is no text of its own."""
+    own = wanted.name in ("text", "any", "signal") or "none" in wanted.choices
+    return value == "none" and wanted.optional and not own
 
 
 def _is_frozen(cls: Any) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 from engine.chart import Chart, DataKey, Node, Parameter, Reference, Rule
@@ -91,6 +91,8 @@ def _notes(node: Node, values: Values) -> Iterator[str]:
         times, wait = (_told(value, values) for value in (node.retry.times, node.retry.wait))
         after = f" after {wait}" if node.retry.wait else ""
         yield f"retry: {times} on {', '.join(node.retry.on)}{after}"
+    if node.timeout is not None and "timeout" not in node.next:  # else it is at its way out
+        yield f"timeout: {_told(node.timeout, values)}"
     if node.priority:
         yield f"priority: {node.priority}"
 
@@ -151,8 +153,18 @@ def _text(value: Any) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{name} {_inner(item)}" for name, item in value.items())
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_inner, value))}]"
+        return _list_text(value)
     return str(value).lower() if value is None or isinstance(value, bool) else str(value)
+
+
+def _list_text(items: Sequence[Any]) -> str:
+    """A list; of names of one kind, such as places, the kind once."""
+    kinds = {tuple(item) for item in items if isinstance(item, Mapping)}
+    named = len(kinds) == 1 and all(isinstance(item, Mapping) and len(item) == 1 for item in items)
+    if not named:
+        return f"[{', '.join(map(_inner, items))}]"
+    ((kind,),) = kinds
+    return f"{kind} {', '.join(_text(item[kind]) for item in items)}"
 
 
 def _inner(value: Any) -> str:
