@@ -29,6 +29,7 @@ def test_a_robot_without_an_arm_cannot_pick_anything_up(
     assert "this robot lacks part 'arm', commanded by MoveArmTo" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_stories_end_as_told_and_take_every_edge(sim: ChartTester) -> None:
     edges, ended = EdgeCoverage(), {}
     for what, story in STORIES.items():

@@ -93,7 +93,10 @@ WRONG = {
 
 
 @pytest.mark.parametrize("given", WRONG)
-@pytest.mark.parametrize("command", ["simulate go.yaml", "run go.yaml --robot mock --fast"])
+@pytest.mark.parametrize(
+    "command",
+    ["simulate go.yaml", pytest.param("run go.yaml --robot mock --fast", marks=pytest.mark.slow)],
+)
 def test_what_is_wrong_or_missing_is_named_before_anything_is_run(
     command: str, given: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -136,7 +139,9 @@ def test_every_missing_input_is_told_with_how_its_values_are_written(
     assert told.rstrip().endswith("--in 'ok=VALUE' --in 'seen=VALUE'")
 
 
-@pytest.mark.parametrize("how", ["--tier 0", "--tier 1", "--tier 2", "mock"])
+@pytest.mark.parametrize(
+    "how", ["--tier 0", "--tier 1", pytest.param("--tier 2", marks=pytest.mark.slow), "mock"]
+)
 def test_a_run_with_inputs_is_recorded_and_replayed(
     how: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

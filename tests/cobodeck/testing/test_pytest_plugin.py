@@ -110,6 +110,7 @@ def test_a_failed_expectation_is_one_message_without_insides(project: Path) -> N
         assert inside not in text
 
 
+@pytest.mark.slow
 def test_the_edges_that_no_test_takes_are_told(project: Path) -> None:
     (project / "tests" / "test_own.py").write_text(PASSING)
 
@@ -128,6 +129,7 @@ def test_the_edges_that_no_test_takes_are_told(project: Path) -> None:
     assert "--chart-coverage" in run_pytest(project, "--help")[0]
 
 
+@pytest.mark.slow
 def test_nothing_is_told_of_edges_unless_asked_for(project: Path) -> None:
     (project / "tests" / "test_own.py").write_text(PASSING)
 
@@ -137,6 +139,7 @@ def test_nothing_is_told_of_edges_unless_asked_for(project: Path) -> None:
     assert "edges" not in text
 
 
+@pytest.mark.slow
 def test_the_edges_are_counted_over_several_workers(project: Path) -> None:
     (project / "tests" / "test_own.py").write_text(PASSING)
 

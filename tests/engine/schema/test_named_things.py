@@ -22,7 +22,7 @@ from engine.signals.signal_kinds import types_of
 from engine.types import Type
 from tests.engine.schema.naming_states import CONSTANTS, INTERFACES, NAMES, RIGHT, SIGNALS, TYPES
 from tests.engine.schema.test_schema import spots
-from tests.repeats import examples
+from tests.repeats import THOROUGH, examples
 
 SCHEMA = chart_schema(INTERFACES, {}, TYPES, SIGNALS, CONSTANTS, NAMES)
 VALIDATOR = jsonschema.Draft7Validator(SCHEMA)
@@ -159,7 +159,7 @@ def flawed(draw: Any) -> Any:
     return chart
 
 
-@settings(derandomize=True, deadline=None, max_examples=examples(600))
+@settings(derandomize=True, deadline=None, max_examples=examples(600) if THOROUGH else 40)
 @given(flawed())
 def test_what_the_schema_refuses_the_checker_refuses(chart: Any) -> None:
     if list(VALIDATOR.iter_errors(chart)):
@@ -173,7 +173,7 @@ POSTS = st.one_of(
 )
 
 
-@settings(derandomize=True, deadline=None, max_examples=examples(800))
+@settings(derandomize=True, deadline=None, max_examples=examples(800) if THOROUGH else 60)
 @given(
     st.sampled_from([POST, Type("list", item=POST)]),
     st.one_of(POSTS, st.lists(POSTS, max_size=3)),

@@ -12,7 +12,7 @@ from cobodeck.loop.wiring import Wired
 from engine.operator.operator import Operator
 from engine.run.chart_run import ChartRun
 from tests.cobodeck.loop.test_leaps import END_NS, SIGNALS as REPEATED, Tapped, Toy, script_of
-from tests.repeats import examples
+from tests.repeats import THOROUGH, examples
 from tests.states.watching.against_polling import (
     GRID,
     READY,
@@ -29,7 +29,7 @@ NAMES = [cls.__name__ for cls in READY]
 TICKS = 120
 many = settings(
     deadline=None,
-    max_examples=examples(600),
+    max_examples=examples(600) if THOROUGH else 40,
     suppress_health_check=list(HealthCheck),
     derandomize=True,
 )
