@@ -22,6 +22,7 @@ from cobodeck.project.chart_files import (
 )
 from cobodeck.project.named_files import kind_of
 from cobodeck.project.names_in_values import known_names
+from cobodeck.project.project import is_project
 from cobodeck.project.state_catalogue import Catalogue
 from cobodeck.terminal import FAILED, Problem
 from engine import text
@@ -47,7 +48,8 @@ def files_in(paths: Iterable[Path]) -> list[tuple[Path, str]]:
             kinds = {file: kind_of(file) for file in yaml_files(path)}
             inside = {file: kind for file, kind in kinds.items() if kind is not None}
             if not inside:
-                raise Problem(f"{path}: no charts, scenes, robots … in this folder")
+                what = f"{path}: no charts, scenes, robots … in this folder"
+                raise Problem(f"{what}; projects in it are validated from their own folders")
             found |= inside
         elif path.is_file():
             found[path] = kind_of(path) or "chart"
@@ -59,9 +61,13 @@ def files_in(paths: Iterable[Path]) -> list[tuple[Path, str]]:
 
 
 def yaml_files(folder: Path) -> Iterator[Path]:
-    """The YAML files in a folder and below; hidden folders and those in `SKIPPED` are left out."""
+    """The YAML files in a folder and below.
+
+    Left out are hidden folders, those in `SKIPPED`, and projects, which have states of their own.
+    """
     for place, folders, files in os.walk(folder):
-        folders[:] = sorted(f for f in folders if not f.startswith(".") and f not in SKIPPED)
+        kept = (f for f in folders if not f.startswith(".") and f not in SKIPPED)
+        folders[:] = sorted(f for f in kept if not is_project(Path(place, f)))
         yield from (Path(place, f) for f in sorted(files) if f.endswith(YAML))
 
 

@@ -114,6 +114,15 @@ def projects(start: Path | None = None, tell: Callable[[str], None] = complain) 
     ]
 
 
+def is_project(folder: Path) -> bool:
+    """Whether a folder has a project file that declares states."""
+    file = folder / FILE
+    try:
+        return file.is_file() and GROUP in read_text(file, MAX_BYTES)
+    except FileError:
+        return False
+
+
 def is_there(module: str) -> bool:
     """Whether a module can be found; its parent packages are imported, the module is not."""
     from importlib.util import find_spec

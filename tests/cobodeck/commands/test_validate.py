@@ -11,7 +11,7 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.project.named_files import EXAMPLES
-from cobodeck.terminal.console import FAILED, OK
+from cobodeck.terminal.console import FAILED, OK, USAGE
 
 ROOT = Path(__file__).resolve().parents[3]
 HEAVY = ("numpy", "numba", "scipy", "networkx", "shapely", "jsonschema", "pygraphviz", "email")
@@ -344,3 +344,20 @@ def test_no_run_begins_with_a_folded_arm_in_contact(touching, capsys):
     run = ["simulate", "--scene", "study", "--requests", "1", "--robot", robot]
     assert main(run) == FAILED
     assert "68 mm deep in the rover or the floor" in capsys.readouterr().err
+
+
+def test_a_project_in_a_folder_is_left_to_its_own_folder(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for folder in (tmp_path, tmp_path / "inside"):
+        folder.mkdir(exist_ok=True)
+        (folder / "c.yaml").write_text("chart: c\noutcomes: [x]\nstates: {a: {do: Mine}}\n")
+    (tmp_path / "inside" / "pyproject.toml").write_text(
+        '[project.entry-points."cobodeck.states"]\nown = "mine.states"\n'
+    )
+
+    assert main(["validate", str(tmp_path)]) == FAILED
+    assert "in 1 file" in capsys.readouterr().out
+    (tmp_path / "c.yaml").unlink()
+    assert main(["validate", str(tmp_path)]) == USAGE
+    assert "projects in it are validated from their own folders" in capsys.readouterr().err
