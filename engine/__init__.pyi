@@ -62,4 +62,5 @@ from engine.types import (
     Type as Type,
     builtin_types as builtin_types,
     from_annotation as from_annotation,
+    known_types as known_types,
 )

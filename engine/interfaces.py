@@ -119,6 +119,10 @@ def interface(cls: type[State]) -> Interface:
     _require_ages(cls)
     if unknown := sorted(found.named_by - found.parameters.keys()):
         raise StateError(f"{name}: '${unknown[0]}' stands for no parameter of __init__")
+    for signal in (key[1:] for key in found.reads if key[0] == "$"):
+        kind = found.parameters[signal].type
+        if "signal" not in (kind.name, "" if kind.item is None else kind.item.name):
+            raise StateError(f"{name}.reads: annotate {signal!r} as a signal, like `Key[float]`")
     return found
 
 
@@ -167,11 +171,12 @@ def bindings(
     """What the type variables of an interface stand for.
 
     `signals`: types of the signals that its parameters name, by parameter; `inputs`: types of what
-    its inputs, or parameters, are read from. The first that says it counts.
+    its inputs, or parameters, are read from. The widest counts, or the first of unlike ones.
     """
     bound: dict[str, Type] = {}
     for name, kind in signals.items():
-        bind(of.parameters[name].type, Type("signal", item=kind), bound)
+        held = replace(kind, optional=False)  # a signal without a value is not heard of
+        bind(of.parameters[name].type, Type("signal", item=held), bound)
     arguments = {**of.parameters, **of.inputs}
     for name, kind in inputs.items():
         bind(arguments[name].type, kind, bound)

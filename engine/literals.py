@@ -236,21 +236,26 @@ def _instance(value: Any, cls: type, by: Resolver) -> Any:
     if not isinstance(value, Mapping):
         raise Mismatch(f"{shown(value)} is not a {cls.__name__}; wanted: {example_of(cls)}")
     kind = getattr(cls, "named_by", "")
-    if kind in value and kind not in fields:
+    if kind and kind in value and kind not in fields:
         if len(value) > 1:
             other = next(key for key in value if key != kind)
-            raise WrongKey(f"{kind!r} says it all; leave out {other!r}", other)
-        return by.named(kind, _inside(value[kind], Type("text"), by, kind))
+            raise WrongKey(f"a {kind} needs nothing beside its name; leave out {other!r}", other)
+        name = _inside(value[kind], Type("text"), by, kind)
+        return LATER if name is LATER else by.named(kind, name)
     given = {name: _field(name, item, cls, fields, by) for name, item in value.items()}
     missing = [name for name, field in fields.items() if field.required and name not in given]
     if missing:
         raise Mismatch(f"{', '.join(map(repr, missing))} missing; wanted: {example_of(cls)}")
-    if any(item is LATER for item in given.values()):
-        return LATER
+    return LATER if any(map(_is_open, given.values())) else _made(cls, given)
+
+
+def _made(cls: type, given: Mapping[str, Any]) -> Any:
     try:
         return getattr(cls, "written", cls)(**given)
     except ValueError as error:
         raise Mismatch(str(error)) from None
+    except Exception as error:  # noqa: BLE001  a class of a project may raise anything
+        raise Mismatch(f"{cls.__name__}: {type(error).__name__}: {error}") from None
 
 
 def _field(
@@ -281,6 +286,13 @@ def _list(value: Any, wanted: Type, by: Resolver) -> Any:
     assert wanted.item is not None
     items = tuple(_inside(item, wanted.item, by, n) for n, item in enumerate(value))
     return LATER if any(item is LATER for item in items) else items
+
+
+def _is_open(item: Any) -> bool:
+    """Whether a value, or an item of a list, is known only in a run."""
+    if type(item) is tuple:
+        return any(map(_is_open, item))
+    return item is LATER or type(item) is OpenName
 
 
 def _any(value: Any, by: Resolver) -> Any:

@@ -99,7 +99,7 @@ def from_annotation(annotation: Any) -> Type:
         return _from_union(arguments)
     if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
         return Type("list", item=from_annotation(arguments[0]))
-    if isinstance(annotation, type):
+    if isinstance(annotation, type) and annotation not in (list, tuple, dict, set, frozenset):
         return Type(annotation.__name__, python=annotation)
     raise TypeError(
         f"{annotation!r} cannot be a chart type; use a class, X | None or tuple[X, ...]"
@@ -120,8 +120,10 @@ def bind(wanted: Type, given: Type, bound: dict[str, Type]) -> None:
     What a variable cannot stand for is left to the check of the value.
     """
     if wanted.variable and given.name != "any":
-        if fits(given, replace(wanted, optional=True)):
-            bound.setdefault(wanted.variable, given)
+        known = bound.get(wanted.variable)
+        is_wider = known is None or (fits(known, given) and not fits(given, known))
+        if is_wider and fits(given, replace(wanted, optional=True)):
+            bound[wanted.variable] = given
     elif wanted.item is not None and given.item is not None:
         bind(wanted.item, given.item, bound)
 

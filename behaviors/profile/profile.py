@@ -36,7 +36,7 @@ from behaviors.profile.settings import (
     Settings,
     UserSettings,
 )
-from engine import Constant, ConstantMismatch, builtin_types, convert
+from engine import Constant, ConstantMismatch, convert, known_types
 from engine.chart import Chart, Parameter, Reference
 from engine.files import CODE, FileError, Finding, Place
 from engine.files.declared import (
@@ -163,7 +163,7 @@ class Profile:
             key, default = picked.name.removeprefix(PREFIX), self.constants[picked.name].value
         else:
             return parameter
-        wanted = builtin_types().get(parameter.type)
+        wanted = known_types({}).get(parameter.type)
         try:
             if wanted is not None:
                 convert(default, wanted)

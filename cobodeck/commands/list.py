@@ -16,6 +16,7 @@ from engine.draw import value_text
 from engine.files import did_you_mean
 
 if TYPE_CHECKING:
+    from engine import Argument
     from engine.chart import DataKey, Parameter
 
 LONGEST = 100
@@ -110,8 +111,8 @@ def _states(args: argparse.Namespace) -> list[dict[str, Any]]:
             "state": name,
             "kind": "monitor" if state.monitor else "action",
             "outcomes": list(state.outcomes),
-            "parameters": [f"{key}: {value.type}" for key, value in state.parameters.items()],
-            "inputs": [f"{key}: {value.type}" for key, value in state.inputs.items()],
+            "parameters": [_argument(key, value) for key, value in state.parameters.items()],
+            "inputs": [_argument(key, value) for key, value in state.inputs.items()],
             "reads": list(state.reads),
             "commands": list(state.commands),
             "module": known.module_of(name),
@@ -119,6 +120,18 @@ def _states(args: argparse.Namespace) -> list[dict[str, Any]]:
         }
         for name, state in sorted(known.interfaces.items())
     ]
+
+
+def _argument(name: str, argument: Argument) -> str:
+    """A parameter or input of a state with its type, and its default if it has one."""
+    from engine.files import si_unit, written_text
+
+    shown = f"{name}: {argument.type}"
+    if argument.required:
+        return shown
+    if argument.default is None:
+        return f"{shown} = none"
+    return f"{shown} = {written_text(argument.default)} {si_unit(argument.type.name)}".rstrip()
 
 
 def _signals(args: argparse.Namespace) -> list[dict[str, Any]]:

@@ -27,12 +27,14 @@ def known_constants(library: Mapping[str, Chart]) -> dict[str, Constant]:
     return load_profile("tuned").constants if picked else {}
 
 
-def known_names(library: Mapping[str, Chart], catalogue: Catalogue) -> NamedValues:
-    """What charts may name before a run is chosen: by the profile `tuned` and all known scenes.
+def known_names(
+    library: Mapping[str, Chart], catalogue: Catalogue, *, for_run: bool = False
+) -> NamedValues:
+    """What charts may name before a scene is chosen: by the profile `tuned` and all known scenes.
 
-    What no chart of the library can mean is not looked up.
+    What no chart of the library can mean is not looked up, but for a run.
     """
-    by_scene = any(PLACE in chart.source.text for chart in library.values())
+    by_scene = for_run or any(PLACE in chart.source.text for chart in library.values())
     return NamedValues(
         constants=known_constants(library),
         signals=types_of(catalogue.signals),

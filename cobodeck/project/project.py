@@ -65,8 +65,11 @@ class Project:
                 yield from (here, *(here / name for name in files))
 
     def yaml_files(self) -> list[Path]:
-        """The YAML files of the project's packages."""
+        """The YAML files beside the project file and in the project's packages."""
         found: dict[Path, None] = {}
+        if self.folder is not None:
+            beside = (file for ending in YAML for file in self.folder.glob(f"*{ending}"))
+            found |= dict.fromkeys(sorted(beside))
         for module in self.modules:
             folder = self._package(module)
             if folder is not None:

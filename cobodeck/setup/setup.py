@@ -14,12 +14,12 @@ from cobodeck.fitness import require
 from cobodeck.project import PLACE, Catalogue, catalogue, open_chart, reached
 from cobodeck.setup.open_scene import RunPlace, environment_at, open_place
 from cobodeck.setup.run_profile import blaming_sets, profile_with
-from cobodeck.terminal import Problem
+from cobodeck.terminal import FAILED, Problem
 from engine import ConstantMismatch
 from engine.chart import Chart
 from engine.files import FileError
 from engine.files.declared import Mismatch
-from engine.machine import Box, Leaf, Machine, NamedValues, Vertex
+from engine.machine import Box, Leaf, Machine, NamedValues, Vertex, shared_part
 from engine.signals import Measured, Signal, closure, roots, types_of
 from hw import Pose2, PoseSigma
 from hw.connection import Connection, Narrowed
@@ -276,17 +276,19 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
 
 
 def _require_values(setup: Setup) -> None:
-    """Check that all values have the types that they need.
+    """Check that all values have the types that they need, and that no part is commanded twice.
 
     Raises:
         Problem: a value is wrong; the text names it. FileError: one of the profile is.
     """
     try:
-        setup.machine()
+        shared = shared_part(setup.machine())
     except ConstantMismatch as mismatch:
         raise FileError([setup.profile.refused(mismatch)]) from None
     except Mismatch as mismatch:
         raise Problem(f"chart {setup.chart.name}: {mismatch}") from None
+    if shared:
+        raise Problem(f"chart {setup.chart.name}: {shared}", FAILED)
 
 
 def _in_place(robot: RobotModel, place: RunPlace | None) -> RobotModel:

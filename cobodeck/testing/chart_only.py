@@ -63,7 +63,7 @@ def loop_alone(
         AssertionError: an input has no value.
         Mismatch: a value is wrong; the message says which.
     """
-    around = known_names(library, known)
+    around = known_names(library, known, for_run=True)
     machine = Machine(
         chart, library, known.interfaces, parameters, known.types, inputs=inputs, around=around
     )

@@ -270,7 +270,7 @@ class _Reader:
             if value is None and (":" in entry or " " in entry):
                 self.not_a_word(key, entry, value, inside)
                 return {}
-        return {entry: chart_value(value) for entry, value in inside.items()}
+        return {entry: start_value(value) for entry, value in inside.items()}
 
     def rules(self, raw: Map, key: str) -> tuple[Rule, ...]:
         items = raw.get(key)
@@ -367,7 +367,8 @@ class _Reader:
 
     def parameter(self, name: str, item: Map, at: Mark) -> Parameter:
         kind, about = self.text(item, "type") or "any", self.text(item, "about") or ""
-        default = chart_value(item.get("default"))
+        own = kind == "text"  # to which `none` is a word like any
+        default = (chart_value if own else start_value)(item.get("default"))
         return Parameter(name, kind, default, "default" not in item, about, at)
 
     def keys(self, raw: Map, section: str) -> dict[str, DataKey]:

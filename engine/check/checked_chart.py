@@ -129,7 +129,7 @@ class CheckedChart:
     parameters_used: set[str] = field(default_factory=set)
     deadlines: dict[str, bool] = field(default_factory=dict)
     dead_ends: list[PlacedNode] = field(default_factory=list)
-    beside: set[tuple[str, str]] = field(default_factory=set)
+    beside: dict[tuple[str, str], tuple[PlacedNode, PlacedNode]] = field(default_factory=dict)
     effort: int = EFFORT
 
     def __post_init__(self) -> None:

@@ -23,7 +23,28 @@ def check_parts(checked: CheckedChart) -> None:
             _note_used(checked, placed, placed.callee)
         elif placed.callee is not None:
             placed.commands = placed.callee.facts.commands
+    _check_defaults(checked)
     _check_known(checked)
+
+
+def _check_defaults(checked: CheckedChart) -> None:
+    """S08: with the chart's own defaults, concurrent nodes command different parts."""
+    for (first, second), (owner, other) in [*checked.beside.items()]:
+        shared = {*_by_default(checked, first)} & {*_by_default(checked, second)}
+        if shared:
+            message = f"by default {first} and {second} are the same part, {min(shared)!r}"
+            related = () if owner is other else ((owner.node.at, "one of them"),)
+            hint = "give one of them another default"
+            checked.error("S08", message, other.node.at, hint, *related)
+
+
+def _by_default(checked: CheckedChart, name: str) -> tuple[str, ...]:
+    """The parts that a name, or the default of a parameter, stands for."""
+    if name[0] != "$":
+        return (name,)
+    declared = checked.chart.parameters.get(name[1:])
+    value = None if declared is None else checked.scope.meant(declared.default)
+    return tuple(str(item) for item in (value if isinstance(value, list) else [value]) if item)
 
 
 def _note_used(checked: CheckedChart, placed: PlacedNode, callee: Callee) -> None:
@@ -62,7 +83,8 @@ def _note_beside(
         related = () if owner is other else ((owner.node.at, "one of them"),)
         checked.error("S08", message, other.node.at, "put them one after the other", *related)
     elif "$" in (first[0], second[0]):
-        checked.beside.add((min(first, second), max(first, second)))
+        pair = (min(first, second), max(first, second))
+        checked.beside.setdefault(pair, (owner, other))
 
 
 def _check_shared(checked: CheckedChart, placed: PlacedNode) -> None:

@@ -67,6 +67,7 @@ from engine.files.units import (
     Speed as Speed,
     Torque as Torque,
     quantity as quantity,
+    si_unit as si_unit,
 )
 from engine.files.visible_text import (
     escaped as escaped,

@@ -10,7 +10,7 @@ from engine.machine.deciding import (
     Judge as Judge,
 )
 from engine.machine.exploration import explore as explore
-from engine.machine.machine import Machine as Machine
+from engine.machine.machine import Machine as Machine, shared_part as shared_part
 from engine.machine.named_values import NamedValues as NamedValues
 from engine.machine.node import (
     ASK as ASK,

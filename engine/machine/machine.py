@@ -245,10 +245,16 @@ class Machine:
         vertex.autonomy = {outcome: AUTONOMY[level] for outcome, level in node.autonomy.items()}
         if node.timeout is not None:
             vertex.timeout_ns = to_ns(convert(node.timeout, duration, given))
+            if vertex.timeout_ns <= 0:
+                seconds = vertex.timeout_ns * 1e-9
+                raise Mismatch(f"{vertex.path}: a timeout must be positive; it is {seconds:g} s")
         if node.retry is not None:
             wait = to_ns(convert(node.retry.wait, duration, given))
             times = convert(node.retry.times, self.types["integer"], given)
             vertex.retry = (times, frozenset(node.retry.on), wait)
+            if min(times, wait) < 0:
+                what = f"tried again {times} times, {wait * 1e-9:g} s apart"
+                raise Mismatch(f"{vertex.path}: {what}; neither can be negative")
 
     def _connect(self, box: Box, node: Node) -> None:
         named = {child.name: child for child in box.children}
@@ -272,6 +278,31 @@ def _read(leaf: Leaf, node: Node, names: Mapping[str, Cell], given: ParameterVal
     read = [(name, python_name(name), names[key]) for name, key in node.reads.items()]
     leaf.inputs = tuple((called, c) for name, called, c in read if name in interface.inputs)
     leaf.bound = tuple((called, c) for name, called, c in read if name not in interface.inputs)
+
+
+def shared_part(machine: Machine) -> str:
+    """Which nodes that run side by side command one part, as a sentence; empty if none do.
+
+    Charts are checked for it with what they say; parameters may name other parts in a run.
+    """
+    told: list[str] = []
+    _commanded(machine.root, told)
+    return told[0] if told else ""
+
+
+def _commanded(vertex: Vertex, told: list[str]) -> frozenset[str]:
+    """The parts that a vertex commands."""
+    if isinstance(vertex, Leaf):
+        return frozenset(vertex.interface.commands)
+    owners: dict[str, Vertex] = {}
+    assert isinstance(vertex, Box)
+    for child in vertex.children:
+        for part in sorted(_commanded(child, told)):
+            other = owners.setdefault(part, child)
+            if other is not child and vertex.form != "states":
+                both = f"{other.path!r} and {child.path!r} both command {part!r}"
+                told.append(f"{both} at the same time; put them one after the other")
+    return frozenset(owners)
 
 
 def to_ns(seconds: float) -> int:

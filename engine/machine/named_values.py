@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from engine.chart import Reference
 from engine.files import did_you_mean
 from engine.files.declared import Mismatch
 from engine.literals import Constant, OpenName, Resolver, constant_of, convert
-from engine.types import Type
+from engine.types import ANY, Type, fits
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,16 @@ class ParameterValues(Resolver):
         if reference.name not in self.known:
             return super().reference(reference, wanted)
         return convert(self.known[reference.name], wanted, self)
+
+    def signal(self, name: str, wanted: Type) -> str:
+        """The name of a signal; where signals are known, it is one of the wanted type."""
+        held = self.around.signals.get(name) if self.around.signals else ANY
+        if held is None:
+            near = did_you_mean(name, self.around.signals)
+            raise Mismatch(f"there is no signal {name!r}; {near}")
+        if wanted.item is not None and not fits(held, replace(wanted.item, optional=True)):
+            raise Mismatch(f"{name} is a signal of {held}; wanted: a {wanted}")
+        return name
 
     def named(self, kind: str, name: str) -> Any:
         """The value of a name."""

@@ -106,6 +106,11 @@ class BaseDrive:
             self._base.grant(None)
 
     @property
+    def is_lost(self) -> bool:
+        """Whether poses or scans are missing, so that it cannot even begin."""
+        return extrapolated_state.around(self._ctx) is None or self.planner is None
+
+    @property
     def planner(self) -> GlobalPlanner | None:
         """The planner with the distances that are kept; None if its scans are too old."""
         return self._ctx.value(self._planner)

@@ -82,6 +82,8 @@ class DriveTo(_Drives):
     def run(self, ctx: Context, goal: Pose2) -> Run:
         yield from first_pose(ctx)
         with self._drive(ctx) as drive:
+            if drive.is_lost:
+                return "lost"
             while (ended := drive.towards(goal)) is None:
                 yield ctx.value(BASE_REFUSAL)
             return ended
@@ -112,6 +114,8 @@ class DriveThrough(_Drives):
             return "arrived"
         yield from first_pose(ctx)
         with self._drive(ctx) as drive:
+            if drive.is_lost:
+                return "lost"
             for goal in goals[:-1]:
                 while (ended := drive.towards(goal, self.passing)) is None:
                     yield ctx.value(BASE_REFUSAL)

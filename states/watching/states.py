@@ -32,7 +32,7 @@ def sustained(
 
     Args:
         ctx: that of a state that reads the signal up to the age `older`.
-        signal: a level.
+        signal: a level; of events, the last one since the entry.
         counts: whether a value counts, after one that did (True) or did not.
         seconds: with 0 the first value that counts is enough.
         older: the greatest accepted age, s; None: any.
@@ -40,9 +40,9 @@ def sustained(
     Returns:
         The last value.
     """
-    news, since = On(signal), None
+    news, since, value = On(signal), None, None
     while True:
-        value = ctx.value(signal)
+        value = _newest(ctx, signal, value)
         if value is None or not counts(value, since is not None):
             since = None
             yield news
@@ -52,6 +52,14 @@ def sustained(
         if ctx.now >= due:
             return value
         yield On(signal, until=min(due, _stale_at(ctx, signal, older)), older=older)
+
+
+def _newest(ctx: Context, signal: Key[T], held: T | None) -> T | None:
+    """The value of a level; of an event signal that of a new event, else `held`."""
+    if not ctx.is_event(signal):
+        return ctx.value(signal)
+    events = ctx.events(signal)
+    return events[-1].value if events else held
 
 
 def _stale_at(ctx: Context, signal: Key[Any], older: float | None) -> int:

@@ -316,7 +316,7 @@ def test_rule_10_a_value_is_made_once_all_of_it_is_known(written: Any) -> None:
     [
         ({"x": 1, "z": 2}, Spot, "a Spot has no 'z'; allowed: place, x, y"),
         ({"y": 2}, Spot, "'x' missing; wanted: {x: …, y: …} or {place: …}"),
-        ({"place": "dock", "x": 1}, Spot, "'place' says it all; leave out 'x'"),
+        ({"place": "dock", "x": 1}, Spot, "a place needs nothing beside its name; leave out 'x'"),
         ("dock", Spot, "'dock' is not a Spot; wanted: {x: …, y: …} or {place: …}"),
         ([1, 2], Spot, "a list is not a Spot; wanted: {x: …, y: …} or {place: …}"),
         ({"x": 0}, Positive, "0.0 is not positive"),

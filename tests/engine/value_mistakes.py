@@ -202,7 +202,7 @@ BINDINGS = [
     ("a text in in", "in: {a: $label, b", "in: {a: ¦the tour, b", "by a parameter"),
     ("a key of another type", "in: {hysteresis: limit}", "in: {hysteresis: ¦spoken}", "a length"),
     ("times 0", "times: $tries", "times: ¦0", "from 1"),
-    ("times 0 by its parameter", _TRIES, f"0{_TRIES[1:]}¦", "1 or more"),
+    ("times below 0 by its parameter", _TRIES, f"-1{_TRIES[1:]}¦", "0 or more"),
     ("times in words", "times: $tries", "times: ¦twice", "whole number"),
     ("times with a unit", "times: $tries", "times: ¦2 s", "whole number"),
     ("times by a text", "times: $tries", "times: ¦$label", "an integer"),

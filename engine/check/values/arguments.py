@@ -102,14 +102,14 @@ def _check_deadline(checked: CheckedChart, value: Any, at: Mark, *, is_timeout: 
 
 
 def _check_count(checked: CheckedChart, times: Any, at: Mark) -> None:
-    """S11: a parameter that says how often to try again is 1 or more, by its default."""
+    """S11: a parameter that says how often to try again is 0 or more, by its default."""
     if not isinstance(times, Reference):
         return
     parameter = checked.chart.parameters.get(times.name)
     default = checked.scope.meant(times if parameter is None else parameter.default)
-    if type(default) is int and default < 1:
+    if type(default) is int and default < 0:
         note = ((parameter.at, "declared here"),) if parameter is not None else ()
-        checked.error("S11", f"'times' is 1 or more; ${times.name} is {default}", at, "", *note)
+        checked.error("S11", f"'times' is 0 or more; ${times.name} is {default}", at, "", *note)
 
 
 def _check_defaults(checked: CheckedChart) -> None:

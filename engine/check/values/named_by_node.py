@@ -76,13 +76,17 @@ def _named(checked: CheckedChart, node: Node, of: Interface, name: str) -> Any:
             checked.error("N10", message, at, hint)
         return _UNKNOWN if argument.required else argument.default
     value = checked.scope.meant(node.parameters[name])
-    if isinstance(value, Reference):
-        if name not in _naming_outcomes(of):
-            return f"${value.name}"
-        message = f"the outcomes of {of.name} are named by {name!r}, and ${value.name} hides them"
+    items = [checked.scope.meant(item) for item in value] if isinstance(value, list) else [value]
+    hidden = next((item for item in items if isinstance(item, Reference)), None)
+    if hidden is not None and name not in _naming_outcomes(of):
+        names = tuple(str(item) for item in items if isinstance(item, str | Reference))
+        return names if isinstance(value, list) else names[0]
+    if hidden is not None:
+        message = f"{name!r} names outcomes of {of.name}, and {hidden} hides which"
         at = mark_of(node.raw, "with", name)
-        checked.parameters_used.add(value.name)
-        checked.error("N05", message, at, f"write them here: `{name}: [first, second]`")
+        checked.parameters_used.add(hidden.name)
+        right = "[first, second]" if argument.type.name == "list" else "first"
+        checked.error("N05", message, at, f"write them here: `{name}: {right}`")
         return _UNKNOWN
     try:
         return convert(value, argument.type)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from engine.chart import Reference
@@ -53,6 +53,8 @@ def check_value(
 
 def is_open(value: Any) -> bool:
     """Whether it depends on a parameter of the chart what a value is."""
+    if isinstance(value, list):
+        return any(map(is_open, value))
     return isinstance(value, Reference) and not value.is_constant
 
 
@@ -173,7 +175,7 @@ _A_CONSTANT = "names of values from outside are written as `$profile.chase.inner
 
 def _optional(kind: Type) -> Type:
     """The same, or none: a signal may be without a value."""
-    return Type(kind.name, kind.choices, kind.item, True, kind.python)
+    return replace(kind, optional=True)
 
 
 def _keys_to(value: Any, is_meant: Callable[[Any, Any], bool]) -> tuple[str | int, ...]:

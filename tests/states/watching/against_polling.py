@@ -18,7 +18,7 @@ from engine.machine.machine import Machine
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board
 from engine.signals.signal_kinds import Derived, Measured, Signal, declare
-from engine.state import Context, Monitor, Run, Stamped
+from engine.state import Context, Key, Monitor, Run, Stamped
 from states.watching.states import Above, Below, Changed, Silent, WaitFor, Within
 
 HZ = 10
@@ -42,7 +42,7 @@ class Polled(Monitor):
     outcomes = ("never",)
     reads = {"$signal": "$older"}
 
-    def __init__(self, signal: str, seen: Any, older: float | None = None) -> None:
+    def __init__(self, signal: Key[Any], seen: Any, older: float | None = None) -> None:
         self.signal, self.seen = signal, seen
 
     def run(self, ctx: Context) -> Run:
