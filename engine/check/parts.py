@@ -144,10 +144,14 @@ def _check_named_parts(
     """N12: the parts that a parameter of these nodes names exist."""
     for placed in nodes:
         value = checked.scope.meant(placed.node.parameters.get(parameter))
+        at, what = mark_of(placed.node.raw, "with", parameter), parameter
+        declared = checked.chart.parameters.get(getattr(value, "name", ""))
+        if declared is not None and isinstance(declared.default, str):
+            value, what = declared.default, declared.name
+            at = mark_of(checked.chart.root.raw["parameters"][what], "default")
         for name in value if isinstance(value, list) else [value]:
             if isinstance(name, str) and name not in known:
-                at = mark_of(placed.node.raw, "with", parameter)
-                message, hint = f"{parameter}: there is no part {name!r}", checked.near(name, known)
+                message, hint = f"{what}: there is no part {name!r}", checked.near(name, known)
                 checked.error("N12", message, at, hint)
 
 
