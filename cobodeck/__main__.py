@@ -10,6 +10,7 @@ import argparse
 import importlib
 import os
 import re
+import shlex
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -18,7 +19,7 @@ from cobodeck.project import own_files_around
 from cobodeck.setup import keep_compiled_code
 from cobodeck.shadowed import explained, shadows
 from cobodeck.terminal import FAILED, OK, USAGE, Problem, complain, show, show_what_can_be_shown
-from engine.files import FileError, NotFound, did_you_mean, noting, visible
+from engine.files import FileError, NotFound, did_you_mean, noting, quantity, visible
 from engine.files.declared import no_files, with_own_files
 
 COMMANDS = {
@@ -40,6 +41,8 @@ COMMANDS = {
     "bench": "measure run time against error",
     "doctor": "tell whether this machine is fit",
 }
+VALUED = ("--in", "--set")
+"""Options whose value is YAML, which shells split unless it is in quotes."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -92,6 +95,8 @@ def _dispatch(given: list[str]) -> int:
     name, *rest = given
     if name not in COMMANDS:
         raise Problem(f"no command {name!r}; {did_you_mean(name, COMMANDS)}")
+    if meant := _torn_value(rest):
+        raise Problem(f"put KEY=VALUE in quotes: {meant}")
     module = importlib.import_module(f"cobodeck.commands.{name}")
     parser = _Parser(f"cobodeck {name}", description=module.__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
@@ -120,6 +125,29 @@ def _joined(given: Sequence[str]) -> list[str]:
         else:
             found.append(one)
     return found
+
+
+def _torn_value(given: Sequence[str]) -> str:
+    """The option of a value that the shell has split, in brackets or before a unit; or empty."""
+    for n, option in enumerate(given[:-1]):
+        value, *after = given[n + 1 :]
+        if option not in VALUED:
+            continue
+        if after and quantity(f"{value.partition('=')[2]} {after[0]}"):
+            return f"{option} {shlex.quote(f'{value} {after[0]}')}"
+        if not _is_open(value):
+            continue
+        for word in after:
+            if word.startswith("--"):
+                break
+            value += f" {word}"
+            if not _is_open(value):
+                return f"{option} {shlex.quote(value)}"
+    return ""
+
+
+def _is_open(text: str) -> bool:
+    return sum(map(text.count, "[{")) > sum(map(text.count, "]}"))
 
 
 class _Parser(argparse.ArgumentParser):

@@ -16,8 +16,18 @@ from enum import Enum
 from functools import cache
 from typing import Any, NamedTuple
 
-from engine.files import did_you_mean
-from engine.files.declared import Mismatch, boolean, choice, example, number, shown, text, whole
+from engine.files import did_you_mean, quantity
+from engine.files.declared import (
+    Mismatch,
+    boolean,
+    choice,
+    example,
+    number,
+    shown,
+    text,
+    whole,
+    with_article,
+)
 from engine.types import Type, from_annotation
 
 
@@ -146,6 +156,8 @@ def constant_of(
     """
     value, origin = constants[name]
     try:
+        if wanted.name == "text" and isinstance(value, str) and (measured := quantity(value)):
+            raise Mismatch(f"{value!r} is {with_article(measured[1])}; wanted: text")
         return convert(value, wanted, by)
     except Mismatch as mismatch:
         shown_origin = f" ({origin})" if origin else ""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from typing import Any
 
 from engine import constants_in
-from engine.chart import Chart, Node, mark_of
-from engine.files import Finding, Mark, did_you_mean
+from engine.chart import Chart, Node, Parameter, mark_of
+from engine.files import Finding, Map, Mark, Place, did_you_mean
 
 PREFIX = "profile."
 """Charts write it before a profile's keys."""
@@ -22,10 +22,32 @@ def missing_constants(chart: Chart, known: Collection[str], profile: str) -> Ite
                 yield Finding("N09", message, chart.place(at), did_you_mean(name, known))
 
 
+def place_of_constant(charts: Iterable[Chart], name: str) -> Place | None:
+    """Where the first of these charts that picks the value of this name does so."""
+    for chart in charts:
+        for value, at in _values(chart):
+            if name in constants_in(value):
+                return chart.place(at)
+    return None
+
+
+def default_mark(chart: Chart, parameter: Parameter) -> Mark:
+    """Where the default of a parameter is written, or else the parameter."""
+    return _start_mark(chart, "parameters", parameter.name, "default", parameter.at)
+
+
+def _start_mark(chart: Chart, section: str, name: str, entry: str, otherwise: Mark) -> Mark:
+    item = chart.root.raw.get(section, {}).get(name)
+    return mark_of(item, entry) if isinstance(item, Map) and entry in item else otherwise
+
+
 def _values(chart: Chart) -> Iterator[tuple[Any, Mark]]:
     """All values that are written in a chart, with their places."""
-    yield from ((parameter.default, parameter.at) for parameter in chart.parameters.values())
-    yield from ((key.initial, key.at) for key in chart.keys.values())
+    for parameter in chart.parameters.values():
+        yield parameter.default, default_mark(chart, parameter)
+    for key in chart.keys.values():
+        section, entry = ("inputs", "default") if key.is_input else ("data", "initial")
+        yield key.initial, _start_mark(chart, section, key.name, entry, key.at)
     for node in chart.root.walk():
         yield from _values_at(node)
 

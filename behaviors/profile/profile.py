@@ -17,13 +17,18 @@ sections but `charts` have to be complete, in the file itself or together with i
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from behaviors.profile.chart_constants import PREFIX, missing_constants
+from behaviors.profile.chart_constants import (
+    PREFIX,
+    default_mark,
+    missing_constants,
+    place_of_constant,
+)
 from behaviors.profile.profile_layers import FOLDER, SET, layered
 from behaviors.profile.settings import (
     ChaseSettings,
@@ -132,7 +137,7 @@ class Profile:
 
         They are those of its section `charts`, and those that charts pick by name. Values for
         parameters that a chart does not have are ignored. Of charts that are not `used` what they
-        pick may be missing; None: all are used.
+        pick may be missing or of another type; None: all are used.
 
         Raises:
             FileError: values that do not have the types of their parameters, or are missing.
@@ -145,7 +150,8 @@ class Profile:
 
     def _applied(self, chart: Chart, is_used: bool) -> Chart:
         parameters = gather(
-            partial(self._with_value, chart, parameter) for parameter in chart.parameters.values()
+            partial(self._with_value, chart, parameter, is_used)
+            for parameter in chart.parameters.values()
         )
         applied = dataclasses.replace(chart, parameters={p.name: p for p in parameters})
         missing = tuple(missing_constants(applied, self.constants, self.name)) if is_used else ()
@@ -153,14 +159,17 @@ class Profile:
             raise FileError(missing)
         return applied
 
-    def _with_value(self, chart: Chart, parameter: Parameter) -> Parameter:
+    def _with_value(self, chart: Chart, parameter: Parameter, is_used: bool) -> Parameter:
         """A parameter with this profile's value, if it has one, as its default."""
         key = f"charts.{chart.name}.{parameter.name}"
         own, picked = self.charts.get(chart.name, {}), parameter.default
+        at, told = None, ""
         if parameter.name in own:
             default = own[parameter.name]
         elif isinstance(picked, Reference) and picked.name in self.constants:
             key, default = picked.name.removeprefix(PREFIX), self.constants[picked.name].value
+            at = chart.place(default_mark(chart, parameter))
+            told = f"{parameter.name}: {picked} ({self.origin(key)})"
         else:
             return parameter
         wanted = known_types({}).get(parameter.type)
@@ -168,6 +177,10 @@ class Profile:
             if wanted is not None:
                 convert(default, wanted)
         except Mismatch as mismatch:
+            if at is not None and not is_used:
+                return parameter
+            if at is not None and self._is_shipped(key):
+                raise FileError([Finding("N09", f"{told}: {mismatch}", at)]) from None
             raise FileError([self.finding(key, str(mismatch))]) from None
         return dataclasses.replace(
             parameter, default=default, required=False, origin=self.origin(key)
@@ -183,9 +196,20 @@ class Profile:
             if name in library[chart].parameters
         }
 
-    def refused(self, mismatch: ConstantMismatch) -> Finding:
-        """The mistake in the value that a chart picks by name."""
-        return Finding(CODE, str(mismatch), self.places[mismatch.name.removeprefix(PREFIX)])
+    def refused(self, mismatch: ConstantMismatch, charts: Iterable[Chart]) -> Finding | None:
+        """The mistake in a value that is picked by name, or in the chart that picks a shipped one.
+
+        None: no chart does, and so it is picked from outside.
+        """
+        key = mismatch.name.removeprefix(PREFIX)
+        if not self._is_shipped(key):
+            return Finding(CODE, str(mismatch), self.places[key])
+        at = place_of_constant(charts, mismatch.name)
+        return None if at is None else Finding("N09", str(mismatch), at)
+
+    def _is_shipped(self, key: str) -> bool:
+        """Whether the value of a key is that of a shipped profile, and no mistake of the user's."""
+        return Path(self.places[key].file).resolve().parent == FOLDER.resolve()
 
     def finding(self, key: str, message: str, hint: str = "") -> Finding:
         """A mistake in the value of a key, by its dotted name."""

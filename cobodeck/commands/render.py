@@ -9,9 +9,9 @@ import argparse
 from pathlib import Path
 
 from cobodeck.pictures import render_scene as room
-from cobodeck.project import catalogue, chart_file, load_beside, reached
+from cobodeck.project import catalogue, chart_file, load_beside, misfits, reached, replacements
 from cobodeck.setup import profile_with, with_values
-from cobodeck.terminal import FAILED, OK, Problem, instant, is_record, show
+from cobodeck.terminal import FAILED, OK, Problem, complain, instant, is_record, show
 from engine import text
 from engine.chart import Library
 from engine.draw import FILE_FORMS, CannotRender, dot, mermaid, render
@@ -69,7 +69,10 @@ def _draw_chart(args: argparse.Namespace) -> int:
     if shown > LARGEST:
         raise Problem(f"a picture of {shown} nodes; at most {LARGEST}, choose a smaller --depth")
     profile = profile_with(args.profile, args.sets)
-    charts = with_values(profile, library, reached({chart.name}, library))
+    used = reached({chart.name}, library)
+    for told in (*replacements(library, known, used), *misfits(library, known, used)):
+        complain(told)
+    charts = with_values(profile, library, used)
     write = mermaid if form == "mmd" else dot
     written = write(charts[chart.name], charts, depth, constants=profile.constants)
     try:

@@ -145,7 +145,7 @@ def report_on(
     before: Callable[[Setup], None] | None = None,
 ) -> int:
     """Run, write the trace file, print the figures; `before` is called once all files are read."""
-    from cobodeck.run import explain, summary
+    from cobodeck.run import explain, summary, topics_of
 
     began = datetime.now()
     setup = _setup(args)
@@ -159,7 +159,7 @@ def report_on(
     if args.json:
         show_json(figures)
     else:
-        show(summary(figures, result.wired.run.ended_by))
+        show(summary(figures, result.wired.run.ended_by, topics_of(setup)))
     if getattr(args, "explain", False):
         (complain if args.json else show)(explain(result))
     wanted = args.record is not None

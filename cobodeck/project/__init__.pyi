@@ -8,6 +8,7 @@ from cobodeck.project.library import (
     files_in as files_in,
     findings_of as findings_of,
     load_beside as load_beside,
+    misfits as misfits,
     open_chart as open_chart,
     reached as reached,
     read_source as read_source,

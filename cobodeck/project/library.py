@@ -8,7 +8,7 @@ shipped charts that use it, too.
 from __future__ import annotations
 
 import os
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,13 +22,14 @@ from cobodeck.project.chart_files import (
 )
 from cobodeck.project.named_files import kind_of
 from cobodeck.project.names_in_values import known_names
-from cobodeck.project.project import is_project
+from cobodeck.project.project import folder_of_project, is_project
+from cobodeck.project.replaced_charts import is_shipped, name_place, told_of_replacements
 from cobodeck.project.state_catalogue import Catalogue
 from cobodeck.terminal import FAILED, Problem
 from engine import text
-from engine.chart import Chart, Library, load_files, mark_of
+from engine.chart import Chart, Library, load_files
 from engine.check import check
-from engine.files import MAX_BYTES, FileError, Finding, Place, SourceFile, in_order, read_text
+from engine.files import MAX_BYTES, FileError, Finding, SourceFile, in_order, read_text
 from engine.files.declared import YAML
 
 SKIPPED = frozenset((".git", ".venv", "venv", "node_modules", "build", "dist", "__pycache__"))
@@ -112,7 +113,10 @@ def used_charts(charts: Iterable[Chart], known: Container[str]) -> set[str]:
 
 
 def findings_of(library: Library, catalogue: Catalogue, files: Iterable[Path]) -> list[Finding]:
-    """Check a library; returns the findings in `files`, in order."""
+    """Check a library; returns the findings in `files`, in order.
+
+    What does not fit a shipped chart among them is told where the shipped one is replaced.
+    """
     named = {str(file) for file in files}
     found = check(
         library,
@@ -123,23 +127,10 @@ def findings_of(library: Library, catalogue: Catalogue, files: Iterable[Path]) -
         strangers=catalogue.strangers,
         around=known_names(library, catalogue),
     )
-    charts = {chart.file: chart for chart in library.values() if chart.file in named}
+    charts = [chart for chart in library.values() if chart.file in named]
     inside = [finding for finding in found if finding.place.file in named]
-    told = [_told_of_replacement(finding, charts, library) for finding in inside]
-    return in_order([*told, *_shared_names(charts.values(), catalogue)])
-
-
-def _told_of_replacement(
-    finding: Finding, charts: Mapping[str, Chart], library: Library
-) -> Finding:
-    """A finding where a chart is used, with a note if that one is in the place of a shipped one."""
-    nodes = charts[finding.place.file].root.walk() if finding.place.file in charts else ()
-    above = [node for node in nodes if node.at[0] <= finding.place.line]
-    used = library.get(above[-1].target) if above else None
-    if used is None or not is_replacement(used.name, used.file):
-        return finding
-    note = (_name_place(used), "replaces the shipped chart")
-    return replace(finding, related=(*finding.related, note))
+    told = told_of_replacements(inside, library)
+    return in_order([*told, *_shared_names(charts, catalogue)])
 
 
 def _shared_names(charts: Iterable[Chart], catalogue: Catalogue) -> Iterator[Finding]:
@@ -149,12 +140,7 @@ def _shared_names(charts: Iterable[Chart], catalogue: Catalogue) -> Iterator[Fin
         other = others.get(Path(chart.file).resolve())
         if other is not None:
             message = f"a chart {chart.name!r} is also in {other}"
-            yield Finding("N02", message, _name_place(chart), "give it another name")
-
-
-def _name_place(chart: Chart) -> Place:
-    """The place of a chart's name in its file."""
-    return chart.place(mark_of(chart.source.value, "chart"))
+            yield Finding("N02", message, name_place(chart), "give it another name")
 
 
 def strictly(findings: Iterable[Finding]) -> list[Finding]:
@@ -173,9 +159,20 @@ def open_chart(name_or_path: str, catalogue: Catalogue) -> tuple[Chart, Library]
     findings = findings_of(library, catalogue, [file])
     errors = _errors(findings) + errors_in_used(library, catalogue, [file])
     if errors:
-        sources = {f.place.file: library.sources[f.place.file] for f in errors}
-        raise Problem(f"{file} cannot run\n{text(errors, sources)}".rstrip(), FAILED)
+        places = {place for f in errors for place in (f.place, *(other for other, _ in f.related))}
+        sources = {place.file: library.sources[place.file] for place in places}
+        told = f"{file} cannot run\n{text(errors, sources)}{_elsewhere(file, catalogue)}"
+        raise Problem(told.rstrip(), FAILED)
     return next(chart for chart in library.values() if chart.file == str(file)), library
+
+
+def _elsewhere(file: Path, catalogue: Catalogue) -> str:
+    """A line about a file of a project whose states and charts are not known from here."""
+    there = folder_of_project(file)
+    known = {own.folder.resolve() for own in catalogue.projects if own.folder is not None}
+    if there is None or there in known:
+        return ""
+    return f"it is in the project {there}, whose states and charts are known there: cd {there}"
 
 
 def errors_in_used(library: Library, catalogue: Catalogue, files: Iterable[Path]) -> list[Finding]:
@@ -210,6 +207,16 @@ def replacements(
         for chart in charts
         if chart.name in known and is_replacement(chart.name, chart.file)
     ]
+
+
+def misfits(library: Library, catalogue: Catalogue, names: Collection[str]) -> list[str]:
+    """A message for each replacement among these charts that does not fit another one of them."""
+    if not own_replacements(catalogue).keys() & names:
+        return []
+    shipped = {library[name].file for name in names if is_shipped(library[name])}
+    found = _errors(findings_of(library, catalogue, map(Path, shipped)))
+    told = (replace(error, related=()) for error in found if error.place.file not in shipped)
+    return [str(FileError([error])) for error in told]
 
 
 def _errors(findings: Iterable[Finding]) -> list[Finding]:

@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from cobodeck.project.named_files import kind_of
-from cobodeck.project.state_catalogue import Catalogue, places_of
+from cobodeck.project.state_catalogue import Catalogue, KnownPlaces, places_of
 from engine import Constant
 from engine.chart import Chart
 from engine.files import is_file
 from engine.files.declared import YAML
 from engine.machine import NamedValues
 from engine.signals import types_of
-from hw import Pose2
 
 PLACE = "place"
 """The key of a place in a chart: `{place: kitchen}`."""
@@ -32,19 +31,24 @@ def known_names(
 ) -> NamedValues:
     """What charts may name before a scene is chosen: by the profile `tuned` and all known scenes.
 
-    What no chart of the library can mean is not looked up, but for a run.
+    But for a run, what no chart of the library can mean is not looked up, and there are no places
+    while a scene has mistakes, so that none seems to be missing which stands there.
     """
     by_scene = for_run or any(PLACE in chart.source.text for chart in library.values())
+    places = known_places(library, catalogue) if by_scene else None
+    if places is not None and not (for_run or places.complete):
+        places = None
     return NamedValues(
         constants=known_constants(library),
         signals=types_of(catalogue.signals),
-        named={PLACE: known_places(library, catalogue)} if by_scene else None,
+        named=None if places is None else {PLACE: places.by_name},
     )
 
 
-def known_places(library: Mapping[str, Chart], catalogue: Catalogue) -> dict[str, Pose2]:
-    """The places of all scenes by name: the shipped ones, a project's, those beside the charts."""
+def known_places(library: Mapping[str, Chart], catalogue: Catalogue) -> KnownPlaces:
+    """The places of all scenes: the shipped ones, a project's, those beside the charts."""
     folders = {Path(chart.file).parent for chart in library.values() if is_file(Path(chart.file))}
     files = (file for folder in folders for ending in YAML for file in folder.glob(f"*{ending}"))
-    beside = sorted(str(file) for file in files if kind_of(file) == "scene")
-    return {**catalogue.places, **places_of(beside)}
+    own = places_of(sorted(str(file) for file in files if kind_of(file) == "scene"))
+    shared = catalogue.places
+    return KnownPlaces({**shared.by_name, **own.by_name}, shared.complete and own.complete)

@@ -126,6 +126,11 @@ def is_project(folder: Path) -> bool:
         return False
 
 
+def folder_of_project(file: Path) -> Path | None:
+    """The folder of the project in which a file is; None if it is in none."""
+    return next(filter(is_project, file.resolve().parents), None)
+
+
 def is_there(module: str) -> bool:
     """Whether a module can be found; its parent packages are imported, the module is not."""
     from importlib.util import find_spec

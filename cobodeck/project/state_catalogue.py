@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 from cobodeck.project.own_code import doubts_in, line_of, mistakes_in, state_classes, strangers
 from cobodeck.project.part_check import place_of
@@ -41,6 +41,13 @@ MODULES = (
     "behaviors.cornered",
 )
 CHARTS = Path(__file__).parent.parent.parent / "charts"
+
+
+class KnownPlaces(NamedTuple):
+    """Places of scenes by name; not `complete` if one of the scenes has mistakes, and no places."""
+
+    by_name: Mapping[str, Pose2]
+    complete: bool
 
 
 @dataclass(frozen=True)
@@ -77,8 +84,8 @@ class Catalogue:
         return self.signals.keys()
 
     @cached_property
-    def places(self) -> Mapping[str, Pose2]:
-        """The places of all shipped scenes and those of projects, by name."""
+    def places(self) -> KnownPlaces:
+        """The places of all shipped scenes and those of projects."""
         from hw.scene import scene_names
 
         return places_of(scene_names())
@@ -161,17 +168,18 @@ def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
     )
 
 
-def places_of(scenes: Iterable[str]) -> dict[str, Pose2]:
-    """The places in these scenes by name; a scene with mistakes, which others report, has none."""
+def places_of(scenes: Iterable[str]) -> KnownPlaces:
+    """The places in these scenes; the mistakes in a scene are reported elsewhere."""
     from hw.scene import load_scene
 
     found: dict[str, Pose2] = {}
+    complete = True
     for scene in scenes:
         try:
             found |= load_scene(scene).places
         except FileError:
-            continue
-    return found
+            complete = False
+    return KnownPlaces(found, complete)
 
 
 def shipped_charts() -> list[Path]:

@@ -15,3 +15,6 @@ from cobodeck.run.simulation import (
     figures_of as figures_of,
     simulate as simulate,
 )
+from cobodeck.run.topics import (
+    topics_of as topics_of,
+)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
+from cobodeck.run.topics import COMPANY, ESCAPES, REQUESTS, TOPICS
 from cobodeck.terminal import table
 from engine.files import written_text
 
@@ -13,8 +14,18 @@ SHOWN = 3
 """Number of contacts and of drop-outs that are listed individually."""
 
 
-def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None) -> str:
-    """The figures as text; `ended_by`: the node that led to the outcome, and its own outcome."""
+def summary(
+    figures: Mapping[str, Any],
+    ended_by: tuple[str, str] | None = None,
+    topics: Collection[str] = TOPICS,
+) -> str:
+    """The figures as text.
+
+    Args:
+        figures: of the run, by their names in JSON.
+        ended_by: the node that led to the outcome, and its own outcome.
+        topics: what the chart deals with; of others only what happened all the same is told.
+    """
     f = figures
     where = f["chart"]
     if f["tier"]:
@@ -31,7 +42,7 @@ def summary(figures: Mapping[str, Any], ended_by: tuple[str, str] | None = None)
         *((("inputs", _inputs(f["inputs"])),) if f["inputs"] else ()),
         *_chart_values(f.get("chart_values", {})),
         ("simulated", f"{f['sim_s']:.1f} s in {f['wall_s']:.2f} s, {speed}"),
-        *(_person_rows(f) if f["tier"] and "requests" in f else ()),
+        *(_person_rows(f, topics) if f["tier"] and "requests" in f else ()),
         *(_robot_rows(f) if f["tier"] else ()),
         ("transitions", f"{f['transitions']} in {f['ticks']} ticks{_ticks(f)}"),
         ("errors", _errors(f["errors"])),
@@ -53,16 +64,21 @@ def _chart_values(values: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, st
     return [("chart values" if n == 0 else "", one) for n, one in enumerate(told)]
 
 
-def _person_rows(f: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _person_rows(f: Mapping[str, Any], topics: Collection[str]) -> list[tuple[str, str]]:
+    rows = []
+    if REQUESTS in topics or f["served"]:
+        rows += [("requests served", _served(f)), *_walled(f)]
+        rows.append(("response", _spread(f["response_s"], "s")))
+    if COMPANY in topics:
+        rows.append(("beside the user", _share(f)))
+    if ESCAPES in topics:
+        rows.append(("escapes", f"{f['escapes']}, of which {f['escape_failures']} failed"))
+        rows.append(("time of an escape", _spread(f["escape_time_s"], "s")))
+    if ESCAPES in topics or f["situations"]:
+        rows.append(("escape situations", _known(f["situations"])))
+        rows.append(("time to safety", _spread(f["time_to_safety_s"], "s")))
     return [
-        ("requests served", _served(f)),
-        *_walled(f),
-        ("response", _spread(f["response_s"], "s")),
-        ("beside the user", _share(f)),
-        ("escapes", f"{f['escapes']}, of which {f['escape_failures']} failed"),
-        ("time of an escape", _spread(f["escape_time_s"], "s")),
-        ("escape situations", _known(f["situations"])),
-        ("time to safety", _spread(f["time_to_safety_s"], "s")),
+        *rows,
         ("contacts", _contacts(f)),
         *(("", _contact(contact)) for contact in _worst(f["contact_list"] or ())),
         ("tracking lost", _dropouts(f["dropouts"])),
@@ -110,10 +126,11 @@ def _hit(hit: Mapping[str, Any]) -> str:
 
 
 def _stuck(one: Mapping[str, Any]) -> str:
-    """Where a drive came to nothing, and what stood there."""
+    """Where a drive came to nothing, and why its goal will not do, or else what stood there."""
     near = f"{one['near']} at ({one['near_x']:.1f}, {one['near_y']:.1f})"
-    where = f"at ({one['x']:.1f}, {one['y']:.1f}), {max(0.0, one['gap_m']):.2f} m from {near}"
-    return f"{one['node'] or 'the chart'} {one['outcome']} {where}, {_times(one)}"
+    why = one["goal"] or f"{max(0.0, one['gap_m']):.2f} m from {near}"
+    where = f"at ({one['x']:.1f}, {one['y']:.1f})"
+    return f"{one['node'] or 'the chart'} {one['outcome']} {where}, {why}, {_times(one)}"
 
 
 def _times(one: Mapping[str, Any]) -> str:

@@ -281,14 +281,19 @@ def _require_values(setup: Setup) -> None:
     Raises:
         Problem: a value is wrong; the text names it. FileError: one of the profile is.
     """
+    library, name = setup.library, setup.chart.name
     try:
         shared = shared_part(setup.machine())
-    except ConstantMismatch as mismatch:
-        raise FileError([setup.profile.refused(mismatch)]) from None
     except Mismatch as mismatch:
-        raise Problem(f"chart {setup.chart.name}: {mismatch}") from None
+        finding = None
+        if isinstance(mismatch, ConstantMismatch):
+            charts = [library[used] for used in sorted(reached({name}, library))]
+            finding = setup.profile.refused(mismatch, charts)
+        if finding is not None:
+            raise FileError([finding]) from None
+        raise Problem(f"chart {name}: {mismatch}") from None
     if shared:
-        raise Problem(f"chart {setup.chart.name}: {shared}", FAILED)
+        raise Problem(f"chart {name}: {shared}", FAILED)
 
 
 def _in_place(robot: RobotModel, place: RunPlace | None) -> RobotModel:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from engine.files import did_you_mean
-from engine.machine import Leaf, LeafScript
+from engine.machine import Box, Leaf, LeafScript
 from engine.run import ChartRun
 
 __tracebackhide__ = True  # a failing test shows its own line
@@ -51,10 +51,20 @@ class ScriptedLeaves:
     def named(self, name: str) -> list[Leaf]:
         """The leaves of this name; there is one at least."""
         found = [v for v in self._leaves if is_named(v.path, name) or v.interface.name == name]
-        known = {v.path for v in self._leaves} | {v.interface.name for v in self._leaves}
         if not found:
-            raise AssertionError(f"no leaf {name!r} in the chart; {did_you_mean(name, known)}")
+            raise AssertionError(f"no leaf {name!r} in the chart; {self._meant(name)}")
         return found
+
+    def _meant(self, name: str) -> str:
+        """What to script instead: the leaves in a box of this name, or a leaf of a similar one."""
+        for box in self._run.machine.vertices.values():
+            if isinstance(box, Box) and box.path and is_named(box.path, name):
+                what = f"uses chart {box.chart}" if box.chart else "is a container"
+                inside = [v.path for v in self._leaves if v.path.startswith(f"{box.path}/")]
+                leaves = ", ".join(repr(name + path.removeprefix(box.path)) for path in inside)
+                return f"{name!r} {what}; script its leaves: {leaves}"
+        known = {v.path for v in self._leaves} | {v.interface.name for v in self._leaves}
+        return did_you_mean(name, known)
 
     def _end(self, leaf: Leaf, outcome: ScriptedOutcome) -> None:
         if isinstance(outcome, Exception):

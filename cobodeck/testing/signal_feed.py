@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Mapping
+from numbers import Real
 from typing import Any, NamedTuple
 
 from cobodeck.loop import Loop
@@ -17,6 +18,16 @@ from engine.files import did_you_mean
 from engine.signals import Measured
 
 __tracebackhide__ = True  # a failing test shows its own line
+
+
+def require_seconds(what: str, given: object) -> None:
+    """Make sure that a time is a number.
+
+    Raises:
+        AssertionError: it is not, but `2 s`, for example.
+    """
+    if isinstance(given, bool) or not isinstance(given, Real):
+        raise AssertionError(f"{what}={given!r}; wanted: seconds as a number, as in {what}=2.5")
 
 
 class _Course(NamedTuple):
@@ -56,9 +67,12 @@ class SignalFeed:
             AssertionError: as for `sample`, or a time is negative or not finite.
         """
         for instant, value in values.items():
-            if not 0 <= instant < math.inf:
-                raise AssertionError(f"signal {name!r} at {instant!r}; wanted: s, 0 or more")
+            if not isinstance(instant, Real) or not 0 <= instant < math.inf:
+                raise AssertionError(
+                    f"signal {name!r} at {instant!r}; wanted: seconds as a number, 0 or more"
+                )
             self._require(name, value, held=True)
+        require_seconds("hold", seconds)
         if not seconds > 0:
             raise AssertionError(f"signal {name!r} held for {seconds!r}; wanted: s, more than 0")
         first, instants = self._loop.ticks, sorted(values)

@@ -24,7 +24,7 @@ from cobodeck.terminal import Problem
 from cobodeck.testing.chart_only import HZ, chart_of_text, loop_alone, require_inputs
 from cobodeck.testing.edge_coverage import EdgeCoverage
 from cobodeck.testing.scripted_leaves import Outcomes, ScriptedLeaves
-from cobodeck.testing.signal_feed import SignalFeed
+from cobodeck.testing.signal_feed import SignalFeed, require_seconds
 from cobodeck.testing.story import story
 from cobodeck.testing.stub_parts import Parts
 from cobodeck.testing.visits import entered, reaching, require_node
@@ -209,6 +209,7 @@ class ChartTester:
 
     def wait(self, seconds: float) -> None:
         """Let virtual time pass, s."""
+        require_seconds("seconds", seconds)
         self.tick(round(seconds * HZ))
 
     def until(self, where: str | Callable[[], object], timeout: float = 10.0) -> None:
@@ -221,6 +222,7 @@ class ChartTester:
         Raises:
             AssertionError: it did not happen within `timeout`, s.
         """
+        require_seconds("timeout", timeout)
         begin, end = self.now, self.loop.ticks + max(1, round(timeout * HZ))
         reached = where if callable(where) else reaching(self.run, where)
         while not reached():

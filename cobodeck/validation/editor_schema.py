@@ -30,7 +30,7 @@ def _of_charts(known: Catalogue) -> str:
 
     charts = load_files(chart_names(known).values())
     with nullcontext() if known.projects else with_own_files(no_files):
-        names = {PLACE: sorted(known_places(charts, known))}
+        names = {PLACE: sorted(known_places(charts, known).by_name)}
     constants = {f"profile.{key}": value for key, value in load_profile("tuned").values.items()}
     return schema_text(known.interfaces, charts, known.types, known.signals, constants, names)
 

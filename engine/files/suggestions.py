@@ -190,6 +190,14 @@ def _is_a_synonym(word: str, names: Sequence[str]) -> str:
     return f"did you mean {' or '.join(map(repr, meant.split(' or ')))}?"
 
 
+def _is_elsewhere(word: str, names: Sequence[str]) -> str:
+    """The most similar dotted name of which the last part is the same."""
+    first, dot, last = word.rpartition(".")
+    alike = [name for name in names if name.rpartition(".")[2] == last] if dot and first else []
+    near = nearest(word, alike)
+    return f"did you mean {near!r}?" if near is not None else ""
+
+
 def _is_misspelt(word: str, names: Sequence[str]) -> str:
     return _meant(word, names).removeprefix("; ")
 
@@ -203,5 +211,6 @@ _TABLE: tuple[Callable[[str, Sequence[str]], str], ...] = (
     _has_a_dot_too_much,
     _is_a_file,
     _is_a_synonym,
+    _is_elsewhere,
     _is_misspelt,
 )

@@ -138,7 +138,7 @@ def test_a_profile_tells_what_it_says_of_charts(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("right", "wrong", "place"),
     [
-        ("chase.room", "chase.rom", "2:14"),
+        ("chase.room", "chase.rom", "2:44"),
         ("escape.warning", "escape.warnin", "4:57"),
         ("a: $room", "a: [$profile.chase.rom]", "4:31"),
     ],

@@ -76,6 +76,8 @@ def test_figures_and_trace_file_have_the_inputs_as_written(
 
 
 WRONG = {
+    "--in limit=2 s": "put KEY=VALUE in quotes: --in 'limit=2 s'",
+    "--in goal={place: east}": "put KEY=VALUE in quotes: --in 'goal={place: east}'",
     "": "needs input 'goal' (a Pose2, {x: …, y: …, yaw: …} or {place: …}); write --in 'goal=VALUE'",
     "--tier 0": "needs input 'goal' (a Pose2, ",
     "--in gaol=1": "chart go: it has no input 'gaol'; did you mean 'goal'?",
@@ -86,6 +88,7 @@ WRONG = {
     "--in 'goal={x: 1 m}'": "goal: 'y' missing; wanted: {x: …, y: …, yaw: …} or {place: …}",
     "--in 'goal={x: 1 kg, y: 2}'": "goal.x: '1 kg' is a mass; wanted: a length, in mm, cm, m, km",
     "--in 'goal={x: $profile.chase.iner, y: 2}'": "goal.x: there is no value $profile.chase.iner",
+    "--in goal='{place: east}' --in note='$profile.escape.ahead'": "'2.5 m' is a length; wanted: t",
     "--in goal='$far'": "goal: $far stands for nothing here; write a value of type Pose2",
     "--in 'goal={place: east}' --in limit=2m": "limit: '2m' is a length; wanted: a duration",
     "--in 'goal={place: east}' --in goal=1": "--in goal=1: 'goal' is given twice",
@@ -216,3 +219,40 @@ def test_a_chart_that_nobody_uses_is_validated_without_values_of_its_inputs(
     shown = capsys.readouterr().out
     assert "no place 'nowhere' is known" in shown
     assert "go: 1 configurations, 5 edges, complete" in shown
+
+
+def test_while_a_scene_has_mistakes_no_place_is_said_to_be_unknown(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "go.yaml").write_text(GO.replace("place: west", "place: bed"))
+    scene = "scene: flat\nroom: lab_a\nrobot: {start: {x: 3.0, y: 5.0, yaw: 0.0}}\n"
+    places = "places: {bed: {x: 4 m, y: 5 m, yaw: 0}}\n"
+    for text, code, told in (
+        (scene + places, OK, ""),
+        (scene.replace("start", "strat") + places, FAILED, "flat.yaml:3"),
+        (scene, OK, "no place 'bed' is known"),
+    ):
+        (folder / "flat.yaml").write_text(text)
+
+        assert main(["validate", "go.yaml", "flat.yaml"]) == code
+
+        shown = capsys.readouterr().out
+        assert told in shown
+        assert ("no place 'bed'" in shown) == ("no place 'bed'" in told)
+
+
+@pytest.mark.parametrize(
+    ("goal", "told"),
+    [
+        ("{x: 200 m, y: 1 m}", "its goal (200.0, 1.0) is outside of the room"),
+        ("{x: 0.2 m, y: 5 m}", "its goal (0.2, 5.0) is 0.20 m from a wall"),
+    ],
+)
+def test_a_goal_where_the_robot_cannot_stand_is_told_instead_of_what_is_near_the_robot(
+    folder: Path, capsys: pytest.CaptureFixture[str], goal: str, told: str
+) -> None:
+    assert main([*SIMULATE, "--in", f"goal={goal}"]) == FAILED
+
+    shown = capsys.readouterr().out
+    (way,) = (line for line in shown.splitlines() if line.startswith("no way on "))
+    assert re.search(rf"go no_path at \(\S+, \S+\), {re.escape(told)}, at [\d.]+ s", way)

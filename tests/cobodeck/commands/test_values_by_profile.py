@@ -63,11 +63,11 @@ def test_a_value_that_there_is_not_is_told_with_what_is_near(
 @pytest.mark.parametrize(
     ("picked", "wrong"),
     [
-        ("chase.inner", "chase.margin: nothing given; wanted: length"),
-        ("chase.outer", "$profile.chase.margin (paper: chase.margin): nothing given"),
+        ("chase.inner", "mine.yaml:2:45: limit: $profile.chase.margin (paper: chase.margin): "),
+        ("chase.outer", "mine.yaml:5:47: $profile.chase.margin (paper: chase.margin): "),
     ],
 )
-def test_an_empty_value_is_told_where_the_profile_has_it(
+def test_an_empty_value_of_a_shipped_profile_is_told_where_the_chart_picks_it(
     picked: str, wrong: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Path("mine.yaml").write_text(CHART.replace(picked, "chase.margin"))
@@ -77,8 +77,55 @@ def test_an_empty_value_is_told_where_the_profile_has_it(
     assert main(["simulate", "mine.yaml", "--profile", "paper"]) == FAILED
 
     told = capsys.readouterr().err
-    assert "profiles/paper.yaml:" in told
-    assert wrong in told
+    assert "profiles/paper.yaml:" not in told
+    assert f"{wrong}nothing given" in told
+
+
+@pytest.mark.parametrize("picked", ["chase.inner", "chase.outer"])
+def test_an_empty_value_of_one_s_own_profile_is_told_there(
+    picked: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("mine.yaml").write_text(CHART.replace(picked, "chase.margin"))
+    Path("own.yaml").write_text(
+        "profile: own\nbase: tuned\nchase: {margin: null, margin_angle: null}\n"
+    )
+
+    assert main(["simulate", "mine.yaml", "--profile", "own.yaml"]) == FAILED
+
+    told = capsys.readouterr().err
+    assert told.startswith("cobodeck: own.yaml:3:17: ")
+    assert "chase.margin" in told
+
+
+def test_each_mistake_with_a_value_is_one_finding_in_the_chart(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = CHART.replace("$limit, far: $profile.chase.outer", "$profile.navigation.max_speed")
+    Path("mine.yaml").write_text(text.replace("chase.inner", "escape.reaction"))
+    Path("own.yaml").write_text("profile: own\nbase: tuned\nchase: {inner: 2 m}\n")
+    Path("wrong_name.yaml").write_text(
+        "chart: wrong_name\noutcomes: [x]\nstates:\n"
+        "  s: {watch: Wait, with: {time: $profile.chase.max_speed}, next: {over: .x}}\n"
+    )
+
+    assert main(["validate", ".", "--json"]) == FAILED
+
+    found = json.loads(capsys.readouterr().out)
+    errors = [(f["file"], f["line"], f["column"]) for f in found if f["severity"] == "error"]
+    assert errors == [("mine.yaml", 2, 45), ("mine.yaml", 5, 34), ("wrong_name.yaml", 4, 33)]
+    assert found[-1]["hint"] == "did you mean 'profile.navigation.chase.max_speed'?"
+
+
+def test_a_mistake_in_a_chart_keeps_no_others_from_being_run(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("mine.yaml").write_text(CHART.replace("chase.inner", "escape.reaction"))
+    Path("good.yaml").write_text(
+        "chart: good\noutcomes: [x]\nstates:\n"
+        "  s: {watch: Wait, with: {time: 1 s}, next: {over: .x}}\n"
+    )
+
+    assert main(["simulate", "good.yaml", "--json"]) == OK
 
 
 def test_a_value_on_top_that_does_not_fit_is_a_mistake_of_the_command(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from cobodeck.evaluate.figures import Visit, contact_figures, escape_figures, visits
 from cobodeck.run.run_summary import summary
 from cobodeck.run.simulation import simulate
+from cobodeck.run.topics import COMPANY, ESCAPES, REQUESTS, topics_of
 from cobodeck.setup.options import Options
 from cobodeck.setup.setup import open_setup
 from cobodeck.testing.testing import ChartTester
@@ -171,3 +173,22 @@ def test_the_summary_tells_both_shares_beside_the_user(figures: dict[str, Any]) 
     told = row(summary(figures | shares), "beside the user")
 
     assert told == "1.5 to 4 m away for 92% of 94 s of walking, 3 to 4 m for 40%"
+
+
+def test_the_summary_leaves_out_what_the_chart_does_not_deal_with(
+    figures: dict[str, Any], tmp_path: Path
+) -> None:
+    alone = tmp_path / "alone.yaml"
+    alone.write_text(
+        "chart: alone\noutcomes: [over]\nstates:\n"
+        "  rest: {watch: Wait, with: {time: 1 s}, next: {over: .over}}\n"
+    )
+    person = ["beside the user", "requests served", "response", "escapes", "escape situations"]
+
+    assert topics_of(open_setup()) == {COMPANY, REQUESTS, ESCAPES}
+    assert topics_of(open_setup("chase")) == {COMPANY, REQUESTS}
+    assert topics_of(open_setup(str(alone))) == frozenset()
+    shown = summary(figures | {"situations": 0}, topics=())
+    assert not [name for name in person if f"\n{name} " in shown]
+    assert row(shown, "contacts").startswith("0, least gap ")
+    assert row(summary(figures | {"situations": 2}, topics=()), "escape situations") == "2"

@@ -364,5 +364,5 @@ def test_the_summary_of_a_run_on_real_parts_says_that_it_was_measured(real: Any)
     title = shown.splitlines()[0]
     assert title.startswith("waits in lab_a: tuned (")
     assert title.endswith("; measured, not true")
-    assert "requests served    - of 1" in shown
-    assert "contacts           not known; least gap" in shown
+    assert "requests served  - of 1" in shown
+    assert "contacts         not known; least gap" in shown

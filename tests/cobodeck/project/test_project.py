@@ -293,3 +293,22 @@ def test_a_strangers_project_runs_no_code_and_the_program_works(folder: Path) ->
     assert result.returncode == 0, result.stderr
     assert result.stderr.count("its states are not imported") == 1
     assert not (folder.parent / "imported").exists()
+
+
+def test_a_chart_of_a_project_elsewhere_says_where_to_go(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    package = folder / "there" / "elsewhere"
+    package.mkdir(parents=True)
+    (folder / "there" / "pyproject.toml").write_text(
+        '[project.entry-points."cobodeck.states"]\nelsewhere = "elsewhere.states"\n'
+    )
+    chart = package / "far.yaml"
+    chart.write_text("chart: far\nstates: {go: {do: Elsewhere, next: {gone: go}}}\n")
+
+    assert main(["simulate", str(chart)]) == FAILED
+
+    told = capsys.readouterr().err
+    assert "no state class 'Elsewhere'" in told
+    assert f"it is in the project {folder / 'there'}" in told
+    assert told.endswith(f"cd {folder / 'there'}\n")

@@ -123,9 +123,7 @@ def findings(out: str) -> list[dict[str, Any]]:
     return [finding for finding in found if finding["severity"] == "error"]
 
 
-def test_one_that_does_not_fit_is_reported_where_it_is_used_with_a_note(
-    package: Path, told: Told
-) -> None:
+def test_one_that_does_not_fit_is_one_finding_in_its_file(package: Path, told: Told) -> None:
     file = package / "waiting.yaml"
     file.write_text(FEWER)
 
@@ -133,12 +131,50 @@ def test_one_that_does_not_fit_is_reported_where_it_is_used_with_a_note(
 
     (finding,) = findings(out)
     assert (code, err) == (FAILED, line_about(file))
-    assert finding["file"] == str(CHARTS / "cobodeck.yaml")
-    assert finding["message"] == "chase has no outcome 'escape_required'"
+    assert (finding["file"], finding["line"]) == (str(file), 1)
+    fault = "chart 'chase' replaces the shipped one and does not fit 'cobodeck'"
+    assert finding["message"] == fault
+    assert finding["hint"] == (
+        "cobodeck uses it with inputs refused, shown; outputs deep, since; outcomes "
+        "haptic_request, escape_required, failed, cornered, user_lost, fault"
+    )
     (note,) = finding["related"]
-    assert (note["file"], note["line"], note["message"]) == (
-        str(file), 1, "replaces the shipped chart",
-    )  # fmt: skip
+    assert note["file"] == str(CHARTS / "cobodeck.yaml")
+    assert note["message"] == "chase has no outcome 'escape_required'"
+
+    code, _, err = told("render", "cobodeck", "-o", "drawn.dot")
+    assert (code, fault in err) == (OK, True)
+
+
+def test_all_that_does_not_fit_is_one_finding(package: Path, told: Told) -> None:
+    (package / "waiting.yaml").write_text(
+        "chart: chase\noutcomes: [done]\nany:\n"
+        "  stop: {watch: WaitFor, with: {signal: stop.engaged}, next: {there: .done}}\n"
+    )
+
+    (finding,) = findings(told("validate", "--json")[1])
+
+    assert finding["message"].startswith("chart 'chase' replaces the shipped one")
+    assert len(finding["related"]) == 3
+
+
+def test_what_the_shipped_charts_give_and_map_need_not_be_used(package: Path, told: Told) -> None:
+    (package / "waiting.yaml").write_text(
+        CHASE.replace("    in: {refused: refused}\n", "").replace(
+            "about: Waits", "parameters: {idle: {type: length, default: 1 m}}\nabout: Waits"
+        )
+    )
+    (package / "mine.yaml").write_text(
+        "chart: mine\noutcomes: [done, never]\nstates:\n"
+        "  rest: {watch: Wait, with: {time: 1 s}, next: {over: .done}}\n"
+    )
+
+    code, out, _ = told("validate", "--strict", "--json")
+
+    assert code == FAILED
+    assert [finding["message"] for finding in findings(out)] == [
+        "nothing ends the chart with 'never'", "$idle is never used",
+    ]  # fmt: skip
 
 
 def test_one_that_does_not_fit_keeps_those_from_running_that_use_it_and_no_others(
@@ -149,7 +185,7 @@ def test_one_that_does_not_fit_keeps_those_from_running_that_use_it_and_no_other
     code, _, err = told("simulate", "cobodeck", "--duration", 1)
     assert code == FAILED
     assert "chase has no outcome 'escape_required'" in err
-    assert f"{package / 'waiting.yaml'}:1:8: note: replaces the shipped chart" in err
+    assert f"{package / 'waiting.yaml'}:1:8: error[N05] chart 'chase' replaces the shipped" in err
 
     assert told("simulate", "chase", "--duration", 1, "--json")[0] == OK
     assert told("simulate", "inform", "--duration", 1, "--json")[0] == OK

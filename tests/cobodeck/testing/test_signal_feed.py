@@ -134,7 +134,14 @@ def test_several_samples_of_an_event_may_come_with_one_tick(sim: ChartTester) ->
         ),
         (lambda sim: sim.series("user.pos", {0: HERE}), "did you mean 'user.pose'"),
         (lambda sim: sim.signal("user.pose", HERE, hold=-1), "held for -1; wanted: s, more than 0"),
-        (lambda sim: sim.series("user.pose", {-0.5: HERE}), "at -0.5; wanted: s, 0 or more"),
+        (lambda sim: sim.series("user.pose", {-0.5: HERE}), "at -0.5; wanted: seconds as a number"),
+        (lambda sim: sim.series("user.pose", {"1 s": HERE}), "at '1 s'; wanted: seconds as a numb"),
+        (
+            lambda sim: sim.signal("user.pose", HERE, hold="2 s"),
+            "hold='2 s'; wanted: seconds as a number, as in hold=2.5",
+        ),
+        (lambda sim: sim.until("told", timeout="2 s"), "timeout='2 s'; wanted: seconds as a numb"),
+        (lambda sim: sim.wait("2 s"), "seconds='2 s'; wanted: seconds as a number"),
     ],
 )
 def test_what_cannot_be_fed_is_refused_at_once(

@@ -219,6 +219,14 @@ MISTAKES = [
         "no leaf 'drve'.*'go/drive'|'drive'",
     ),
     (
+        lambda sim: sim.start(FETCH, inputs=GOAL, script={"go": "there"}),
+        "no leaf 'go' .* 'go' is a container; script its leaves: 'go/park', 'go/drive', 'go/rest'",
+    ),
+    (
+        lambda sim: sim.start("cobodeck", script={"inform": "restarted"}),
+        "'inform' uses chart inform; script its leaves: 'inform/",
+    ),
+    (
         lambda sim: sim.start(FETCH, inputs=GOAL, script={"drive": "arived"}),
         "did you mean 'arrived'",
     ),
