@@ -50,6 +50,7 @@ class Interface:
     Attributes:
         optional: those of `reads` that nothing has to give.
         named_by: the parameters that name outcomes, signals or parts, known before a run.
+        faults: see `State.faults`.
         is_open: whether names or types in it depend on the node that names the class.
     """
 
@@ -67,6 +68,7 @@ class Interface:
     named_by: frozenset[str] = field(init=False, compare=False)
     is_open: bool = field(init=False, compare=False)
     optional: tuple[str, ...] = ()
+    faults: Callable[..., Iterable[tuple[str, str]]] = field(default=State.faults, compare=False)
 
     @property
     def needed(self) -> tuple[str, ...]:
@@ -115,6 +117,7 @@ def interface(cls: type[State]) -> Interface:
         instant=not inspect.isgeneratorfunction(cls.run),
         about=inspect.cleandoc(cls.__doc__ or ""),
         make=cls,
+        faults=cls.faults,
     )
     _require_ages(cls)
     if unknown := sorted(found.named_by - found.parameters.keys()):

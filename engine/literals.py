@@ -103,6 +103,10 @@ class WrongKey(WithinLiteral):
     """A key of a value that should not be there; the last of `keys`."""
 
 
+class Untyped(WithinLiteral):
+    """A mapping where no type says what it is a value of."""
+
+
 class ConstantMismatch(Mismatch):
     """A mismatch of the constant `name`."""
 
@@ -141,9 +145,14 @@ def convert(value: Any, wanted: Type, by: Resolver = OPEN) -> Any:
     if wanted.name == "signal":
         return by.signal(_signal(value), wanted)
     reader = _READERS.get(wanted.name)
-    if reader is not None:
-        return reader(value)
-    return whole(value) if wanted.name == "integer" else number(value, wanted.name)
+    return _number(value, wanted) if reader is None else reader(value)
+
+
+def _number(value: Any, wanted: Type) -> float:
+    found = whole(value) if wanted.name == "integer" else number(value, wanted.name)
+    if wanted.within is not None:
+        wanted.within.require(found, wanted.name)
+    return found
 
 
 def constant_of(
@@ -292,10 +301,9 @@ def _inside(value: Any, wanted: Type, by: Resolver, key: str | int) -> Any:
 
 
 def _list(value: Any, wanted: Type, by: Resolver) -> Any:
-    if not isinstance(value, list | tuple):
-        meant = "[{…}]" if isinstance(value, Mapping) else f"[{value}]"
-        raise Mismatch(f"{shown(value)} is not a list; write `{meant}`")
     assert wanted.item is not None
+    if not isinstance(value, list | tuple):
+        raise Mismatch(f"{shown(value)} is not a list; write `[{_item(value, wanted.item)}]`")
     items = tuple(_inside(item, wanted.item, by, n) for n, item in enumerate(value))
     return LATER if any(item is LATER for item in items) else items
 
@@ -307,11 +315,21 @@ def _is_open(item: Any) -> bool:
     return item is LATER or type(item) is OpenName
 
 
+def _item(value: Any, wanted: Type) -> str:
+    """How a value stands as an item of a list."""
+    if isinstance(value, Mapping):
+        return "{…}"
+    if kind := kind_of_names(wanted):
+        return f"{{{kind}: {value if isinstance(value, str) else '…'}}}"
+    is_class = wanted.python is not None and can_be_written(wanted) and not _is_enum(wanted.python)
+    return example_of(wanted.python) if wanted.python and is_class else str(value)
+
+
 def _any(value: Any, by: Resolver) -> Any:
     if isinstance(value, list | tuple):
         return _list(value, Type("list", item=Type("any", optional=True)), by)
     if isinstance(value, Mapping):
-        raise Mismatch("a mapping is a value only where a type says of what")
+        raise Untyped("a mapping is a value only where a type says of what")
     return value
 
 

@@ -30,7 +30,7 @@ attributes stands for its value, text or a list, at the node that gives it.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from typing import Any, ClassVar, Generic, NamedTuple, Protocol, overload
 
 from engine.types import Key as Key, V
@@ -165,6 +165,16 @@ class State:
     reads: ClassVar[Mapping[str, float | str | None]] = {}  # signal -> greatest age, s; None: any
     optional: ClassVar[tuple[str, ...]] = ()  # of `reads`, signals that a run may be without
     commands: ClassVar[tuple[str, ...]] = ()  # parts
+
+    @classmethod
+    def faults(cls, *_given: Any, **_parameters: Any) -> Iterable[tuple[str, str]]:
+        """What is wrong with values that are right one by one: a parameter, and a message, each.
+
+        Override it with `faults(cls, inputs, …)`: `inputs`, the names of the inputs that a node
+        gives, then the parameters by name, those not given left out. The checks of a chart call it
+        where all are known.
+        """
+        return ()
 
     def run(self, ctx: Context) -> Run:
         """Do the work; the outcome is the return value."""

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import inspect
+import math
 import operator
 import types as python_types
 import typing
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from enum import Enum
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, Generic, Literal, cast
 
 from engine.files import DIMENSIONS, Dimension
+from engine.files.declared import Range, above_0
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar
@@ -45,7 +47,8 @@ class Type:
 
     `name` is a dimension, `number`, `integer`, `boolean`, `text`, `choice`, `list`, `signal`, `any`
     or the name of a Python class. `item` is the type of a list's items or of a signal's values.
-    `variable`: the name of a type variable, until a node says what it stands for.
+    `variable`: the name of a type variable, until a node says what it stands for. `within`: the
+    numbers that may be written, in SI units and rad; it does not make another type.
     """
 
     name: str
@@ -54,6 +57,7 @@ class Type:
     optional: bool = False
     python: type | None = None
     variable: str = ""
+    within: Range | None = field(default=None, compare=False)
 
     def __str__(self) -> str:
         shown = self.name
@@ -71,6 +75,11 @@ class Type:
 
 _NUMBERS = frozenset((*DIMENSIONS, "number", "integer"))
 ANY = Type("any", optional=True)
+_LONGEST_S = 1e9  # about 30 years
+TIMEOUT = Type("duration", within=above_0(_LONGEST_S))
+WAIT = Type("duration", within=Range(0.0, _LONGEST_S))
+TIMES = Type("integer", within=Range(0, math.inf))
+"""How often to try again; a literal 0 is refused when a chart is read, as it says nothing."""
 _SCALARS = {bool: Type("boolean"), int: Type("integer"), float: Type("number"), str: Type("text")}
 
 
@@ -91,8 +100,7 @@ def from_annotation(annotation: Any) -> Type:
     if origin is Key:
         return Type("signal", item=from_annotation(arguments[0]))
     if origin is Annotated:
-        marks = [mark for mark in arguments[1:] if isinstance(mark, Dimension)]
-        return Type(marks[0].name) if marks else from_annotation(arguments[0])
+        return _from_marks(arguments[0], arguments[1:])
     if origin is Literal:
         return Type("choice", choices=arguments)
     if origin in (typing.Union, python_types.UnionType):
@@ -104,6 +112,13 @@ def from_annotation(annotation: Any) -> Type:
     raise TypeError(
         f"{annotation!r} cannot be a chart type; use a class, X | None or tuple[X, ...]"
     )
+
+
+def _from_marks(annotation: Any, marks: tuple[Any, ...]) -> Type:
+    dimension = next((mark for mark in marks if isinstance(mark, Dimension)), None)
+    within = next((mark for mark in marks if isinstance(mark, Range)), None)
+    found = from_annotation(annotation) if dimension is None else Type(dimension.name)
+    return found if within is None else replace(found, within=within)
 
 
 def _from_union(arguments: tuple[Any, ...]) -> Type:
@@ -131,7 +146,7 @@ def bind(wanted: Type, given: Type, bound: dict[str, Type]) -> None:
 def substituted(kind: Type, bound: Mapping[str, Type]) -> Type:
     """A type with what its variables stand for; unbound ones stay."""
     if kind.variable in bound:
-        found = bound[kind.variable]
+        found = replace(bound[kind.variable], within=kind.within)
         return replace(found, optional=True) if kind.optional else found
     if kind.item is None:
         return kind
@@ -228,11 +243,11 @@ def _frozen(
 def _require_frozen_fields(
     value: Any, freezers: Mapping[type, Callable[[Any], Any]], depth: int
 ) -> None:
-    for field in fields(value):
-        place = f"{type(value).__name__}.{field.name}"
-        if not hasattr(value, field.name):
+    for inner in fields(value):
+        place = f"{type(value).__name__}.{inner.name}"
+        if not hasattr(value, inner.name):
             raise TypeError(f"{place} was never set")
-        held = getattr(value, field.name)
+        held = getattr(value, inner.name)
         if _frozen(held, freezers, depth - 1, f"{place}: ") is not held:
             raise TypeError(f"{place} can be changed by others; freeze it before it is put there")
 

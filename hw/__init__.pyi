@@ -7,6 +7,8 @@ from hw.finite import (
 )
 from hw.geometry import (
     STILL as STILL,
+    AnyAngle as AnyAngle,
+    Coordinate as Coordinate,
     Outline as Outline,
     Pose2 as Pose2,
     Pose3 as Pose3,
@@ -33,10 +35,6 @@ from hw.jit import (
     example as example,
     record_type as record_type,
     wrapped as wrapped,
-)
-from hw.places import (
-    AnyAngle as AnyAngle,
-    Coordinate as Coordinate,
 )
 from hw.samples import (
     ARM_MOVES as ARM_MOVES,

@@ -11,10 +11,21 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
-from typing import ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 from engine.files import Angle, Length
+from engine.files.declared import Range
 from hw.se3 import RigidMotion, act, inverse, product, quaternion_of, unit_quaternion
+
+FAR = 1e4
+"""Coordinates beyond this are refused as a mistake, m."""
+TURNS = 4.0 * math.pi
+"""Angles beyond this are refused, rad: they are probably meant in degrees."""
+
+Coordinate = Annotated[Length, Range(-FAR, FAR)]
+"""A coordinate as files and charts write it."""
+AnyAngle = Annotated[Angle, Range(-TURNS, TURNS)]
+"""An angle as files and charts write it."""
 
 _TURN = 2.0 * math.pi
 _VERTICAL = 1.0 - 1e-14
@@ -81,7 +92,7 @@ class Pose2:
         return cls(float(x), float(y), wrap(float(yaw)))
 
     @classmethod
-    def written(cls, x: Length, y: Length, yaw: Angle = 0.0) -> Pose2:
+    def written(cls, x: Coordinate, y: Coordinate, yaw: AnyAngle = 0.0) -> Pose2:
         """A pose as charts write it, its yaw wrapped.
 
         Raises:
@@ -171,12 +182,12 @@ class Pose3:
     @classmethod
     def written(
         cls,
-        x: Length,
-        y: Length,
-        z: Length,
-        roll: Angle = 0.0,
-        pitch: Angle = 0.0,
-        yaw: Angle = 0.0,
+        x: Coordinate,
+        y: Coordinate,
+        z: Coordinate,
+        roll: AnyAngle = 0.0,
+        pitch: AnyAngle = 0.0,
+        yaw: AnyAngle = 0.0,
     ) -> Pose3:
         """A pose as charts write it: turned about the fixed axes x, y and z in this order (URDF).
 

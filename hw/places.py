@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Annotated
 
-from engine.files import Angle, Length
-from engine.files.declared import Item, Range, Written, record
-from hw.geometry import Pose2
+from engine.files.declared import Item, Written, record
+from hw.geometry import AnyAngle, Coordinate, Pose2
 
-FAR = 1e4
-"""Coordinates beyond this are refused as a mistake, m."""
-TURNS = 4.0 * math.pi
-"""Angles beyond this are refused, rad: they are probably meant in degrees."""
-
-Coordinate = Annotated[Length, Range(-FAR, FAR)]
-AnyAngle = Annotated[Angle, Range(-TURNS, TURNS)]
 PlanePoint = tuple[Coordinate, Coordinate]
 
 

@@ -246,12 +246,10 @@ class _Reader:
         return inside
 
     def not_a_word(self, section: str, entry: str, value: Any, inside: Map) -> None:
-        first, colon, last = entry.partition(":" if ":" in entry else " ")
-        if value is None and colon and last:  # {a b} or {a:b}, which YAML takes for one long key
-            what = "no space after the `:`" if colon == ":" else "no `:`"
-            hint = f"put a space after the `:`, `{first}: {last}`"
-            hint = hint if colon == ":" else f"write `{first}: {last.strip()}`, with a `:`"
-            self.report("C03", f"{what} in {entry!r}", inside.keys_at[entry], hint)
+        first, gap, last = entry.partition(" ")
+        if value is None and gap and last:  # {a b}, which YAML takes for one long key
+            hint = f"write `{first}: {last.strip()}`, with a `:`"
+            self.report("C03", f"no `:` in {entry!r}", inside.keys_at[entry], hint)
             return
         at = inside.values_at.get(entry, inside.at)
         hint = _A_KEY if section in ("in", "out") else ""
@@ -267,7 +265,7 @@ class _Reader:
             return self.words(raw, key)
         inside = self.mapping(raw, key, "a: b")
         for entry, value in inside.items():
-            if value is None and (":" in entry or " " in entry):
+            if value is None and " " in entry:
                 self.not_a_word(key, entry, value, inside)
                 return {}
         return {entry: start_value(value) for entry, value in inside.items()}
@@ -296,8 +294,13 @@ class _Reader:
 
     def retry(self, raw: Map, key: str) -> Retry | None:
         inside = self.mapping(raw, key, _TRIES)
-        self.unknown_keys(inside, RETRY, f"{key!r}")
         times, on = inside.get("times"), inside.get("on")
+        more = [entry for entry, value in inside.items() if value is None and entry not in RETRY]
+        if isinstance(on, str) and ("," in on or more):
+            hint = f"several stand in brackets: `on: [{', '.join((on, *more))}]`"
+            self.report("C03", "'on' names outcomes", mark_of(raw, key, "on"), hint)
+            return None
+        self.unknown_keys(inside, RETRY, f"{key!r}")
         times = chart_value(times)
         if not isinstance(times, Reference) and (type(times) is not int or times < 1):
             self.report(
@@ -366,7 +369,7 @@ class _Reader:
         return self.declared(raw, "parameters", PARAMETER, self.parameter)
 
     def parameter(self, name: str, item: Map, at: Mark) -> Parameter:
-        kind, about = self.text(item, "type") or "any", self.text(item, "about") or ""
+        kind, about = self.type_name(item), self.text(item, "about") or ""
         own = kind == "text"  # to which `none` is a word like any
         default = (chart_value if own else start_value)(item.get("default"))
         return Parameter(name, kind, default, "default" not in item, about, at)
@@ -379,10 +382,18 @@ class _Reader:
             given = start in item
             initial = start_value(item.get(start))
             nothing = given and initial is None
-            kind = self.text(item, "type") or "any"
+            kind = self.type_name(item)
             return DataKey(name, kind, initial, given and not nothing, at, is_input, nothing)
 
         return self.declared(raw, section, INPUT if is_input else DATA, key)
+
+    def type_name(self, item: Map) -> str:
+        value = item.get("type")
+        if isinstance(value, Seq) and len(value) == 1 and isinstance(value[0], str):
+            meant = f"list of {value[0]}"
+            self.report("C03", "'type' is a word", mark_of(item, "type"), f"write `{meant}`")
+            return meant
+        return self.text(item, "type") or "any"
 
     def declared(
         self, raw: Map, section: str, allowed: Keys, make: Callable[[str, Map, Mark], Any]
@@ -392,7 +403,7 @@ class _Reader:
         for name, value in inside.items():
             at = inside.keys_at[name]
             item = value
-            if isinstance(value, str):  # `name: Type` for short
+            if isinstance(value, str) or (isinstance(value, Seq) and value):  # `name: Type`
                 item = Map(at)
                 item["type"] = value
                 item.values_at["type"] = inside.values_at.get(name, at)

@@ -97,6 +97,6 @@ def _check_chart(checked: CheckedChart, *, recursive: bool) -> None:
         instant=checked.root.instant,
         vertices=vertices,
         depth=levels,
-        deadlines=checked.deadlines,
+        limits=checked.limits,
         beside=frozenset(checked.beside),
     )

@@ -23,8 +23,7 @@ class Facts:
         instant: the outcomes it can end with in the tick of its entry.
         vertices: the number of vertices that a machine has for it.
         depth: the number of levels of these.
-        deadlines: the parameters used as durations in it: True for a timeout, which must be
-            positive, False for a wait.
+        limits: the parameters whose values have to be in a range in it, with their types there.
         beside: pairs of parts that may be commanded at the same time, where a parameter names one.
     """
 
@@ -33,7 +32,7 @@ class Facts:
     instant: frozenset[str] = frozenset()
     vertices: int = 1
     depth: int = 1
-    deadlines: Mapping[str, bool] = field(default_factory=dict)
+    limits: Mapping[str, Type] = field(default_factory=dict)
     beside: frozenset[tuple[str, str]] = frozenset()
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from engine.chart import CONTAINERS, Chart, DataKey, Node, Rule, key_mark_of, mark_of
 from engine.check.callee import Callee, KnownNames
@@ -127,7 +127,7 @@ class CheckedChart:
     nodes: list[PlacedNode] = field(default_factory=list)
     findings: list[Finding] = field(default_factory=list)
     parameters_used: set[str] = field(default_factory=set)
-    deadlines: dict[str, bool] = field(default_factory=dict)
+    limits: dict[str, Type] = field(default_factory=dict)
     dead_ends: list[PlacedNode] = field(default_factory=list)
     beside: dict[tuple[str, str], tuple[PlacedNode, PlacedNode]] = field(default_factory=dict)
     effort: int = EFFORT
@@ -169,6 +169,13 @@ class CheckedChart:
     ) -> None:
         place, notes = self.chart.place, tuple((self.chart.place(m), note) for m, note in related)
         self.findings.append(Finding(code, message, place(mark), hint, severity, notes))
+
+    def limit(self, parameter: str, kind: Type) -> None:
+        """Note that values of a parameter have to be in the range of a type."""
+        if kind.within is None:
+            return
+        before = self.limits.get(parameter, kind).within or kind.within
+        self.limits[parameter] = replace(kind, within=kind.within.narrowed(before))
 
     def near(self, word: str, *known: Iterable[str]) -> str:
         """A suggestion for an unknown `word`; empty once the chart's `effort` is used up."""

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from engine.chart import Node, key_mark_of, mark_of
 from engine.check.checked_chart import CheckedChart, Origin, PlacedNode
-from engine.files import Map, Mark
+from engine.files import Map, Mark, Seq
 from engine.state_class import RESERVED_OUTCOMES
 
 
@@ -121,9 +121,11 @@ def _check_limits(checked: CheckedChart, placed: PlacedNode) -> None:
     """Check `retry`, `autonomy` and `priority`."""
     node = placed.node
     if node.retry is not None:
-        for outcome in node.retry.on:
+        for number, outcome in enumerate(node.retry.on):
             if outcome == "timeout" or (outcome not in placed.ends and outcome != "error"):
-                _no_outcome(checked, placed, outcome, mark_of(node.raw, "retry", "on"))
+                listed, at = node.raw["retry"]["on"], mark_of(node.raw, "retry", "on")
+                at = listed.values_at[number] if isinstance(listed, Seq) else at
+                _no_outcome(checked, placed, outcome, at)
         if placed.guard:
             at, hint = key_mark_of(node.raw, "retry"), "let it go on watching instead"
             checked.warning("S09", "a guard that tries again does not watch meanwhile", at, hint)

@@ -35,6 +35,7 @@ from engine.files.source import (
     read_file as read_file,
 )
 from engine.files.suggestions import (
+    all_near as all_near,
     help_with_name as help_with_name,
     nearest as nearest,
     plain_word as plain_word,

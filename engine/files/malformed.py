@@ -199,6 +199,20 @@ def _closes_nothing(text: Malformed) -> Diagnosis | None:
     return Diagnosis(text.at, message, f"leave out one `{text.character}`")
 
 
+def _several_values(text: Malformed) -> Diagnosis | None:
+    """`key: {…}, {…}`."""
+    key, before = KEY.match(text.line), text.before.rstrip()
+    if text.character != "," or key is None or before[-1:] not in ("}", "]"):
+        return None
+    name, value = key[0].strip(" -:"), before[key.end() :].strip()
+    if value[:1] not in _PAIR:
+        return None
+    at = (text.at[0], text.line.index(value, key.end()) + 1)
+    return Diagnosis(
+        at, "more than one value", f"several stand in brackets: `{name}: [{value}, …]`"
+    )
+
+
 def _list_in_mapping(text: Malformed) -> Diagnosis | None:
     if text.begun is None or text.before.strip() or not text.line.lstrip().startswith("- "):
         return None
@@ -232,6 +246,7 @@ _TABLE: tuple[Callable[[Malformed], Diagnosis | None], ...] = (
     _text_after_quotes,
     _closes_nothing,
     _flow,
+    _several_values,
     _colon_in_text,
     _no_colon_above,
     _simple_key,

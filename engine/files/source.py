@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -28,6 +29,8 @@ MAX_BYTES = 1_000_000
 
 _NUMBER = re.compile(rf"{NUMBER}\Z")
 _INTEGER = re.compile(r"[-+]?(?:0|[1-9][0-9]*)\Z")
+_LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # as libyaml counts lines
+_DECIMALS = re.compile(r"\d+(?: .*)?")
 _WORDS: dict[str, Any] = {"": None, "~": None, "null": None, "true": True, "false": False}
 _NUMERIC_START = frozenset("-+.0123456789")
 
@@ -221,13 +224,55 @@ class _Builder:
         if type(self.into) is Map and self.key is None:
             self._begin_pair(text, at)
             return
-        value: Any = text
-        if event.implicit[0]:
-            if text in _WORDS:
-                value = _WORDS[text]
-            elif text[0] in _NUMERIC_START:
-                value = self._number(text, at)
-        self._add_value(value, at)
+        if not text and event.implicit[0] and type(self.into) is Map and self._mended(self.into):
+            return
+        self._add_value(self._plain(text, at) if event.implicit[0] else text, at)
+
+    def _plain(self, text: str, at: Mark) -> Any:
+        if text in _WORDS:
+            return _WORDS[text]
+        return self._number(text, at) if text[0] in _NUMERIC_START else text
+
+    def _mended(self, into: Map) -> bool:
+        """Whether the present key has no value because it is one in part, as in `{a: 2,5 m}`."""
+        assert self.key is not None
+        at = into.keys_at[self.key]
+        return self._after_comma(into, self.key, at) or self._after_colon(into, self.key, at)
+
+    @cached_property
+    def _lines(self) -> list[str]:
+        return _LINE_END.split(self.source.text)
+
+    def _after_comma(self, into: Map, key: str, at: Mark) -> bool:
+        before = next(reversed(into), "")
+        start = into.values_at.get(before, at)
+        is_next = (start[0], start[2] + 1) == at[:2]
+        if not is_next or type(into[before]) is not int or not _DECIMALS.fullmatch(key):
+            return False
+        line = self._lines[at[0] - 1]
+        meant = f"{line[start[1] - 1 : start[2] - 1]}.{key}"
+        whole = (start[0], start[1], at[2])
+        self.source.report("Y05", "a comma separates entries", whole, f"write {meant}")
+        into[before] = float(meant) if key.isdigit() else meant
+        self._forget(into, key)
+        return True
+
+    def _after_colon(self, into: Map, key: str, at: Mark) -> bool:
+        first, colon, last = key.partition(":")
+        if not (colon and last and first.isidentifier()) or first in into.keys_at:
+            return False
+        if self._lines[at[0] - 1][at[1] - 1] in "\"'":
+            return False
+        hint = f"put a space after the `:`, `{first}: {last}`"
+        self.source.report("Y04", f"no space after the `:` in {key!r}", at, hint)
+        self._forget(into, key)
+        self._begin_pair(first, at)
+        self._add_value(self._plain(last, at), at)
+        return True
+
+    def _forget(self, into: Map, key: str) -> None:
+        del into.keys_at[key]
+        self.key = None
 
     def _number(self, text: str, at: Mark) -> Any:
         if not _NUMBER.match(text):
@@ -286,8 +331,11 @@ class _Builder:
         if event.anchor is not None or event.tag is not None:
             self._no_anchor(event, at)
         if type(self.into) is Map and self.key is None:
-            braces = self.source.text.split("\n")[at[0] - 1][at[1] - 2 : at[1]]
+            braces = self._lines[at[0] - 1][at[1] - 2 : at[1]]
             hint = "put `{{…}}` in quotes, or write one pair of braces" if braces == "{{" else ""
+            before = next(reversed(self.into), "")
+            if isinstance(self.into.get(before), Map):
+                hint = f"several stand in brackets: `{before}: [{{…}}, {{…}}]`"
             self.source.report("Y04", "a key must be a word", at, hint)
             raise _GiveUp
         if len(self.stack) >= MAX_DEPTH:

@@ -78,6 +78,21 @@ def nearest(word: object, known: Iterable[str]) -> str | None:
     return near[0] if near else None
 
 
+def all_near(word: str, known: Iterable[str]) -> list[str]:
+    """The known words that a misspelt one may stand for with equal right; at most three."""
+    best = nearest(word, known)
+    if best is None or _folded(best) == _folded(word):
+        return [] if best is None else [best]
+    names = sorted(name for name in set(known) if len(name) <= LONGEST_GUESS)
+    near = difflib.get_close_matches(word[:LONGEST_GUESS], names, n=3, cutoff=0.6)
+    least = _likeness(word, best)
+    return sorted(name for name in near if _likeness(word, name) >= least)
+
+
+def _likeness(word: str, name: str) -> float:
+    return difflib.SequenceMatcher(None, name, word[:LONGEST_GUESS]).ratio()
+
+
 def plain_word(value: object) -> str:
     """`true` or `false` for a word that other YAML readers take for that; otherwise empty."""
     meant = _WORDS.get(str(value).lower(), "") if isinstance(value, str) else ""

@@ -18,7 +18,7 @@ from engine.interfaces import Interface, bindings, python_name, resolved
 from engine.literals import ConstantMismatch, Resolver, WithinLiteral, convert
 from engine.machine.named_values import NamedValues, ParameterValues
 from engine.machine.vertices import Box, Cell, Leaf, Vertex, set_order
-from engine.types import ANY, Type, known_types
+from engine.types import ANY, TIMEOUT, TIMES, WAIT, Type, known_types
 
 
 class Machine:
@@ -240,21 +240,15 @@ class Machine:
         return _converted(parameter.name, value, wanted, by)
 
     def _limits(self, vertex: Vertex, node: Node, given: ParameterValues) -> None:
-        duration = self.types["duration"]
+        path = vertex.path
         vertex.priority = node.priority
         vertex.autonomy = {outcome: AUTONOMY[level] for outcome, level in node.autonomy.items()}
         if node.timeout is not None:
-            vertex.timeout_ns = to_ns(convert(node.timeout, duration, given))
-            if vertex.timeout_ns <= 0:
-                seconds = vertex.timeout_ns * 1e-9
-                raise Mismatch(f"{vertex.path}: a timeout must be positive; it is {seconds:g} s")
+            vertex.timeout_ns = to_ns(_converted(f"{path}: timeout", node.timeout, TIMEOUT, given))
         if node.retry is not None:
-            wait = to_ns(convert(node.retry.wait, duration, given))
-            times = convert(node.retry.times, self.types["integer"], given)
+            wait = to_ns(_converted(f"{path}: wait", node.retry.wait, WAIT, given))
+            times = _converted(f"{path}: times", node.retry.times, TIMES, given)
             vertex.retry = (times, frozenset(node.retry.on), wait)
-            if min(times, wait) < 0:
-                what = f"tried again {times} times, {wait * 1e-9:g} s apart"
-                raise Mismatch(f"{vertex.path}: {what}; neither can be negative")
 
     def _connect(self, box: Box, node: Node) -> None:
         named = {child.name: child for child in box.children}

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Any, NamedTuple
 
 from engine.files import UNITS
-from engine.files.declared import NAME, Schema, quantity_pattern, said
+from engine.files.declared import NAME, Schema, bounds, quantity_pattern, said
 from engine.literals import Reference, example_of, fields_of, kind_of_names
 from engine.types import Type
 
@@ -51,7 +51,7 @@ def _plain(kind: Type, words: Words) -> Schema:
         return {"type": ["string"], "allOf": [_ref_to(key_of(kind))]}
     if kind.is_number:
         pattern = f"^(?:{words.pattern}{_or_quantity(kind)})$"
-        return _matching(_numbers(kind), pattern, kind, words) | _known(key_of(kind))
+        return _matching(_numbers(kind), pattern, kind, words) | _known(key_of(kind)) | _range(kind)
     return _matching(_shape(kind), f"^(?:{words.pattern})$", kind, words) | _parts(kind)
 
 
@@ -64,7 +64,13 @@ def _read(kind: Type) -> Schema:
     else:
         types = _numbers(kind) if kind.is_number else _shape(kind)
     value = _or_quantity(kind) if kind.is_number else _ANY_TEXT if kind.name in _TEXTS else ""
-    return _matching(types, f"^(?:{READ.pattern}{value})$", kind, READ) | _parts(kind)
+    return (
+        _matching(types, f"^(?:{READ.pattern}{value})$", kind, READ) | _parts(kind) | _range(kind)
+    )
+
+
+def _range(kind: Type) -> Schema:
+    return bounds(kind.within) if kind.within is not None else {}
 
 
 def _parts(kind: Type) -> Schema:

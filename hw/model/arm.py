@@ -42,8 +42,8 @@ from engine.files.declared import (
     load_yaml,
     record,
 )
+from hw.geometry import AnyAngle
 from hw.model.prop import JOINTS, Capsule, Placement, Point3, Radius, Six
-from hw.places import AnyAngle
 
 FOLDER = Path(__file__).parent.parent / "arms"
 LinkName = Literal["base", "shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"]

@@ -36,8 +36,7 @@ from engine.files.declared import (
     reader_of,
     record,
 )
-from hw.geometry import Pose3
-from hw.places import AnyAngle
+from hw.geometry import AnyAngle, Pose3
 
 FOLDER = Path(__file__).parent.parent / "props"
 JOINTS = 6

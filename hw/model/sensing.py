@@ -14,8 +14,7 @@ from typing import Annotated
 
 from engine.files import Angle, Dimension, Length
 from engine.files.declared import Fault, Range
-from hw.geometry import Pose2, Pose3
-from hw.places import AnyAngle
+from hw.geometry import AnyAngle, Pose2, Pose3
 
 Frequency = Annotated[float, Dimension("frequency"), Range(0.1, 2000.0)]
 Offset = Annotated[Length, Range(-5.0, 5.0)]

@@ -18,10 +18,9 @@ from typing import Annotated
 
 from engine.files import Angle, Length
 from engine.files.declared import Name, Range, find_file, load_yaml, record
-from hw.geometry import Pose3
+from hw.geometry import AnyAngle, Pose3
 from hw.model.prop import Placement, SpatialPose
 from hw.model.tracking import Tracking
-from hw.places import AnyAngle
 
 FOLDER = Path(__file__).parent.parent / "trackings"
 

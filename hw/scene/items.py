@@ -16,7 +16,7 @@ from typing import Annotated
 
 from engine.files import Length, Mass
 from engine.files.declared import Fault, Name, above_0
-from hw.places import Coordinate
+from hw.geometry import Coordinate
 
 SURFACE = 0.5
 """Radius of the surface that an item stands on at first, about its place, m."""

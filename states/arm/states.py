@@ -6,10 +6,11 @@ from collections.abc import Generator, Iterable
 from dataclasses import replace
 from importlib.util import find_spec
 from itertools import chain
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from engine import NEVER_NS, Action, Context, On, Run, Until, Yielded
 from engine.files import Angle, Duration
+from engine.files.declared import ABOVE_0, FROM_0
 from hw import Arm, ArmState, Pose3, needs
 from states.arm.destination import FOLDED, Destination
 from states.arm.following import (
@@ -72,7 +73,9 @@ class ParkArm(Action):
     optional = (USER_POSE,)
     commands = ("arm",)
 
-    def __init__(self, tolerance: Angle = 0.01, solver: Solver = "lines_first") -> None:
+    def __init__(
+        self, tolerance: Annotated[Angle, ABOVE_0] = 0.01, solver: Solver = "lines_first"
+    ) -> None:
         self.tolerance = tolerance
         self.solver = _installed(solver)
 
@@ -109,10 +112,10 @@ class MoveArmTo(Action):
 
     def __init__(
         self,
-        tolerance: Angle = 0.002,
+        tolerance: Annotated[Angle, ABOVE_0] = 0.002,
         frame: Frame = "map",
         solver: Solver = "lines_first",
-        settle: Duration = 2.0,
+        settle: Annotated[Duration, FROM_0] = 2.0,
     ) -> None:
         self.tolerance = tolerance
         self.frame: Frame = frame
@@ -147,7 +150,7 @@ class MoveArmJoints(Action):
     def __init__(
         self,
         joints: tuple[Angle, ...],
-        tolerance: Angle = 0.002,
+        tolerance: Annotated[Angle, ABOVE_0] = 0.002,
         solver: Solver = "lines_first",
     ) -> None:
         self.joints, self.tolerance = joints, tolerance
@@ -178,10 +181,10 @@ class ReachDeep(Action):
 
     def __init__(
         self,
-        tolerance: Angle = 0.002,
+        tolerance: Annotated[Angle, ABOVE_0] = 0.002,
         frame: Frame = "map",
         solver: Solver = "lines_first",
-        settle: Duration = 2.0,
+        settle: Annotated[Duration, FROM_0] = 2.0,
     ) -> None:
         self.tolerance = tolerance
         self.frame: Frame = frame

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import string
-from collections.abc import Iterator, Sequence
-from typing import Any, Generic, TypeVar
+from collections.abc import Collection, Iterator, Sequence
+from typing import Annotated, Any, Generic, TypeVar
 
 from engine import Action, Context, Outcome
+from engine.files.declared import FROM_0
 
 T = TypeVar("T")
 N = TypeVar("N", bound=float)
@@ -29,7 +30,7 @@ class Compare(Action, Generic[N]):
 
     outcomes = ("less", "equal", "greater")
 
-    def __init__(self, tolerance: N = EXACT) -> None:
+    def __init__(self, tolerance: Annotated[N, FROM_0] = EXACT) -> None:
         self.tolerance = tolerance
 
     def run(self, ctx: Context, a: N, b: N) -> Outcome:
@@ -88,7 +89,26 @@ class Sum(Action, Generic[N]):
         return "summed", {"sum": a + b}
 
 
-class Format(Action):
+class _Fills(Action):
+    """What `Format` and `Log` share."""
+
+    def __init__(self, text: str) -> None:
+        self._pieces = tuple(_pieces(text))
+
+    @classmethod
+    def faults(cls, inputs: Collection[str], text: str) -> Iterator[tuple[str, str]]:
+        """Braces that hold something else than a place, and places of inputs that are not given."""
+        try:
+            places = dict.fromkeys(name for _, name, _ in _pieces(text) if name is not None)
+        except ValueError as error:
+            yield "text", str(error)
+            return
+        for name in places:
+            if name not in inputs:
+                yield "text", f"{{{name}}} stands for an input that is missing: `in: {{{name}: …}}`"
+
+
+class Format(_Fills):
     """Put up to three values into a text: `{a}`, `{b}` and `{c}` stand for the inputs.
 
     `{do: Format, with: {text: "stop {a}, {b:2} m away"}, in: {a: turn, b: distance},
@@ -99,23 +119,17 @@ class Format(Action):
     outcomes = ("formatted",)
     outputs = {"formatted": {"text": str}}
 
-    def __init__(self, text: str) -> None:
-        self._pieces = tuple(_pieces(text))
-
     def run(self, ctx: Context, a: Any = None, b: Any = None, c: Any = None) -> Outcome:
         return "formatted", {"text": _filled(self._pieces, (a, b, c))}
 
 
-class Log(Action):
+class Log(_Fills):
     """Note a text in the trace and the record of the run, with values as in `Format`.
 
     `{do: Log, with: {text: "battery at {a:1}"}, in: {a: charge}, next: {logged: drive}}`.
     """
 
     outcomes = ("logged",)
-
-    def __init__(self, text: str) -> None:
-        self._pieces = tuple(_pieces(text))
 
     def run(self, ctx: Context, a: Any = None, b: Any = None, c: Any = None) -> Outcome:
         ctx.note(_filled(self._pieces, (a, b, c)))
@@ -135,11 +149,11 @@ def _pieces(text: str) -> Iterator[_Piece]:
     try:
         parsed = list(string.Formatter().parse(text))
     except ValueError:
-        raise ValueError(f"text {text!r}: a brace stands alone; {RIGHT}") from None
+        raise ValueError(f"a brace stands alone; {RIGHT}") from None
     for before, name, digits, conversion in parsed:
         is_place = name in PLACES and digits in DIGITS and conversion is None
         if name is not None and not is_place:
-            raise ValueError(f"text {text!r}: {{{name}…}} stands for no value; {RIGHT}")
+            raise ValueError(f"{{{name}…}} stands for no value; {RIGHT}")
         yield before, name, digits or ""
 
 

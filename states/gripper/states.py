@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from typing import Literal
+from typing import Annotated, Literal
 
 from engine import Action, Context, Key, Monitor, Run, Yielded
 from engine.files import Duration, Force, Length
+from engine.files.declared import ABOVE_0, FROM_0
 from hw import Gripper, GripperState, WrenchReading
 from states.environment import GRIPPER_STATE, STOP_ENGAGED, WRENCH_READING
 from states.watching import sustained
@@ -65,8 +66,8 @@ class OpenGripper(_MovesFingers):
 
     def __init__(
         self,
-        opening: Length | None = None,
-        patience: Duration = 3.0,
+        opening: Annotated[Length, FROM_0] | None = None,
+        patience: Annotated[Duration, ABOVE_0] = 3.0,
         part: str = "gripper",
         signal: Key[GripperState] = GRIPPER_STATE,
     ) -> None:
@@ -98,8 +99,8 @@ class CloseGripper(_MovesFingers):
 
     def __init__(
         self,
-        opening: Length = 0.0,
-        patience: Duration = 3.0,
+        opening: Annotated[Length, FROM_0] = 0.0,
+        patience: Annotated[Duration, ABOVE_0] = 3.0,
         part: str = "gripper",
         signal: Key[GripperState] = GRIPPER_STATE,
     ) -> None:
@@ -129,12 +130,12 @@ class WaitForForce(Monitor):
 
     def __init__(
         self,
-        limit: Force,
+        limit: Annotated[Force, FROM_0],
         along: Axis = "any",
-        for_: Duration = 0.0,
+        for_: Annotated[Duration, FROM_0] = 0.0,
         relative: bool = True,
         signal: Key[WrenchReading] = WRENCH_READING,
-        older: Duration = AGE_S,
+        older: Annotated[Duration, FROM_0] = AGE_S,
     ) -> None:
         self.limit, self.along, self.for_, self.relative = limit, along, for_, relative
         self.signal, self.older = signal, older

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from engine import Action, Context, Key, Run, Yielded
 from engine.files import Duration, Length, Speed
+from engine.files.declared import ABOVE_0, FROM_0
 from hw import DriveMode, Pose2
 from states.environment import (
     BASE_MODE,
@@ -49,10 +50,10 @@ class _Drives(Action):
     def __init__(
         self,
         subsystem: SubsystemName = "chase",
-        patience: Duration = 3.0,
+        patience: Annotated[Duration, ABOVE_0] = 3.0,
         mode: DriveMode = "omni",
         clearance: Clearance = "own",
-        speed: Speed | None = None,
+        speed: Annotated[Speed, ABOVE_0] | None = None,
     ) -> None:
         self.subsystem: SubsystemName = subsystem
         self.clearance: Clearance = clearance
@@ -100,11 +101,11 @@ class DriveThrough(_Drives):
     def __init__(
         self,
         subsystem: SubsystemName = "chase",
-        passing: Length = 0.5,
-        patience: Duration = 3.0,
+        passing: Annotated[Length, ABOVE_0] = 0.5,
+        patience: Annotated[Duration, ABOVE_0] = 3.0,
         mode: DriveMode = "omni",
         clearance: Clearance = "own",
-        speed: Speed | None = None,
+        speed: Annotated[Speed, ABOVE_0] | None = None,
     ) -> None:
         super().__init__(subsystem, patience, mode, clearance, speed)
         self.passing = passing
@@ -141,7 +142,10 @@ class Follow(Action):
     commands = ("base",)
 
     def __init__(
-        self, distance: Length = 2.0, slack: Length = 0.3, mode: DriveMode = "omni"
+        self,
+        distance: Annotated[Length, FROM_0] = 2.0,
+        slack: Annotated[Length, FROM_0] = 0.3,
+        mode: DriveMode = "omni",
     ) -> None:
         self.distance, self.slack = distance, slack
         self.mode: DriveMode = mode

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from engine import NEVER_NS, Action, Context, Monitor, On, Run
 from engine.files import Angle, Duration, Length
+from engine.files.declared import FROM_0
 from hw import OLD_S, UserPose, wrap
 from states.environment import ACKNOWLEDGE, STOP_ENGAGED, USER_POSE, USER_STILL_SINCE
 from states.watching import silence
@@ -24,7 +27,7 @@ class UserSettled(Monitor):
 
     def __init__(
         self,
-        still_for: Duration = 0.5,
+        still_for: Annotated[Duration, FROM_0] = 0.5,
         moved: Length = 0.3,
         turned: Angle = 0.5235987755982988,
     ) -> None:
@@ -97,7 +100,10 @@ class CallOperator(Action):
     commands = ("operator", "stop_line")
 
     def __init__(
-        self, latch: Duration = 0.5, patience: Duration = 40.0, least: Duration = 0.0
+        self,
+        latch: Annotated[Duration, FROM_0] = 0.5,
+        patience: Annotated[Duration, FROM_0] = 40.0,
+        least: Annotated[Duration, FROM_0] = 0.0,
     ) -> None:
         self.latch, self.patience, self.least = latch, patience, least
 

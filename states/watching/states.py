@@ -6,11 +6,12 @@ A signal that says none has no value, nor has one whose newest value is older th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
-from typing import Any, Generic, TypeVar
+from collections.abc import Callable, Collection, Generator, Iterator
+from typing import Annotated, Any, Generic, TypeVar
 
 from engine import NEVER_NS, Action, Context, Key, Monitor, On, Outcome, Run, Until, Yielded
 from engine.files import Duration
+from engine.files.declared import FROM_0
 
 T = TypeVar("T")
 N = TypeVar("N", bound=float)
@@ -111,9 +112,9 @@ class _Beyond(_Threshold[N]):
         self,
         signal: Key[N],
         limit: N,
-        for_: Duration = 0.0,
-        hysteresis: N = NO_HYSTERESIS,
-        older: Duration | None = None,
+        for_: Annotated[Duration, FROM_0] = 0.0,
+        hysteresis: Annotated[N, FROM_0] = NO_HYSTERESIS,
+        older: Annotated[Duration, FROM_0] | None = None,
     ) -> None:
         self.signal, self.for_, self.older = signal, for_, older
         self.limit, self.hysteresis = limit, hysteresis
@@ -173,14 +174,22 @@ class Within(_Threshold[N]):
         signal: Key[N],
         low: N,
         high: N,
-        for_: Duration = 0.0,
-        hysteresis: N = NO_HYSTERESIS,
-        older: Duration | None = None,
+        for_: Annotated[Duration, FROM_0] = 0.0,
+        hysteresis: Annotated[N, FROM_0] = NO_HYSTERESIS,
+        older: Annotated[Duration, FROM_0] | None = None,
     ) -> None:
-        if low > high:
-            raise ValueError(f"Within: nothing is from low {low:g} to high {high:g}; swap them")
+        for _, message in self.faults((), low, high):
+            raise ValueError(f"Within: {message}")
         self.signal, self.for_, self.older = signal, for_, older
         self.low, self.high, self.hysteresis = low, high, hysteresis
+
+    @classmethod
+    def faults(
+        cls, _inputs: Collection[str], low: float, high: float, **_others: object
+    ) -> Iterator[tuple[str, str]]:
+        """The limits are the wrong way round."""
+        if low > high:
+            yield "low", f"nothing is from low {low:g} to high {high:g}; swap them"
 
     def _counts(self, value: N, before: bool) -> bool:
         slack = self.hysteresis if before else NO_HYSTERESIS
@@ -203,7 +212,7 @@ class Changed(Monitor, Generic[T]):
     outputs = {"changed": {"value": T}}  # type: ignore[misc]
     reads = {"$signal": "$older"}
 
-    def __init__(self, signal: Key[T], older: Duration | None = None) -> None:
+    def __init__(self, signal: Key[T], older: Annotated[Duration, FROM_0] | None = None) -> None:
         self.signal, self.older = signal, older
 
     def run(self, ctx: Context) -> Run:
@@ -232,8 +241,8 @@ class WaitFor(Monitor, Generic[T]):
         self,
         signal: Key[T],
         value: T | None = None,
-        for_: Duration = 0.0,
-        older: Duration | None = None,
+        for_: Annotated[Duration, FROM_0] = 0.0,
+        older: Annotated[Duration, FROM_0] | None = None,
     ) -> None:
         self.signal, self.value = signal, value
         self.for_, self.older = for_, older
@@ -268,7 +277,7 @@ class Silent(Monitor, Generic[T]):
     outcomes = ("silent",)
     reads = {"$signal": "$time"}
 
-    def __init__(self, signal: Key[T], time: Duration) -> None:
+    def __init__(self, signal: Key[T], time: Annotated[Duration, FROM_0]) -> None:
         self.signal, self.time = signal, time
 
     def run(self, ctx: Context) -> Run:
@@ -281,7 +290,7 @@ class Wait(Monitor):
 
     outcomes = ("over",)
 
-    def __init__(self, time: Duration) -> None:
+    def __init__(self, time: Annotated[Duration, FROM_0]) -> None:
         self.time = time
 
     def run(self, ctx: Context) -> Run:
@@ -302,7 +311,7 @@ class Read(Action, Generic[T]):
     outputs = {"read": {"value": T}}  # type: ignore[misc]
     reads = {"$signal": "$older"}
 
-    def __init__(self, signal: Key[T], older: Duration | None = None) -> None:
+    def __init__(self, signal: Key[T], older: Annotated[Duration, FROM_0] | None = None) -> None:
         self.signal, self.older = signal, older
 
     def run(self, ctx: Context) -> Outcome:

@@ -200,7 +200,7 @@ VALUES = [
     ("two units", "beyond: 4 m}", "beyond: ¦4 m 20 cm}", "a length"),
     ("decimal comma", "timeout: 15 s", "timeout: ¦1,5 s", "1.5 s"),
     ("a length for a duration", "timeout: 15 s", "timeout: ¦15 cm", "a duration"),
-    ("negative timeout", "timeout: 15 s", "timeout: ¦-15 s", "positive"),
+    ("negative timeout", "timeout: 15 s", "timeout: ¦-15 s", "above 0"),
     ("a word for a number", "timeout: 15 s", "timeout: ¦soon", "a duration"),
     ("$ forgotten", "timeout: $patience", "timeout: ¦patience", "$patience"),
     ("$ forgotten in with", "patience: 5 s", "patience: ¦patience", "$patience"),

@@ -32,7 +32,7 @@ SCENES = [
     ("a length in metres", "x: 8.0, y: 6.0", "x: ¦8 metres, y: 6.0", "8 m"),
     ("yaw in degrees without a unit", "yaw: 3.1}", "yaw: ¦180}", "180 deg"),
     ("yaw in degrees, by another word", "yaw: 3.1}", "yaw: ¦180 degrees}", "180 deg"),
-    ("decimal comma", "x: 8.0, y: 6.0", "x: 8,¦0, y: 6.0", "8.0"),
+    ("decimal comma", "x: 8.0, y: 6.0", "x: ¦8,0, y: 6.0", "8.0"),
     ("a misspelt key", "parking:\n", "¦parkign:\n", "'parking'"),
     ("a singular key", "  walls:\n", "  ¦wall:\n", "'walls'"),
     ("a key in capitals", "robot: {file", "¦Robot: {file", "'robot'"),

@@ -110,6 +110,8 @@ _SIGNAL = "Silent, with: {signal: user.pose, time: 2 s}"
 _CASES = "with: {cases: [tea, milk]}\n        in: {value: order}"
 _WITH = "with: {subsystem: chase}\n        timeout: 60 s"
 _SERVE = TOUR[TOUR.index("      serve:") : TOUR.index("      say:")]
+_SAY = TOUR[TOUR.index('"{a}: place') : TOUR.index("        out: {text: spoken}")]
+_FAR = TOUR[TOUR.index("Above\n") : TOUR.index(".left}")]
 _TRIES = TOUR[TOUR.index("2, about: further") : TOUR.index("$tries")]
 _REST = "          rest: {do: Brake, with: {part: $held}}\n"
 
@@ -190,6 +192,44 @@ ENDINGS = [
     ("two commands of a part side by side", _REST, f"{_REST}          ¦hush: {{do: Brake, with: {{part: $held}}}}\n", "one after the other"),
 ]  # fmt: skip
 
+RANGES = [
+    ("negative age", "older: 1 s", "older: ¦-1 s", "0 s or more"),
+    ("negative time", "for: 2 s", "for: ¦-0.5 s", "0 s or more"),
+    ("negative time by a parameter", "default: 3 s,", "default: ¦-3 s,", "0 s or more"),
+    ("negative hysteresis", "in: {hysteresis: limit}", "in: {hysteresis: ¦-1 m}", "0 m or more"),
+    ("a drive at no speed", _WITH, _WITH.replace("chase", "chase, speed: ¦0"), "more than 0 m/s"),
+    ("degrees for radians", "yaw: 90 deg}", "yaw: ¦90}", "`90 deg`"),
+    ("degrees for radians in a Pose3", "pitch: 90 deg", "pitch: ¦90", "`90 deg`"),
+    ("a place beyond the horizon", "x: 1 m", "x: ¦100 km", "-1e+04 to 1e+04 m"),
+]  # fmt: skip
+
+TOGETHER = [
+    ("unknown place in a text", 'text: "{a}: place {b}"', 'text: ¦"{a}: place {d}"', "write {a}, {b} or {c}"),
+    ("a brace alone in a text", 'text: "{a}: place {b}"', 'text: ¦"{a: place {b}"', "{{ and }} for braces"),
+    ("place of an input not given", _SAY, _SAY.replace(", b: index", "").replace('"{a}', '¦"{a}'), "`in: {b: …}`"),
+    ("limits swapped", _FAR, _FAR.replace("Above", "Within").replace("limit: 4 m", "low: ¦4 m, high: 2 m").replace("above", "within"), "swap them"),
+]  # fmt: skip
+
+FLOW = [
+    ("a decimal comma", "default: 3 s,", "default: ¦3,5 s,", "write 3.5 s"),
+    ("a decimal comma in a pose", "{x: 2 m, y: 3 m}", "{x: ¦2,5 m, y: 3 m}", "write 2.5 m"),
+    ("a decimal comma without a unit", "yaw: 0}", "yaw: ¦0,5}", "write 0.5"),
+    ("no space after : in a pose", "{x: 2 m, y: 3 m}", "{¦x:2 m, y: 3 m}", "`x: 2 m`"),
+    ("no space after : of a place", "[{place: corner}, {x: 2 m, y: 3 m}]", "[{¦place:corner}]", "`place: corner`"),
+    ("no brackets around outcomes", "on: stuck", "on: ¦no_path, stuck", "`on: [no_path, stuck]`"),
+    ("a misspelt outcome in brackets", "on: stuck", "on: [no_path, ¦stucked]", "'stuck'"),
+    ("no brackets around places", "initial: [{place: corner}, {x: 2 m, y: 3 m}]", "initial: {place: corner}, ¦{x: 2 m, y: 3 m}", "`initial: [{…}, {…}]`"),
+    ("no brackets around places in a line", "order: {type: text | none, default: none}", "order:\n    type: list of Pose2\n    default: ¦{place: corner}, {x: 1 m, y: 2 m}", "`default: [{place: corner}, …]`"),
+    ("a type in brackets", "type: list of Pose2,", "type: ¦[Pose2],", "`list of Pose2`"),
+    ("half a type of items", "type: list of Pose2,", "type: ¦list of Pose,", "`list of Pose2`"),
+    ("or none", "{type: text | none", "{type: ¦text or none", "`text | none`"),
+    ("one place for a list in data", "initial: [{place: corner}, {x: 2 m, y: 3 m}]", "initial: ¦corner", "`[{place: corner}]`"),
+    ("places for a list of anything", "items: stops", "items: [¦{place: corner}]", "`data: {items: {type: list of Pose2, initial: …}}`"),
+    ("a quoted text in in", "in: {value: order}", 'in: {value: ¦"tee"}', "`data: {value: {type: text, initial: tee}}`"),
+    ("a field of a signal", "signal: user.distance", "signal: ¦user.pose.x", "such as user.distance"),
+    ("a signal of no name here", "signal: user.distance", "signal: ¦zzzzzzzz", "those that fit: user.distance"),
+]  # fmt: skip
+
 BINDINGS = [
     ("an input given by with", _WITH, _WITH.replace("chase", "chase, ¦goal: {place: corner}"), "`in: {goal: …}`"),
     ("given twice", "in: {hysteresis: limit}", "in: {hysteresis: limit, ¦limit: limit}", "keep one"),
@@ -202,7 +242,7 @@ BINDINGS = [
     ("a text in in", "in: {a: $label, b", "in: {a: ¦the tour, b", "by a parameter"),
     ("a key of another type", "in: {hysteresis: limit}", "in: {hysteresis: ¦spoken}", "a length"),
     ("times 0", "times: $tries", "times: ¦0", "from 1"),
-    ("times below 0 by its parameter", _TRIES, f"-1{_TRIES[1:]}¦", "0 or more"),
+    ("times below 0 by its parameter", _TRIES, f"¦-1{_TRIES[1:]}", "0 or more"),
     ("times in words", "times: $tries", "times: ¦twice", "whole number"),
     ("times with a unit", "times: $tries", "times: ¦2 s", "whole number"),
     ("times by a text", "times: $tries", "times: ¦$label", "an integer"),

@@ -6,8 +6,7 @@ import typing
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from engine.files import Angle, Length
-from hw.geometry import Pose2, Pose3, Twist2, total, unwrap, wrap
+from hw.geometry import AnyAngle, Coordinate, Pose2, Pose3, Twist2, total, unwrap, wrap
 
 coordinate = st.floats(-1e3, 1e3)
 angle = st.floats(-50.0, 50.0)
@@ -224,7 +223,7 @@ def test_a_pose_of_a_chart_is_finite(bad):
 
 def test_charts_write_lengths_and_angles_and_name_places():
     hints = typing.get_type_hints(Pose3.written, include_extras=True)
-    assert hints["z"] is Length
-    assert hints["roll"] is Angle
+    assert hints["z"] is Coordinate
+    assert hints["roll"] is AnyAngle
     assert Pose2.named_by == "place"
     assert [field.name for field in dataclasses.fields(Pose2)] == ["x", "y", "yaw"]

@@ -5,7 +5,7 @@ How a single value is checked: `written.py`.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -13,15 +13,11 @@ from engine.chart import LEAVES, Node, Reference, key_mark_of, mark_of
 from engine.check.callee import Callee
 from engine.check.checked_chart import CheckedChart, PlacedNode, unknown_key
 from engine.check.values.written import check_value, is_open, named_value
-from engine.files import Map, Mark
+from engine.files import Map, Mark, nearest
 from engine.files.declared import Mismatch, with_article
-from engine.interfaces import Argument
-from engine.literals import convert
-from engine.types import Type, fits
-
-LONGEST = 1e9  # seconds of a timeout or wait, about 30 years
-
-_DURATION, _TIMES = Type("duration"), Type("integer")
+from engine.interfaces import Argument, python_name
+from engine.literals import LATER, convert
+from engine.types import TIMEOUT, TIMES, WAIT, Type, fits
 
 
 def check_arguments(checked: CheckedChart) -> None:
@@ -30,15 +26,12 @@ def check_arguments(checked: CheckedChart) -> None:
         node = placed.node
         if "timeout" in node.raw:
             at = mark_of(node.raw, "timeout")
-            check_value(checked, node.timeout, _DURATION, at, "timeout")
-            _check_deadline(checked, node.timeout, at, is_timeout=True)
+            _check_period(checked, node.timeout, TIMEOUT, at, "timeout")
         if node.retry is not None:
             at = mark_of(node.raw, "retry", "wait")
-            check_value(checked, node.retry.wait, _DURATION, at, "wait")
-            _check_deadline(checked, node.retry.wait, at, is_timeout=False)
+            _check_period(checked, node.retry.wait, WAIT, at, "wait")
             at = mark_of(node.raw, "retry", "times")
-            check_value(checked, node.retry.times, _TIMES, at, "times")
-            _check_count(checked, node.retry.times, at)
+            _check_period(checked, node.retry.times, TIMES, at, "times")
         if placed.callee is not None:
             _check_parameters(checked, node, placed.callee)
             if node.inputs or placed.callee.required_inputs:
@@ -48,8 +41,16 @@ def check_arguments(checked: CheckedChart) -> None:
     _check_defaults(checked)
 
 
+def _check_period(checked: CheckedChart, value: Any, wanted: Type, at: Mark, what: str) -> None:
+    """A value with a range on the node itself: N09 for its type, S11 for its range."""
+    check_value(checked, value, replace(wanted, within=None), at, what)
+    _check_limit(checked, value, wanted, at, what)
+
+
 def _check_parameters(checked: CheckedChart, node: Node, callee: Callee) -> None:
+    values: dict[str, Any] = {}
     for name, value in node.parameters.items():
+        values[name] = LATER
         argument = callee.parameters.get(name)
         at = mark_of(node.raw, "with", name)
         if argument is None:
@@ -61,11 +62,24 @@ def _check_parameters(checked: CheckedChart, node: Node, callee: Callee) -> None
             continue
         if name in callee.ending and is_open(value):
             continue  # reported with what the node can end with
-        check_value(checked, value, argument.type, at, name)
-        if name in callee.facts.deadlines:
-            _check_deadline(checked, value, at, is_timeout=callee.facts.deadlines[name])
+        values[name] = check_value(checked, value, argument.type, at, name)
+        if name in callee.facts.limits:
+            _check_limit(checked, value, callee.facts.limits[name], at, name)
     if not callee.required_parameters <= node.parameters.keys() | node.inputs.keys():
         _report_missing(checked, node, "with", callee.required_parameters, "N08", "parameter")
+    elif node.form in LEAVES and not node.inputs.keys() & callee.parameters.keys():
+        _check_together(checked, node, values)
+
+
+def _check_together(checked: CheckedChart, node: Node, values: Mapping[str, Any]) -> None:
+    """N09: what a class finds wrong with its parameters, where all that are given are known."""
+    if any(value is LATER for value in values.values()):
+        return
+    given = {python_name(name): value for name, value in values.items()}
+    for name, message in checked.scope.interfaces[node.target].faults(node.inputs.keys(), **given):
+        is_given = name in node.parameters
+        at = mark_of(node.raw, "with", name) if is_given else mark_of(node.raw, node.form)
+        checked.error("N09", f"{name}: {message}", at)
 
 
 def _report_missing(
@@ -82,43 +96,32 @@ def _report_missing(
         checked.error(code, message, mark_of(node.raw, node.form), hint)
 
 
-def _check_deadline(checked: CheckedChart, value: Any, at: Mark, *, is_timeout: bool) -> None:
-    """S11: timeouts are positive and waits not negative, also if given by a parameter."""
-    value = checked.scope.meant(value)
-    if isinstance(value, Reference):
-        before = checked.deadlines.get(value.name, False)
-        checked.deadlines[value.name] = is_timeout or before
+def _check_limit(
+    checked: CheckedChart, value: Any, wanted: Type, at: Mark, what: str, *notes: tuple[Mark, str]
+) -> None:
+    """S11: a value is in the range of a type, also if a parameter of the chart gives it."""
+    meant = checked.scope.meant(value)
+    if isinstance(meant, Reference):
+        checked.limit(meant.name, wanted)
         return
     try:
-        seconds = convert(value, _DURATION)
+        number = convert(meant, replace(wanted, within=None))
     except Mismatch:
         return  # reported by `check_value`
-    if seconds > LONGEST:
-        checked.error("S11", f"{seconds:g} s is too long", at, f"at most {LONGEST:g} s")
-    elif is_timeout and seconds <= 0:
-        checked.error("S11", "a timeout must be positive", at, "`timeout: 5 s`")
-    elif seconds < 0:
-        checked.error("S11", "a wait cannot be negative", at, "`wait: 1 s`")
-
-
-def _check_count(checked: CheckedChart, times: Any, at: Mark) -> None:
-    """S11: a parameter that says how often to try again is 0 or more, by its default."""
-    if not isinstance(times, Reference):
+    if number is None or wanted.within is None:
         return
-    parameter = checked.chart.parameters.get(times.name)
-    default = checked.scope.meant(times if parameter is None else parameter.default)
-    if type(default) is int and default < 0:
-        note = ((parameter.at, "declared here"),) if parameter is not None else ()
-        checked.error("S11", f"'times' is 0 or more; ${times.name} is {default}", at, "", *note)
+    try:
+        wanted.within.require(number, wanted.name)
+    except Mismatch as mismatch:
+        checked.error("S11", f"{what}: {mismatch}", at, "", *notes)
 
 
 def _check_defaults(checked: CheckedChart) -> None:
-    for name, is_timeout in checked.deadlines.items():
+    for name, wanted in [*checked.limits.items()]:
         parameter = checked.chart.parameters.get(name)
         if parameter is not None and parameter.default is not None:
             item = checked.chart.root.raw["parameters"][name]
-            at = mark_of(item, "default")
-            _check_deadline(checked, parameter.default, at, is_timeout=is_timeout)
+            _check_limit(checked, parameter.default, wanted, mark_of(item, "default"), name)
 
 
 def _check_inputs(checked: CheckedChart, placed: PlacedNode, callee: Callee) -> None:
@@ -131,7 +134,7 @@ def _check_inputs(checked: CheckedChart, placed: PlacedNode, callee: Callee) -> 
         argument = _argument(checked, node, callee, name, key if name in placed.names else "")
         real = placed.names.get(key)
         if key not in placed.names:
-            hint = _no_key(checked, callee, name, key) if argument is not None else ""
+            hint = _no_key(checked, placed, callee, name, key) if argument is not None else ""
             unknown_key(checked, placed, "in", name, key, placed.names, hint)
         if argument is None or real is None:
             continue
@@ -149,14 +152,20 @@ def _check_inputs(checked: CheckedChart, placed: PlacedNode, callee: Callee) -> 
         _report_missing(checked, node, "in", callee.required_inputs, "N10", "input")
 
 
-def _no_key(checked: CheckedChart, callee: Callee, name: str, word: str) -> str:
+def _no_key(checked: CheckedChart, placed: PlacedNode, callee: Callee, name: str, word: str) -> str:
     """What is meant by text under `in` that is no data key; empty if it may be one, misspelt."""
     argument = callee.inputs.get(name) or callee.parameters[name]
-    if " " not in word:
-        return named_value(checked, word, argument.type)
+    named = named_value(checked, word, argument.type)
+    if named or checked.effort <= 0 or (" " not in word and nearest(word, placed.names)):
+        return named
     if name in callee.parameters:
         return f"text in `in` is a data key, a value stands in `with: {{{name}: {word}}}`"
-    return "text in `in` is a data key; a text itself is given by a parameter, as `$name`"
+    if argument.type.name not in ("text", "any", "choice") and " " not in word:
+        return ""
+    given = f"`data: {{{name}: {{type: text, initial: {word}}}}}`"
+    return (
+        f"text in `in` is a data key; a text is given as data, {given}, or by a parameter, `$name`"
+    )
 
 
 def _argument(

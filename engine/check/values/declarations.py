@@ -8,7 +8,7 @@ from typing import Any
 from engine.chart import key_mark_of, mark_of
 from engine.check.checked_chart import CheckedChart
 from engine.check.values.written import check_value
-from engine.files import Map, Mark, nearest
+from engine.files import Map, Mark, all_near
 from engine.files.declared import with_article
 from engine.literals import can_be_written
 from engine.types import Type, fits
@@ -83,18 +83,22 @@ def _type(checked: CheckedChart, name: str, at: Mark) -> Type:
 
 _UNKNOWN = Type("any", optional=True)
 _OWN_TYPES = "a project adds types of its own by `TYPES`, beside its states"
+_OPTIONAL = re.compile(r"(.+?)\s*(?:\bor\b|\|)\s*(?:none|None|null)")
 _OF_TYPES = re.compile(r"(list|signal|tuple|List|Key)\b\W*(?:of\s+)?(\w*)")
 
 
 def _meant_type(checked: CheckedChart, name: str) -> str:
     """A hint for an unknown type: `list of X` is written with the name of a type."""
     types = [known for known in checked.scope.types if " " not in known]
+    optional = _OPTIONAL.fullmatch(name)
+    if optional is not None and optional[1] in checked.scope.types:
+        return f"write `{optional[1]} | none`"
     found = _OF_TYPES.match(name)
     if found is None:
         return f"{checked.near(name, types)}; {_OWN_TYPES}".removeprefix("; ")
     shape = {"tuple": "list", "List": "list", "Key": "signal"}.get(found[1], found[1])
-    item = found[2] if found[2] in types else nearest(found[2], types) or "number"
-    return f"write `{shape} of {item}`"
+    items = [found[2]] if found[2] in types else all_near(found[2], types) or ["number"]
+    return f"write {' or '.join(f'`{shape} of {item}`' for item in items)}"
 
 
 def _check_start(

@@ -10,13 +10,13 @@ from typing import Any
 from engine.chart import Reference
 from engine.check.callee import parameter_type
 from engine.check.checked_chart import CheckedChart
-from engine.files import Map, Mark, Seq
+from engine.files import Map, Mark, Seq, nearest
 from engine.files.declared import NAME, Mismatch, with_article
 from engine.literals import (
     LATER,
     ConstantMismatch,
-    OpenName,
     Resolver,
+    Untyped,
     WithinLiteral,
     WrongKey,
     constant_of,
@@ -35,20 +35,25 @@ def check_value(
     hint: str = "",
     *,
     is_start: bool = False,
-) -> None:
+) -> Any:
     """N09: a value as written in the chart can be converted to the type `wanted`.
 
     `is_start`: it is a default or an initial value, which no parameter of the chart can be part of.
+
+    Returns:
+        The converted value; `LATER` if only a run has it, or it is wrong.
     """
     try:
-        convert(value, wanted, _Names(checked, value, at, what, is_start))
+        return convert(value, wanted, _Names(checked, value, at, what, is_start))
     except WithinLiteral as mismatch:
         place = _place_within(value, mismatch.keys, at, of_key=isinstance(mismatch, WrongKey))
-        checked.error("N09", f"{what}{mismatch.path}: {mismatch}", place)
+        hint = _as_data(checked, what, value) if isinstance(mismatch, Untyped) else ""
+        checked.error("N09", f"{what}{mismatch.path}: {mismatch}", place, hint)
     except Mismatch as mismatch:
         if isinstance(value, str):
             hint = _meant(checked, value, wanted) or hint
         checked.error("N09", f"{what}: {mismatch}", at, hint)
+    return LATER
 
 
 def is_open(value: Any) -> bool:
@@ -65,6 +70,22 @@ def _meant(checked: CheckedChart, word: str, wanted: Type) -> str:
     if _DOTTED.fullmatch(word):
         return f"write `${word}` for a value from outside"
     return named_value(checked, word, wanted)
+
+
+def _as_data(checked: CheckedChart, name: str, value: Any) -> str:
+    """How to give a mapping, or a list of some, a type: as data."""
+    shape = "list of " if isinstance(value, Seq) else ""
+    first = value[0] if isinstance(value, Seq) else value
+    kinds = (kind for kind in checked.scope.types if " " not in kind)
+    meant = next((kind for kind in kinds if _can_be(first, checked.scope.types[kind])), "…")
+    return f"give it as data: `data: {{{name}: {{type: {shape}{meant}, initial: …}}}}`"
+
+
+def _can_be(value: Any, kind: Type) -> bool:
+    try:
+        return kind.python is not None and convert(value, kind) is not None
+    except Mismatch:
+        return False
 
 
 def named_value(checked: CheckedChart, word: str, wanted: Type) -> str:
@@ -97,15 +118,15 @@ class _Names(Resolver):
             hint = self.checked.near(name, names) or f"a {kind} is named where it is declared"
             at, what = self._place(lambda key, item: key == kind and item == name)
             self.checked.warning("N13", f"{what}: no {kind} {name!r} is known", at, hint)
-        return OpenName(kind, name)
+        return LATER
 
     def signal(self, name: str, wanted: Type) -> str:
         """N12: there is a signal of this name; N09: its values are of the right type."""
         signals = self.checked.scope.signals
         held = ANY if signals is None else signals.get(name)
         if held is None:
-            hint = self.checked.near(name, signals or ())
             at, what = self._place(lambda _, item: item == name)
+            hint = _meant_signal(self.checked, name, signals or {}, wanted)
             self.checked.error("N12", f"{what}: there is no signal {name!r}", at, hint)
         elif wanted.item is not None and not fits(held, _optional(wanted.item)):
             at, what = self._place(lambda _, item: item == name)
@@ -131,6 +152,7 @@ class _Names(Resolver):
             checked.error("N09", message, at, hint)
             return LATER
         checked.parameters_used.add(reference.name)
+        checked.limit(reference.name, wanted)
         if parameters[reference.name].type not in checked.scope.types:
             return LATER  # reported where it is declared
         kind = parameter_type(parameters[reference.name], checked.scope.types)
@@ -171,6 +193,27 @@ class _Names(Resolver):
 
 _DOTTED = re.compile(rf"{NAME}(\.{NAME})+")
 _A_CONSTANT = "names of values from outside are written as `$profile.chase.inner`"
+
+
+def _meant_signal(
+    checked: CheckedChart, name: str, signals: Mapping[str, Type], wanted: Type
+) -> str:
+    """Which signal an unknown one stands for, or which there are of the type that is wanted."""
+    if checked.effort <= 0:
+        return ""
+    kind = _optional(wanted.item or ANY)
+    typed = {n: held for n, held in signals.items() if kind.name == "any" or held.name != "any"}
+    fitting = sorted(signal for signal, held in typed.items() if fits(held, kind))
+    if any(name.startswith(f"{signal}.") for signal in signals):
+        shown = f", such as {', '.join(fitting[:3])}" if fitting else ""
+        return f"fields of signals cannot be watched; a {wanted} is needed{shown}"
+    if nearest(name, signals) is not None or not fitting:
+        return checked.near(name, signals)
+    more = ", …" if len(fitting) > _MOST_SIGNALS else ""
+    return f"those that fit: {', '.join(fitting[:_MOST_SIGNALS])}{more}"
+
+
+_MOST_SIGNALS = 8
 
 
 def _optional(kind: Type) -> Type:

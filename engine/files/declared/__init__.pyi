@@ -28,12 +28,15 @@ from engine.files.declared.records import (
 from engine.files.declared.schema import (
     DRAFT as DRAFT,
     Schema as Schema,
+    bounds as bounds,
     document as document,
     quantity_pattern as quantity_pattern,
     said as said,
     text_of as text_of,
 )
 from engine.files.declared.values import (
+    ABOVE_0 as ABOVE_0,
+    FROM_0 as FROM_0,
     NAME as NAME,
     Count as Count,
     Mismatch as Mismatch,

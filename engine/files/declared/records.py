@@ -84,19 +84,10 @@ def _unknown_keys(
             CODE,
             f"{content[key].key}: unknown key",
             item.key_place(key),
-            _meant(item, key, known) if n < GUESSES else "",
+            did_you_mean(key, known) if n < GUESSES else "",
         )
         for n, key in enumerate(unknown)
     ]
-
-
-def _meant(item: Item, key: str, known: Mapping[str, FileKey]) -> str:
-    """Help with an unknown key; in braces, YAML reads `x: 8,5` as the keys `x` and `5`."""
-    keys = list(item.value)
-    before = keys[keys.index(key) - 1] if key.isdigit() and keys[0] != key else ""
-    if before and item.value[key] is None and type(item.value[before]) is int:
-        return f"a decimal point, no comma: `{before}: {item.value[before]}.{key}`"
-    return did_you_mean(key, known)
 
 
 def _missing_keys(

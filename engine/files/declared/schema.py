@@ -141,8 +141,13 @@ def _bounds(marks: Iterable[Any]) -> Schema:
     if not ranges:
         return {}
     (only,) = ranges
-    low = "exclusiveMinimum" if only.above else "minimum"
-    return {low: only.low} | ({"maximum": only.high} if only.high < math.inf else {})
+    return bounds(only)
+
+
+def bounds(allowed: Range) -> Schema:
+    """What a schema says of the numbers of a range."""
+    low = "exclusiveMinimum" if allowed.above else "minimum"
+    return {low: allowed.low} | ({"maximum": allowed.high} if allowed.high < math.inf else {})
 
 
 def quantity_pattern(*dimensions: str) -> str:

@@ -46,12 +46,22 @@ class Range:
         """
         if self.admits(value):
             return
-        unit = si_unit(dimension)
-        begin = f"above {self.low:.4g} up" if self.above else f"{self.low:.4g}"
-        allowed = f"{begin} to {self.high:.4g} {unit}".rstrip()
-        degrees = math.radians(value) if dimension == "angle" else math.inf
-        hint = f"; write `{value:g} deg` for degrees" if self.admits(degrees) else ""
+        is_degrees = dimension == "angle" and self.admits(math.radians(value))
+        hint = f"; write `{value:g} deg` for degrees" if is_degrees else ""
+        allowed = self._shown(si_unit(dimension))
         raise Mismatch(f"{value:g} is out of range, {allowed} is allowed{hint}")
+
+    def _shown(self, unit: str) -> str:
+        if self.high == math.inf:
+            low = f"{self.low:.4g} {unit}".rstrip()
+            return f"more than {low}" if self.above else f"{low} or more"
+        begin = f"above {self.low:.4g} up" if self.above else f"{self.low:.4g}"
+        return f"{begin} to {self.high:.4g} {unit}".rstrip()
+
+    def narrowed(self, other: Range) -> Range:
+        """The numbers that are in both ranges."""
+        low, above = max((self.low, self.above), (other.low, other.above))
+        return Range(low, min(self.high, other.high), above)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +85,15 @@ class Count:
         raise Mismatch(f"needs {wanted} values, has {count}")
 
 
-def above_0(high: float) -> Range:
+def above_0(high: float = math.inf) -> Range:
     """The range above 0, up to `high`."""
     return Range(0.0, high, above=True)
+
+
+FROM_0 = Range(0.0, math.inf)
+"""Numbers that are not negative."""
+ABOVE_0 = above_0()
+"""Numbers that are positive."""
 
 
 def number(value: Any, dimension: str = PLAIN) -> float:

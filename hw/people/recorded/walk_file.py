@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Literal
 
 from engine.files import mistake, read_text
+from hw.geometry import FAR
 from hw.people.recorded.gaps import Gap, across_jumps, drop_out_ns
-from hw.places import FAR
 
 MAX_BYTES = 50_000_000
 MAX_SPAN_S = 1e6

@@ -50,8 +50,8 @@ from engine.files.declared import (
     load_yaml,
     record,
 )
-from hw.geometry import Pose2, wrap
-from hw.places import AnyAngle, Coordinate, Pose
+from hw.geometry import AnyAngle, Coordinate, Pose2, wrap
+from hw.places import Pose
 
 FOLDER = Path(__file__).parent.parent.parent / "users"
 

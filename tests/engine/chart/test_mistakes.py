@@ -21,7 +21,17 @@ from engine.files.source import read
 from engine.interfaces import interface
 from tests.engine.chart_mistakes import CHART, FORM, NAMES, VALUES
 from tests.engine.file_mistakes import PROFILES, ROBOTS, SCENE, SCENES, USER, USERS
-from tests.engine.value_mistakes import BINDINGS, ENDINGS, LITERALS, NAMED, TOUR, Brake
+from tests.engine.value_mistakes import (
+    BINDINGS,
+    ENDINGS,
+    FLOW,
+    LITERALS,
+    NAMED,
+    RANGES,
+    TOGETHER,
+    TOUR,
+    Brake,
+)
 
 SHIPPED = catalogue(own=False)
 KNOWN = replace(SHIPPED, interfaces={**SHIPPED.interfaces, "Brake": interface(Brake)})
@@ -38,7 +48,7 @@ RIGHT = {
 }
 GROUPS = {
     "chart": [*FORM, *NAMES, *VALUES],
-    "tour": [*LITERALS, *NAMED, *ENDINGS, *BINDINGS],
+    "tour": [*LITERALS, *NAMED, *ENDINGS, *RANGES, *TOGETHER, *FLOW, *BINDINGS],
     "scene": SCENES,
     "user": USERS,
     "robot": ROBOTS,

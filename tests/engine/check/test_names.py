@@ -224,6 +224,17 @@ def test_a_time_that_cannot_be_is_found_where_it_is_given_to_a_used_chart() -> N
     assert codes(inner, between, outer) == ["S11"]
 
 
+def test_a_number_of_tries_is_in_range_where_a_used_chart_takes_it() -> None:
+    inner = (
+        "chart: inner\noutcomes: [done]\nparameters: {n: {type: integer, default: 2}}\n"
+        "states:\n"
+        "  w: {do: Work, retry: {times: $n, on: failed}, next: {done: .done, failed: .done}}\n"
+    )
+    outer = f"{HEAD}states: {{n: {{use: inner, with: {{n: TIMES}}, next: {{done: .done}}}}}}\n"
+    assert codes(inner, outer.replace("TIMES", "3")) == []
+    assert codes(inner, outer.replace("TIMES", "-2")) == ["S11"]
+
+
 def test_types_along_keys() -> None:
     take = "{do: Take, in: {value: KEY}, next: {done: .done, failed: .done}}"
     peek = "{do: Peek, in: {value: KEY}, next: {done: .done}}"
