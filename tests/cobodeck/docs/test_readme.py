@@ -23,8 +23,9 @@ def test_the_table_is_that_of_the_committed_run():
     assert with_table(page) == page, "python -m cobodeck.bench.table writes it"
 
 
-def test_the_chart_has_no_mistake(tmp_path, capsys):
-    text = re.findall(r"```yaml\n(chart: .*?)```", README, flags=re.S)[0]
+@pytest.mark.parametrize("page", ["README.md", "charts/README.md"])
+def test_the_chart_has_no_mistake(page, tmp_path, capsys):
+    text = re.findall(r"```yaml\n(chart: .*?)```", (ROOT / page).read_text(), flags=re.S)[0]
     file = tmp_path / "chase.yaml"
     file.write_text(text)
 
