@@ -15,7 +15,6 @@ from engine.signals import Derived, Estimated, Measured, Signal
 from hw import (
     ArmState,
     BumperHit,
-    DriveMode,
     GripperState,
     ImuReading,
     Odometry,
@@ -65,7 +64,7 @@ MEASURED = (
     Measured("settings", Settings, constant=True, about="values of the behaviours"),
     Measured("base.pose", Pose2, about="map_from_base"),
     Measured("base.twist", Twist2, about="velocity in the base frame"),
-    Measured("base.mode", DriveMode, about="how the wheels are driven: omni or differential"),
+    Measured("base.mode", str, about="how the wheels are driven: omni or differential"),
     Measured("base.refusal", str, about="why a base that is to drive does not, none while it may"),
     Measured("base.admitted", Twist2, about="what the safety chain leaves of a velocity it cuts"),
     Measured("base.scan", Scan, about="one turn of a scanner, in its own frame"),

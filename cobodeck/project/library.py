@@ -87,7 +87,8 @@ def load_beside(files: Sequence[Path], catalogue: Catalogue) -> Library:
         for name in sorted(names):
             _add(library, waiting.pop(name), used=True)
     for file in known.values():
-        _add(library, file)
+        if file.resolve() not in given:
+            _add(library, file)
     if used_charts(library.values(), library):  # a misspelt name: load more for `did you mean`
         for file in beside.values():
             _add(library, file)

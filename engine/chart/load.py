@@ -268,7 +268,7 @@ class _Reader:
             if value is None and " " in entry:
                 self.not_a_word(key, entry, value, inside)
                 return {}
-        return {entry: start_value(value) for entry, value in inside.items()}
+        return {entry: chart_value(value) for entry, value in inside.items()}
 
     def rules(self, raw: Map, key: str) -> tuple[Rule, ...]:
         items = raw.get(key)
