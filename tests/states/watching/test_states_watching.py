@@ -65,10 +65,6 @@ def chart(node: str) -> Library:
             "signal: base.pose is a signal of Pose2; wanted: a signal of number",
         ),
         (
-            "{watch: WaitFor, with: {signal: base.mode, value: sideways}, next: {there: .x}}",
-            "'sideways'",
-        ),
-        (
             "{watch: WaitFor, with: {signal: escape.safe, value: 3}, next: {there: .x}}",
             "value: 3 is not true or false",
         ),
