@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 from engine.chart import LEAVES, Node, Reference, key_mark_of, mark_of
@@ -96,6 +97,12 @@ def _report_missing(
         checked.error(code, message, mark_of(node.raw, node.form), hint)
 
 
+@cache
+def _unlimited(kind: Type) -> Type:
+    """The type without its range."""
+    return replace(kind, within=None)
+
+
 def _check_limit(
     checked: CheckedChart, value: Any, wanted: Type, at: Mark, what: str, *notes: tuple[Mark, str]
 ) -> None:
@@ -105,7 +112,7 @@ def _check_limit(
         checked.limit(meant.name, wanted)
         return
     try:
-        number = convert(meant, replace(wanted, within=None))
+        number = convert(meant, _unlimited(wanted))
     except Mismatch:
         return  # reported by `check_value`
     if number is None or wanted.within is None:
