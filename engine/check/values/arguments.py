@@ -44,7 +44,7 @@ def check_arguments(checked: CheckedChart) -> None:
 
 def _check_period(checked: CheckedChart, value: Any, wanted: Type, at: Mark, what: str) -> None:
     """A value with a range on the node itself: N09 for its type, S11 for its range."""
-    check_value(checked, value, replace(wanted, within=None), at, what)
+    check_value(checked, value, _unlimited(wanted), at, what)
     _check_limit(checked, value, wanted, at, what)
 
 
