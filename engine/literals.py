@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import inspect
 import typing
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import is_dataclass
 from enum import Enum
 from functools import cache
@@ -86,6 +86,11 @@ class Resolver:
 OPEN = Resolver()
 
 
+def path_text(keys: Iterable[str | int]) -> str:
+    """Keys that lead to a part of a value, to follow its name: `.x`, `[2].yaw`."""
+    return "".join(f".{key}" if isinstance(key, str) else f"[{key}]" for key in keys)
+
+
 class WithinLiteral(Mismatch):
     """A mismatch in a part of a value; `keys` lead to it."""
 
@@ -95,8 +100,8 @@ class WithinLiteral(Mismatch):
 
     @property
     def path(self) -> str:
-        """The keys as text, to follow the name of the value: `.x`, `[2].yaw`."""
-        return "".join(f".{key}" if isinstance(key, str) else f"[{key}]" for key in self.keys)
+        """The keys as text, to follow the name of the value."""
+        return path_text(self.keys)
 
 
 class WrongKey(WithinLiteral):

@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterable, Iterator
 from typing import Any
 
 from engine import constants_in
-from engine.chart import Chart, Node, Parameter, mark_of
-from engine.files import Finding, Map, Mark, Place, did_you_mean
+from engine.chart import Chart, Node, mark_of
+from engine.files import Finding, Mark, Place, did_you_mean
 
 PREFIX = "profile."
 """Charts write it before a profile's keys."""
@@ -31,23 +31,13 @@ def place_of_constant(charts: Iterable[Chart], name: str) -> Place | None:
     return None
 
 
-def default_mark(chart: Chart, parameter: Parameter) -> Mark:
-    """Where the default of a parameter is written, or else the parameter."""
-    return _start_mark(chart, "parameters", parameter.name, "default", parameter.at)
-
-
-def _start_mark(chart: Chart, section: str, name: str, entry: str, otherwise: Mark) -> Mark:
-    item = chart.root.raw.get(section, {}).get(name)
-    return mark_of(item, entry) if isinstance(item, Map) and entry in item else otherwise
-
-
 def _values(chart: Chart) -> Iterator[tuple[Any, Mark]]:
     """All values that are written in a chart, with their places."""
     for parameter in chart.parameters.values():
-        yield parameter.default, default_mark(chart, parameter)
+        yield parameter.default, chart.declared_mark("parameters", parameter.name, "default")
     for key in chart.keys.values():
         section, entry = ("inputs", "default") if key.is_input else ("data", "initial")
-        yield key.initial, _start_mark(chart, section, key.name, entry, key.at)
+        yield key.initial, chart.declared_mark(section, key.name, entry)
     for node in chart.root.walk():
         yield from _values_at(node)
 

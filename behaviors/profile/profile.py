@@ -25,7 +25,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from behaviors.profile.chart_constants import (
     PREFIX,
-    default_mark,
     missing_constants,
     place_of_constant,
 )
@@ -168,7 +167,7 @@ class Profile:
             default = own[parameter.name]
         elif isinstance(picked, Reference) and picked.name in self.constants:
             key, default = picked.name.removeprefix(PREFIX), self.constants[picked.name].value
-            at = chart.place(default_mark(chart, parameter))
+            at = chart.place(chart.declared_mark("parameters", parameter.name, "default"))
             told = f"{parameter.name}: {picked} ({self.origin(key)})"
         else:
             return parameter

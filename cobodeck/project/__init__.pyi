@@ -22,7 +22,6 @@ from cobodeck.project.named_files import (
 )
 from cobodeck.project.names_in_values import (
     PLACE as PLACE,
-    known_constants as known_constants,
     known_names as known_names,
     known_places as known_places,
 )

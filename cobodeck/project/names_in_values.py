@@ -7,7 +7,6 @@ from pathlib import Path
 
 from cobodeck.project.named_files import kind_of
 from cobodeck.project.state_catalogue import Catalogue, KnownPlaces, places_of
-from engine import Constant
 from engine.chart import Chart
 from engine.files import is_file
 from engine.files.declared import YAML
@@ -16,14 +15,6 @@ from engine.signals import types_of
 
 PLACE = "place"
 """The key of a place in a chart: `{place: kitchen}`."""
-
-
-def known_constants(library: Mapping[str, Chart]) -> dict[str, Constant]:
-    """The values of the profile `tuned`, if one of these charts picks any by name."""
-    from behaviors.profile import load_profile
-
-    picked = any("$profile." in chart.source.text for chart in library.values())
-    return load_profile("tuned").constants if picked else {}
 
 
 def known_names(
@@ -38,8 +29,9 @@ def known_names(
     places = known_places(library, catalogue) if by_scene else None
     if places is not None and not (for_run or places.complete):
         places = None
+    by_profile = any("$profile." in chart.source.text for chart in library.values())
     return NamedValues(
-        constants=known_constants(library),
+        constants=catalogue.tuned.constants if by_profile else {},
         signals=types_of(catalogue.signals),
         named=None if places is None else {PLACE: places.by_name},
     )

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cobodeck.project.own_code import doubts_in, line_of, mistakes_in, state_classes, strangers
 from cobodeck.project.part_check import place_of
@@ -25,6 +25,9 @@ from engine import Interface, State, Type, from_annotation, interface
 from engine.files import FileError
 from engine.signals import Signal, declare
 from hw import PARTS, Pose2
+
+if TYPE_CHECKING:
+    from behaviors.profile import Profile
 
 MODULES = (
     "states.watching.states",
@@ -84,6 +87,13 @@ class Catalogue:
         return self.signals.keys()
 
     @cached_property
+    def tuned(self) -> Profile:
+        """The default profile, by which charts are checked before one is chosen."""
+        from behaviors.profile import load_profile
+
+        return load_profile("tuned")
+
+    @cached_property
     def places(self) -> KnownPlaces:
         """The places of all shipped scenes and those of projects."""
         from hw.scene import scene_names
@@ -98,14 +108,13 @@ class Catalogue:
             Problem: a signal of a project clashes with another, or depends on an unknown one.
         """
         from behaviors import signals
-        from behaviors.profile import load_profile
         from hw.model import load_robot
         from hw.scene import Room
 
         # any room, robot and profile will do to build them
-        profile, room = load_profile("tuned"), Room(((0.0, 0.0), (9.0, 0.0), (9.0, 9.0)))
-        environment = profile.environment(room, load_robot("rbkairos_ur10"))
-        return self.declared(signals(environment, profile.settings))
+        room = Room(((0.0, 0.0), (9.0, 0.0), (9.0, 9.0)))
+        environment = self.tuned.environment(room, load_robot("rbkairos_ur10"))
+        return self.declared(signals(environment, self.tuned.settings))
 
     def declared(self, shipped: Iterable[Signal]) -> dict[str, Signal]:
         """The shipped signals and those of projects, by name.

@@ -181,11 +181,18 @@ class Setup:
         return Uses(frozenset(commands), frozenset(roots(known, needed)), welcome)
 
     def machine(self, parameters: Mapping[str, Any] | None = None) -> Machine:
-        """The chart with its parameters and inputs, ready to run.
+        """The chart with its parameters and inputs, ready to run; without parameters built once.
 
         Raises:
             Mismatch: a value is wrong, or names something that is not there.
         """
+        return self._built(parameters) if parameters else self._own_machine
+
+    @cached_property
+    def _own_machine(self) -> Machine:
+        return self._built(None)
+
+    def _built(self, parameters: Mapping[str, Any] | None) -> Machine:
         known = self.catalogue
         return Machine(
             self.chart,

@@ -26,12 +26,10 @@ def schema_for(kind: str, known: Catalogue) -> str:
 
 def _of_charts(known: Catalogue) -> str:
     """The schema of charts, with names for values; without a project, the shipped ones."""
-    from behaviors.profile import load_profile
-
     charts = load_files(chart_names(known).values())
     with nullcontext() if known.projects else with_own_files(no_files):
         names = {PLACE: sorted(known_places(charts, known).by_name)}
-    constants = {f"profile.{key}": value for key, value in load_profile("tuned").values.items()}
+    constants = {name: constant.value for name, constant in known.tuned.constants.items()}
     return schema_text(known.interfaces, charts, known.types, known.signals, constants, names)
 
 

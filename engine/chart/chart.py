@@ -151,6 +151,15 @@ class Chart:
         """The keys that are filled by the chart or program that uses this one."""
         return {name: key for name, key in self.keys.items() if key.is_input}
 
+    def declared_mark(self, section: str, name: str, entry: str) -> Mark:
+        """Position of an `entry` of a declaration; of the declaration if it has no such entry."""
+        raw = self.root.raw
+        inside = raw.get(section)
+        item = inside.get(name) if isinstance(inside, Map) else None
+        if isinstance(item, Map) and entry in item:
+            return mark_of(item, entry)
+        return (mark_of if isinstance(item, str) else key_mark_of)(raw, section, name)
+
     def place(self, mark: Mark) -> Place:
         """The place of a mark in the chart's file."""
         return self.source.place(mark)

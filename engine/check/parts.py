@@ -148,7 +148,7 @@ def _check_named_parts(
         declared = checked.chart.parameters.get(getattr(value, "name", ""))
         if declared is not None and isinstance(declared.default, str):
             value, what = declared.default, declared.name
-            at = mark_of(checked.chart.root.raw["parameters"][what], "default")
+            at = checked.chart.declared_mark("parameters", what, "default")
         for name in value if isinstance(value, list) else [value]:
             if isinstance(name, str) and name not in known:
                 message, hint = f"{what}: there is no part {name!r}", checked.near(name, known)

@@ -88,7 +88,26 @@ class ParkArm(Action):
         return "parked" if end == "there" else "failed"
 
 
-class MoveArmTo(Action):
+class _MovesTool(Action):
+    """Moves the tool to a pose that is given in a frame."""
+
+    reads = READS
+    commands = ("arm",)
+
+    def __init__(
+        self,
+        tolerance: Annotated[Angle, ABOVE_0] = 0.002,
+        frame: Frame = "map",
+        solver: Solver = "lines_first",
+        settle: Annotated[Duration, FROM_0] = 2.0,
+    ) -> None:
+        self.tolerance = tolerance
+        self.frame: Frame = frame
+        self.settle = settle
+        self.solver = _installed(solver)
+
+
+class MoveArmTo(_MovesTool):
     """Move the tool to `goal` on a planned path that touches nothing.
 
     `{do: MoveArmTo, with: {frame: rover}, in: {goal: {x: 80 cm, y: 0 m, z: 90 cm}}, next: …}`.
@@ -106,21 +125,7 @@ class MoveArmTo(Action):
     """
 
     outcomes = ("arrived", "no_solution", "blocked", "failed")
-    reads = READS
     optional = (USER_POSE,)
-    commands = ("arm",)
-
-    def __init__(
-        self,
-        tolerance: Annotated[Angle, ABOVE_0] = 0.002,
-        frame: Frame = "map",
-        solver: Solver = "lines_first",
-        settle: Annotated[Duration, FROM_0] = 2.0,
-    ) -> None:
-        self.tolerance = tolerance
-        self.frame: Frame = frame
-        self.settle = settle
-        self.solver = _installed(solver)
 
     def run(self, ctx: Context, goal: Pose3) -> Run:
         to = Destination(goal, on_rover=True)
@@ -164,7 +169,7 @@ class MoveArmJoints(Action):
         return "arrived" if end == "there" else end
 
 
-class ReachDeep(Action):
+class ReachDeep(_MovesTool):
     """Bring the prop to the DEEP from wherever the base stands (R47, R80, R84).
 
     The DEEP is given in `frame`: the map, the rover (base_link on the floor) or the user (body pose
@@ -176,20 +181,6 @@ class ReachDeep(Action):
     """
 
     outcomes = ("reached", "no_solution", "blocked", "failed")
-    reads = READS
-    commands = ("arm",)
-
-    def __init__(
-        self,
-        tolerance: Annotated[Angle, ABOVE_0] = 0.002,
-        frame: Frame = "map",
-        solver: Solver = "lines_first",
-        settle: Annotated[Duration, FROM_0] = 2.0,
-    ) -> None:
-        self.tolerance = tolerance
-        self.frame: Frame = frame
-        self.settle = settle
-        self.solver = _installed(solver)
 
     def run(self, ctx: Context, deep: Pose3) -> Run:
         placed = yield from _placed(ctx, deep, self.frame, self.settle)

@@ -44,8 +44,8 @@ def check_arguments(checked: CheckedChart) -> None:
 
 def _check_period(checked: CheckedChart, value: Any, wanted: Type, at: Mark, what: str) -> None:
     """A value with a range on the node itself: N09 for its type, S11 for its range."""
-    check_value(checked, value, _unlimited(wanted), at, what)
-    _check_limit(checked, value, wanted, at, what)
+    found = check_value(checked, value, _unlimited(wanted), at, what)
+    _check_limit(checked, value, found, wanted, at, what)
 
 
 def _check_parameters(checked: CheckedChart, node: Node, callee: Callee) -> None:
@@ -63,9 +63,9 @@ def _check_parameters(checked: CheckedChart, node: Node, callee: Callee) -> None
             continue
         if name in callee.ending and is_open(value):
             continue  # reported with what the node can end with
-        values[name] = check_value(checked, value, argument.type, at, name)
+        values[name] = found = check_value(checked, value, argument.type, at, name)
         if name in callee.facts.limits:
-            _check_limit(checked, value, callee.facts.limits[name], at, name)
+            _check_limit(checked, value, found, callee.facts.limits[name], at, name)
     if not callee.required_parameters <= node.parameters.keys() | node.inputs.keys():
         _report_missing(checked, node, "with", callee.required_parameters, "N08", "parameter")
     elif node.form in LEAVES and not node.inputs.keys() & callee.parameters.keys():
@@ -104,31 +104,28 @@ def _unlimited(kind: Type) -> Type:
 
 
 def _check_limit(
-    checked: CheckedChart, value: Any, wanted: Type, at: Mark, what: str, *notes: tuple[Mark, str]
+    checked: CheckedChart, value: Any, found: Any, wanted: Type, at: Mark, what: str
 ) -> None:
-    """S11: a value is in the range of a type, also if a parameter of the chart gives it."""
-    meant = checked.scope.meant(value)
-    if isinstance(meant, Reference):
-        checked.limit(meant.name, wanted)
-        return
-    try:
-        number = convert(meant, _unlimited(wanted))
-    except Mismatch:
-        return  # reported by `check_value`
-    if number is None or wanted.within is None:
-        return
-    try:
-        wanted.within.require(number, wanted.name)
-    except Mismatch as mismatch:
-        checked.error("S11", f"{what}: {mismatch}", at, "", *notes)
+    """S11: a value, `found` as converted, is in the range of a type, whatever gives it."""
+    if isinstance(value, Reference) and not value.is_constant:
+        checked.limit(value.name, wanted)
+    elif found is not LATER and found is not None and wanted.within is not None:
+        try:
+            wanted.within.require(found, wanted.name)
+        except Mismatch as mismatch:
+            checked.error("S11", f"{what}: {mismatch}", at)
 
 
 def _check_defaults(checked: CheckedChart) -> None:
     for name, wanted in [*checked.limits.items()]:
         parameter = checked.chart.parameters.get(name)
         if parameter is not None and parameter.default is not None:
-            item = checked.chart.root.raw["parameters"][name]
-            _check_limit(checked, parameter.default, wanted, mark_of(item, "default"), name)
+            try:
+                found = convert(checked.scope.meant(parameter.default), _unlimited(wanted))
+            except Mismatch:
+                continue  # reported with the declarations
+            at = checked.chart.declared_mark("parameters", name, "default")
+            _check_limit(checked, parameter.default, found, wanted, at, name)
 
 
 def _check_inputs(checked: CheckedChart, placed: PlacedNode, callee: Callee) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from typing import Any
 
 from engine.chart import key_mark_of, mark_of
@@ -22,10 +23,10 @@ def check_declarations(checked: CheckedChart) -> None:
 
 
 def _check_parameters(checked: CheckedChart) -> None:
-    raw = checked.chart.root.raw
+    mark = partial(checked.chart.declared_mark, "parameters")
     for name, parameter in checked.chart.parameters.items():
-        kind = _type(checked, parameter.type, _mark(raw, "parameters", name, "type"))
-        at = _mark(raw, "parameters", name, "default")
+        kind = _type(checked, parameter.type, mark(name, "type"))
+        at = mark(name, "default")
         if not can_be_written(kind):
             hint = "pass it on as data, by `inputs`"
             message = f"{with_article(kind)} cannot be written in a chart"
@@ -40,13 +41,14 @@ def _check_keys(checked: CheckedChart) -> None:
         section = "inputs" if key.is_input else "data"
         if not _declares(raw, section, name):
             continue  # declared by `outputs`, see `_check_outputs`
-        kind = _type(checked, key.type, _mark(raw, section, name, "type"))
+        mark = partial(checked.chart.declared_mark, section, name)
+        kind = _type(checked, key.type, mark("type"))
         start = "default" if key.is_input else "initial"
         if key.has_initial and not can_be_written(kind):
-            at, hint = _mark(raw, section, name, start), f"`{start}: none`"
+            at, hint = mark(start), f"`{start}: none`"
             checked.error("N09", f"{with_article(kind)} cannot be written in a chart", at, hint)
         elif key.has_initial:
-            at, is_word = _mark(raw, section, name, start), isinstance(key.initial, str)
+            at, is_word = mark(start), isinstance(key.initial, str)
             empty = "`none` if it starts empty" if is_word and kind.python is not None else ""
             _check_start(checked, name, key.initial, kind, at, empty)
         if _declares(raw, "inputs", name) and _declares(raw, "data", name):
@@ -112,11 +114,3 @@ def _check_start(
 def _declares(raw: Map, section: str, name: str) -> bool:
     inside = raw.get(section)
     return isinstance(inside, Map) and name in inside
-
-
-def _mark(raw: Map, section: str, name: str, entry: str) -> Mark:
-    """Mark of an `entry` of a declaration; of the whole declaration if it has no such entry."""
-    item = raw[section][name]
-    if isinstance(item, Map) and entry in item:
-        return mark_of(item, entry)
-    return mark_of(raw, section, name) if isinstance(item, str) else key_mark_of(raw, section, name)

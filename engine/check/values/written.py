@@ -22,6 +22,7 @@ from engine.literals import (
     constant_of,
     convert,
     kind_of_names,
+    path_text,
 )
 from engine.types import ANY, Type, fits
 
@@ -108,7 +109,7 @@ class _Names(Resolver):
     def _place(self, is_meant: Callable[[Any, Any], bool]) -> tuple[Mark, str]:
         """Where the first such item of a mapping or list in the value is, and what it is called."""
         keys = _keys_to(self.value, is_meant)
-        return _place_within(self.value, keys, self.at), self.what + _shown(keys)
+        return _place_within(self.value, keys, self.at), self.what + path_text(keys)
 
     def named(self, kind: str, name: str) -> Any:
         """N13: a value of this name is known somewhere; another run may have it elsewhere."""
@@ -232,10 +233,6 @@ def _keys_to(value: Any, is_meant: Callable[[Any, Any], bool]) -> tuple[str | in
         if keys := _keys_to(item, is_meant):
             return (key, *keys)
     return ()
-
-
-def _shown(keys: Iterable[str | int]) -> str:
-    return "".join(f".{key}" if isinstance(key, str) else f"[{key}]" for key in keys)
 
 
 def _place_within(value: Any, keys: Sequence[str | int], at: Mark, *, of_key: bool = False) -> Mark:

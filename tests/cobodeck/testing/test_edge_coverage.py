@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from cobodeck.project import catalogue, known_constants, open_chart
+from cobodeck.project import catalogue, open_chart
 from cobodeck.testing.edge_coverage import EdgeCoverage, edges_of, taken
 from cobodeck.testing.stub_parts import Parts
 from cobodeck.testing.testing import ChartTester
@@ -68,7 +68,7 @@ def edges_taken(sim: ChartTester) -> set[str]:
 def machine_of(name: str) -> Machine:
     known = catalogue(ROOT)
     chart, library = open_chart(name, known)
-    around = NamedValues(known_constants(library))
+    around = NamedValues(known.tuned.constants)
     return Machine(chart, library, known.interfaces, None, known.types, around=around)
 
 
