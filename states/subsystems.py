@@ -19,6 +19,19 @@ SUBSYSTEMS: tuple[SubsystemName, ...] = get_args(SubsystemName)
 
 
 @dataclass(frozen=True, slots=True)
+class LocalizerEffort:
+    """How much a localizer computes; None: its own values."""
+
+    beams: Annotated[int, Range(3, 10_000)] | None = None
+    """Most beams that are used of a scan; null: 180 in scan matching, 60 in AMCL."""
+    particles: Annotated[int, Range(2, 100_000)] | None = None
+    """How many AMCL keeps; null: 100 to 5000, as KLD sampling asks for."""
+
+
+OWN_EFFORT = LocalizerEffort()
+
+
+@dataclass(frozen=True, slots=True)
 class CostmapValues:
     """Costmap parameters of a subsystem, with costmap_2d's names.
 

@@ -57,7 +57,7 @@ from engine.files.declared import (
 )
 from hw.model import RobotModel
 from hw.scene import Room
-from states import Localization, Navigation
+from states import Localization, LocalizerEffort, Navigation
 from states.environment import Environment
 
 if TYPE_CHECKING:
@@ -79,6 +79,7 @@ class Profile:
     plant: PlantSettings
     navigation: Navigation
     localization: Localization
+    localizer: LocalizerEffort
     settings: Settings
     charts: Mapping[str, Mapping[str, Any]]
     places: Mapping[str, Place]
@@ -116,6 +117,7 @@ class Profile:
             self.robot.limits,
             navigation,
             localization=self.localization,
+            effort=self.localizer,
             governor=self.safety.governor,
         )
 
@@ -256,6 +258,8 @@ class ProfileFile:
     """The behaviour Inform."""
     localization: Localization = "combined"
     """Scan matching with particles, filter and trackers combined; or AMCL alone."""
+    localizer: LocalizerEffort = field(default_factory=LocalizerEffort)
+    """How much it computes."""
     charts: Mapping[str, Mapping[str, Item]] = field(default_factory=dict)
     """Parameters of charts, in place of their defaults."""
     about: str = ""
@@ -279,6 +283,7 @@ def _profile(item: Item, sets: tuple[str, ...]) -> Profile:
         plant=read.plant,
         navigation=read.navigation,
         localization=read.localization,
+        localizer=read.localizer,
         settings=Settings(read.user, read.escape, read.chase, read.haptic, read.inform),
         charts={
             chart: {name: value.value for name, value in values.items()}

@@ -64,9 +64,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--user",
         type=word,
-        metavar="NAME|random|FILE[#id][@x,y,yaw][:KIND]",
+        metavar="NAME|random|FILE[#id][@x,y,yaw][:KIND][ at SPEED]",
         help="X.mcap: the person of a record; :KIND: how they treat the robot, by default "
-        "attentive (`list users`); default: the scene's",
+        "attentive (`list users`); at SPEED: of random people, 0.5 to 1.5 m/s else; default: "
+        "the scene's",
     )
     parser.add_argument("--requests", type=positive, metavar="N", help="end after N requests")
     profile(parser, PROFILE)

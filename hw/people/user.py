@@ -2,6 +2,7 @@
 
 `NAME` is a script, `FILE` a recorded walk, `random` a seeded random walk. `:KIND` behind any of
 these three is the person's manner (`manner.py`), by default attentive: `random:hasty`, `demo:deaf`.
+Random people walk at a chosen speed: `random at 2 m/s`, `random:deaf at 1 m/s`.
 
 `@x,y,yaw` moves the centre of the recording's bounding box to (x, y) and rotates the walk by yaw
 about it; the walk itself must stay on the free floor. By default the box is centred on the largest
@@ -17,7 +18,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from engine.files import mistake
+from engine.files import mistake, quantity
 from hw.geometry import Pose2
 from hw.people.live import LivePerson
 from hw.people.recorded import Heading, Playback, Recording, Up, read_recording
@@ -27,6 +28,7 @@ from hw.people.walking import (
     Manner,
     Person,
     Walker,
+    at_speed,
     load_script,
     manner_named,
     wanderer,
@@ -39,6 +41,9 @@ OFF_ROBOT = 1.27
 """Least distance from the robot's start at which a recording begins by default, m; centres."""
 _SOURCE = re.compile(r"(?P<file>.+?)(?:#(?P<person>[^#@]*))?(?:@(?P<place>[^@]*))?\Z")
 _KIND = re.compile(r"(?P<source>.*[^:]):(?P<kind>[^:/\\.#@,]*)\Z")
+_PACED = re.compile(r"(?P<source>.+?) at (?P<speed>[^ ]+ ?c?m/s)\Z")
+_SPEEDS = (0.1, 5.0)
+"""Range of speeds at which a random person can be told to walk, m/s."""
 _STEPS, _RINGS = 16, (0.5, 1.0, 1.5, 2.0)
 
 
@@ -113,11 +118,14 @@ def open_user(
 
 
 def with_manner(source: str) -> tuple[str, Manner | None]:
-    """A source without its `:KIND`, and the manner of that kind; None: of a live person.
+    """A source without `:KIND` and speed, and the manner of both; None: of a live person.
 
     Raises:
-        FileError: there is no such kind.
+        FileError: there is no such kind, or the person cannot walk at that speed.
     """
+    paced = _PACED.fullmatch(source)
+    if paced is not None:
+        return _with_speed(source, paced["source"], paced["speed"])
     found = _KIND.fullmatch(source)
     bare = source if found is None else found["source"]
     if bare == LIVE:
@@ -127,6 +135,16 @@ def with_manner(source: str) -> tuple[str, Manner | None]:
     if found is None:
         return bare, ATTENTIVE
     return bare, manner_named(found["kind"], source, wanders=bare == wanderer.NAME)
+
+
+def _with_speed(source: str, rest: str, written: str) -> tuple[str, Manner]:
+    bare, manner = with_manner(rest)
+    if manner is None or bare != wanderer.NAME:
+        raise mistake(source, "only random people walk at a chosen speed")
+    speed, (low, high) = quantity(written), _SPEEDS
+    if speed is None or not low <= speed[0] <= high:
+        raise mistake(source, f"'{written}' is no speed from {low:g} to {high:g} m/s")
+    return bare, at_speed(manner, speed[0])
 
 
 def _open(

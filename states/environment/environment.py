@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -16,7 +16,14 @@ from typing import TYPE_CHECKING
 from hw import EXACT, Joints, Outline, Pose2, PoseSigma, Twist2
 from hw.model import MotionLimits, RobotModel, Tracking
 from hw.scene import NO_ZONES, Room, Zones
-from states.subsystems import SUBSYSTEMS, Localization, Navigation, SubsystemName
+from states.subsystems import (
+    OWN_EFFORT,
+    SUBSYSTEMS,
+    Localization,
+    LocalizerEffort,
+    Navigation,
+    SubsystemName,
+)
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,6 +31,7 @@ if TYPE_CHECKING:
 
     from states.arm import Workspace
     from states.localization import Localizes
+    from states.localization.matching import LocalizerValues
     from states.maps import Field, OccupancyMap
     from states.navigation import GlobalPlanner
     from states.navigation.exact import ExactPlanner
@@ -54,6 +62,7 @@ class Environment:
     user_delay: float = 0.0
     calibration: Tracking | None = None
     localization: Localization = "combined"
+    effort: LocalizerEffort = OWN_EFFORT
     zones: Zones = NO_ZONES
     governor: bool = True
 
@@ -164,13 +173,26 @@ class Environment:
     def localizer(self, start: Pose2, seed: int) -> Localizes:
         """A new localizer with this start pose, map_from_base; one per run."""
         sensing, tracking = self.robot.sensing, self.tracking
+        values = self._localizer_values()
         if self.localization == "amcl":
             from states.localization import ParticleLocalizer
 
-            return ParticleLocalizer(self.field, sensing, tracking, start, seed)
+            return ParticleLocalizer(self.field, sensing, tracking, start, seed, values.particles)
         from states.localization import Localizer
 
-        return Localizer(self.field, sensing, tracking, start, seed)
+        return Localizer(self.field, sensing, tracking, start, seed, values)
+
+    def _localizer_values(self) -> LocalizerValues:
+        from states.localization.matching import LocalizerValues
+
+        values, beams, count = LocalizerValues(), self.effort.beams, self.effort.particles
+        matching, particles = values.matching, values.particles
+        if beams is not None:
+            matching = replace(matching, beams=beams)
+            particles = replace(particles, laser_max_beams=beams)
+        if count is not None:
+            particles = replace(particles, min_particles=count, max_particles=count)
+        return replace(values, matching=matching, particles=particles)
 
     def compiled(self, scanning: bool = True) -> list[ModuleType]:
         """The modules with compiled functions that the subsystems use; see `hw.jit`.

@@ -13,6 +13,7 @@ from hw.people.walking.manner import (
     ATTENTIVE as ATTENTIVE,
     MANNERS as MANNERS,
     Manner as Manner,
+    at_speed as at_speed,
     manner_named as manner_named,
 )
 from hw.people.walking.person import (

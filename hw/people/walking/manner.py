@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from engine.files import did_you_mean, mistake
@@ -19,7 +19,8 @@ class Manner:
     `reaction_s`: how late they perceive the stop sign, drawn once per person, None: they ignore it.
     `leaves_s`: how long they stand before the shown robot until they walk away from it, None: as
     long as it is shown. `pause_s`: how long they stand after it is hidden. `hurries`: they walk on
-    the moment they have let go, without pauses. `errand`: of random people.
+    the moment they have let go, without pauses. `errand` and `speeds`, a range in m/s: of random
+    people.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Manner:
     pause_s: tuple[float, float] = (0.5, 3.0)
     hurries: bool = False
     errand: Errand = "wander"
+    speeds: tuple[float, float] = (0.5, 1.5)
 
     def reaction(self, seed: int) -> float | None:
         """The reaction of the person with this seed, s; None: they ignore the sign."""
@@ -57,6 +59,11 @@ INSTANT = Manner(
     pause_s=(3.0, 3.0),
 )
 MANNERS = {manner.name: manner for manner in (ATTENTIVE, HASTY, DEAF, PURSUER, CURIOUS, INSTANT)}
+
+
+def at_speed(manner: Manner, speed: float) -> Manner:
+    """The manner of somebody who always walks at this speed, m/s."""
+    return replace(manner, name=f"{manner.name} at {speed:g} m/s", speeds=(speed, speed))
 
 
 def manner_named(name: str, source: str, *, wanders: bool) -> Manner:

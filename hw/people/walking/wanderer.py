@@ -25,8 +25,6 @@ from hw.scene import Point, Room
 NAME = "random"
 ABOUT = "Walks at random, by --seed: places, headings, speeds, pauses and requests; attentive."
 
-SPEEDS = (0.5, 1.5)
-"""Range of walking speeds, m/s."""
 PAUSES_S = (0.0, 5.0)
 """Range of the pauses between two walks, s."""
 WALKS = (1, 3)
@@ -111,7 +109,7 @@ class Wanderer(Pedestrian):
         """Approach the robot; if a wall is in between or they are stuck, walk somewhere else."""
         here = self._x, self._y
         if self._room.sees(*here, self._robot.x, self._robot.y):
-            speed, span = self._chance.uniform(*SPEEDS), self._span(PURSUITS_S)
+            speed, span = self._chance.uniform(*self.manner.speeds), self._span(PURSUITS_S)
             yield from self._approach(speed, INTO, span, ends=False)
         if (self._x, self._y) == here:
             yield from self._go_somewhere()
@@ -121,7 +119,9 @@ class Wanderer(Pedestrian):
         kind = self._chance.random()
         if kind < 0.25 and self._room.sees(self._x, self._y, self._robot.x, self._robot.y):
             stop_at = self._chance.uniform(*VISIT)
-            yield from self._approach(self._chance.uniform(*SPEEDS), stop_at, round(VISITS_S * 1e9))
+            yield from self._approach(
+                self._chance.uniform(*self.manner.speeds), stop_at, round(VISITS_S * 1e9)
+            )
         else:
             yield from self._go_half_way()
             yield from self._look_about()
@@ -136,14 +136,14 @@ class Wanderer(Pedestrian):
     def _go_half_way(self) -> Iterator[bool]:
         x, y = self._way()[0]
         x, y = 0.5 * (self._x + x), 0.5 * (self._y + y)
-        yield from self._walk(WalkStep(x, y, None, self._chance.uniform(*SPEEDS)))
+        yield from self._walk(WalkStep(x, y, None, self._chance.uniform(*self.manner.speeds)))
 
     def _go_to_wall(self) -> Iterator[bool]:
         """Walk up to a wall and face it."""
         here = self._x, self._y
         places = [place for _ in range(_GOALS) if self._is_clear(here, place := self._place())]
         x, y = min(places, key=lambda place: self._room.clearance(*place), default=here)
-        yaw, speed = self._towards_wall(x, y), self._chance.uniform(*SPEEDS)
+        yaw, speed = self._towards_wall(x, y), self._chance.uniform(*self.manner.speeds)
         yield from self._walk(WalkStep(x, y, yaw, speed))
 
     def _towards_wall(self, x: float, y: float) -> float:
@@ -153,7 +153,7 @@ class Wanderer(Pedestrian):
         return min(there, key=lambda yaw: self._room.clearance(*there[yaw]))
 
     def _go_somewhere(self) -> Iterator[bool]:
-        speed = self._chance.uniform(*SPEEDS)
+        speed = self._chance.uniform(*self.manner.speeds)
         yaw = self._chance.uniform(-math.pi, math.pi)
         *between, (x, y) = self._way()
         for place in between:

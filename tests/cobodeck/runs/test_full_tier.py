@@ -20,6 +20,7 @@ from cobodeck.terminal.console import Problem
 from engine.files.finding import FileError
 from hw.model.sensing import Sensing
 from hw.sim.contact.contact import gap
+from states import LocalizerEffort
 from tests.repeats import fewer
 
 SERVE_M, SERVE_RAD = 0.02, 0.1
@@ -190,6 +191,21 @@ def test_amcl_alone_can_be_chosen_by_name() -> None:
     assert found[0]["localization"]["max_m"] <= 0.5
     assert found[0]["motion_sha256"] == found[1]["motion_sha256"]
     assert found[0]["contacts"] == 0
+
+
+@pytest.mark.slow
+def test_fewer_beams_and_particles_cost_accuracy() -> None:
+    setup = open_setup(scene="study")
+
+    def rmse(localization: str, **effort: int) -> float:
+        profile = replace(setup.profile, localization=localization)
+        profile = replace(profile, localizer=LocalizerEffort(**effort))
+        options = Options(duration_s=15.0, tier=2)
+        found = simulate(replace(setup, profile=profile), options).figures
+        return float(found["localization"]["rmse_m"])
+
+    assert rmse("combined", beams=20) > 1.2 * rmse("combined", beams=180)
+    assert rmse("amcl", particles=10) > 1.2 * rmse("amcl", particles=1000)
 
 
 TURNED = """tracking: turned

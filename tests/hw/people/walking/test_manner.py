@@ -12,7 +12,16 @@ from hw.geometry import Pose2, wrap
 from hw.people.recorded.recorded_walk import Playback
 from hw.people.recorded.walk_file import Recording
 from hw.people.user import open_user, with_manner
-from hw.people.walking.manner import ATTENTIVE, CURIOUS, DEAF, HASTY, INSTANT, MANNERS, PURSUER
+from hw.people.walking.manner import (
+    ATTENTIVE,
+    CURIOUS,
+    DEAF,
+    HASTY,
+    INSTANT,
+    MANNERS,
+    PURSUER,
+    at_speed,
+)
 from hw.people.walking.person import STOPPING_S
 from hw.people.walking.wanderer import Wanderer
 from hw.scene.room import Room
@@ -304,10 +313,24 @@ def test_the_same_seed_gives_the_same_person_beside_the_same_robot(kind, seed):
         ("a/walk.csv#3@1,2,0:deaf", "a/walk.csv#3@1,2,0", DEAF),
         ("a:b/walk.csv", "a:b/walk.csv", ATTENTIVE),
         ("live", "live", None),
+        ("random at 2 m/s", "random", at_speed(ATTENTIVE, 2.0)),
+        ("random:deaf at 50 cm/s", "random", at_speed(DEAF, 0.5)),
+        ("walk at home.csv", "walk at home.csv", ATTENTIVE),
     ],
 )
 def test_a_source_names_a_manner(source, bare, manner):
     assert with_manner(source) == (bare, manner)
+
+
+@pytest.mark.parametrize("speed", [0.4, 2.5])
+def test_a_random_person_walks_at_the_chosen_speed_where_they_would_walk_anyway(speed):
+    walk = play(open_user(f"random at {speed} m/s", LAB, seed=3), 150)
+    own = play(open_user("random", LAB, seed=3), 150)
+    steps = [math.dist((a.x, a.y), (b.x, b.y)) for (a, *_), (b, *_) in itertools.pairwise(walk)]
+
+    assert max(steps) == pytest.approx(speed / HZ, rel=1e-6)
+    goal, other = (next(deep for *_, deep in rows if deep is not None) for rows in (walk, own))
+    assert (goal.x, goal.y) == pytest.approx((other.x, other.y), abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -317,6 +340,9 @@ def test_a_source_names_a_manner(source, bare, manner):
         ("random:", "'' is no kind of person"),
         ("demo:pursuer", "write random:pursuer"),
         ("demo:persuer", "'persuer' is no kind of person; allowed: attentive, deaf, hasty"),
+        ("demo at 1 m/s", "only random people walk at a chosen speed"),
+        ("random at 9 m/s", "'9 m/s' is no speed from 0.1 to 5 m/s"),
+        ("random at x m/s", "'x m/s' is no speed from 0.1 to 5 m/s"),
         ("live:deaf", "a live person has their own manner"),
     ],
 )
