@@ -15,6 +15,8 @@ from engine.run import ChartRun
 from hw import Contact, Hit
 from hw.safety import CycleLog
 
+MOVING = 0.2
+"""A slower user starts no Escape situation, and stands, m/s."""
 SPREAD = ("mean", "sd", "min", "max")
 """The statistics of `spread`."""
 
@@ -34,12 +36,16 @@ def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float |
 
 
 def contact_figures(contacts: Sequence[Contact] | None) -> dict[str, Any]:
-    """The numbers of contacts, in all and by cause, and a list; None where they are not known."""
+    """The numbers of contacts, in all and by cause, and a list; None where they are not known.
+
+    Which were avoidable is found from the record of the run, on demand.
+    """
     causes = None if contacts is None else [contact.by for contact in contacts]
     return {
         "contacts": None if causes is None else len(causes),
         "contacts_by_robot": None if causes is None else causes.count("robot"),
         "contacts_slow_arm": None if causes is None else causes.count("slow_arm"),
+        "contacts_avoidable": None,
         "contact_list": None if contacts is None else [_listed(c) for c in contacts],
     }
 
@@ -150,6 +156,7 @@ NOTHING: Mapping[str, Any] = {
     "response_s": dict.fromkeys(SPREAD),
     "arm_s": dict.fromkeys(SPREAD),
     "request_list": None,
+    "close_drives": dict.fromkeys(("number", "mean_s", "below_0_4_m_s")),
     "prop_error_m": dict.fromkeys(("mean", "max")),
     "prop_error_rad": dict.fromkeys(("mean", "max")),
     "distance_m": None,
@@ -165,6 +172,7 @@ NOTHING: Mapping[str, Any] = {
     "hits": None,
     "stuck": None,
     "min_gap_m": None,
+    "least_gap_walking_m": None,
     "walking_s": None,
     "beside_share": None,
     "beside_share_3_4": None,

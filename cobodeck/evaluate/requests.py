@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cobodeck.evaluate.figures import SPREAD, spread
+from cobodeck.evaluate.proximity import DriveWatch
 from cobodeck.evaluate.refusals import Unserved
-from hw import Joints, Pose2, Pose3, Truth, wrap
+from hw import Joints, Pose2, Pose3, Truth
 
 SERVED_M, SERVED_RAD = 0.02, 0.1
 """Largest error of the prop against the DEEP for a request to count as served, m, rad (R44)."""
@@ -26,14 +27,14 @@ _NEVER = (None, None, None), (math.inf, math.inf)
 class WatchedRequest:
     """A request of the person: when they asked for what, where they stood, what became of it.
 
-    Times in ns. `stands_ns`: when the base was last seen to move, at first when they asked;
-    `end_m`: path length of the base, m, when they let go. None: not yet, or not known.
+    Times in ns. `stood_ns`: when the base came to stand before it was served; `end_m`: path length
+    of the base, m, when they let go. None: not yet, or not known.
     """
 
     since_ns: int
     deep: Pose3
     user: Pose2 | None
-    stands_ns: int
+    stood_ns: int
     served_ns: int | None = None
     end_ns: int | None = None
     end_m: float | None = None
@@ -46,7 +47,7 @@ class WatchedRequest:
     @property
     def arm_s(self) -> float | None:
         """The arm's part of it: from when the base stood until the request was served, s."""
-        return None if self.served_ns is None else (self.served_ns - self.stands_ns) / 1e9
+        return None if self.served_ns is None else (self.served_ns - self.stood_ns) / 1e9
 
 
 @dataclass(slots=True)
@@ -54,18 +55,16 @@ class RequestWatch:
     """Follows the requests of a person; `watch` once per tick.
 
     `prop_of` computes the prop's pose in the map from base and joints; None for a robot without an
-    arm, which serves nothing. `heard`: a signal of requests flows. `still`: a base that stands
-    moves and turns by no more than this, m and rad. `prop_errors` (m and rad) are of served
-    requests, taken once the arm stands.
+    arm, which serves nothing. `heard`: a signal of requests flows. `base` follows the drives of
+    the base meanwhile. `prop_errors` (m and rad) are of served requests, taken once the arm stands.
     """
 
     prop_of: PropOf | None = None
     heard: bool = True
-    still: float = 0.0
+    base: DriveWatch = field(default_factory=DriveWatch)
     asked: list[WatchedRequest] = field(default_factory=list)
     prop_errors: list[tuple[float, float]] = field(default_factory=list)
     _requested: Pose3 | None = None
-    _stood: Pose2 | None = None
     _settling: bool = False
     _still_since: int | None = None
     _seen: bool = False
@@ -102,8 +101,8 @@ class RequestWatch:
             return
         request = self.asked[-1]
         if request.served_ns is None:
-            if base is not self._stood:
-                self._watch_base(now_ns, base, request)
+            if base is not self.base.stood:
+                self.base.watch(now_ns, truth, base)
         elif not self._settling:
             return
         if math.hypot(deep.x - base.x, deep.y - base.y) < REACH_M:
@@ -115,16 +114,7 @@ class RequestWatch:
         self._requested = deep = truth.request
         if deep is not None:
             self.asked.append(WatchedRequest(now_ns, deep, truth.body, now_ns))
-            self._stood = truth.base
-
-    def _watch_base(self, now_ns: int, base: Pose2, request: WatchedRequest) -> None:
-        stood = self._stood
-        if (
-            stood is None
-            or base.distance_to(stood) > self.still
-            or abs(wrap(base.yaw - stood.yaw)) > self.still
-        ):
-            self._stood, request.stands_ns = base, now_ns
+            self.base.begin(now_ns, truth.base)
 
     def _miss(
         self, base: Pose2, joints: Joints, deep: Pose3, prop_of: PropOf
@@ -140,7 +130,8 @@ class RequestWatch:
 
     def _watch_prop(self, now_ns: int, request: WatchedRequest, away: float, turned: float) -> None:
         if request.served_ns is None and away <= SERVED_M and turned <= SERVED_RAD:
-            request.served_ns, self._settling = now_ns, True
+            request.served_ns, request.stood_ns = now_ns, self.base.moved_ns
+            self._settling = True
         still = self._still_since
         if self._settling and still is not None and now_ns - still >= STANDS_NS:
             self.prop_errors.append((away, turned))
@@ -162,6 +153,7 @@ class RequestWatch:
             "refused": len(self.unserved) if judged else None,
             "response_s": spread(times, SPREAD),
             "arm_s": spread((taken for taken in arm_times if taken is not None), SPREAD),
+            "close_drives": self.base.report(),
             "prop_error_m": spread((away for away, _ in self.prop_errors), ("mean", "max")),
             "prop_error_rad": spread((turned for _, turned in self.prop_errors), ("mean", "max")),
             "request_list": self._listed(judged, distance_m) if self.heard else None,

@@ -12,6 +12,7 @@ from hypothesis import given, strategies as st
 
 from cobodeck.evaluate.evaluators import STILL
 from cobodeck.evaluate.metrics import Evaluator
+from cobodeck.evaluate.proximity import DriveWatch
 from cobodeck.evaluate.requests import RequestWatch
 from cobodeck.loop.loop import Loop
 from cobodeck.run.build_run import stage
@@ -30,7 +31,9 @@ def watched(
 ) -> list[dict[str, Any]]:
     """The requests after instants: time, s; base; whether a request, and the prop, is there."""
     there = False
-    watch = RequestWatch(lambda base, joints: DEEP if there else ELSEWHERE, still=still)
+    watch = RequestWatch(
+        lambda base, joints: DEEP if there else ELSEWHERE, base=DriveWatch(still=still)
+    )
     way, before = 0.0, steps[0][1]
     for at_s, base, asks, there in steps:  # noqa: B007  `there` is read by the arm
         way += base.distance_to(before)
