@@ -1,5 +1,5 @@
 from cobodeck.campaign.cell import (
-    Cell as Cell,
+    CampaignCell as CampaignCell,
 )
 from cobodeck.campaign.cell_run import (
     CellResult as CellResult,

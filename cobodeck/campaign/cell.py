@@ -14,7 +14,7 @@ from cobodeck.setup import CHART, PROFILE, SCENE, TICK_HZ
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class CampaignCell:
     """A run: names and files as `simulate` takes them; None stands for the scene's own.
 
     `sets` are values of the profile and `inputs` those of the chart, as KEY=VALUE. `duration_s`

@@ -19,7 +19,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
-from cobodeck.campaign.cell import Cell
+from cobodeck.campaign.cell import CampaignCell
 from cobodeck.fitness import require
 from cobodeck.project import Catalogue, catalogue
 from cobodeck.record.format import code, sha256, versions
@@ -46,7 +46,7 @@ def sha256_of(value: Any) -> str:
     return sha256(canonical(value).encode())
 
 
-def run_cell(cell: Cell, record: Path | None = None) -> dict[str, Any]:
+def run_cell(cell: CampaignCell, record: Path | None = None) -> dict[str, Any]:
     """The figures of a run by their names in `simulate --json`, without times of the machine.
 
     Args:
@@ -64,7 +64,7 @@ def run_cell(cell: Cell, record: Path | None = None) -> dict[str, Any]:
 class CellResult:
     """What became of a cell: its figures and the CPU that they took, s, or why there are none."""
 
-    cell: Cell
+    cell: CampaignCell
     address: str
     figures: Mapping[str, Any] | None
     cpu_s: float = 0.0
@@ -88,7 +88,7 @@ class CellRunner:
         self._opened: Callable[..., Setup] = lru_cache(KEPT)(self._open)
         self._persons: dict[tuple[str, str | None], str] = {}
 
-    def setup(self, cell: Cell) -> Setup:
+    def setup(self, cell: CampaignCell) -> Setup:
         """What a cell runs, checked.
 
         Raises:
@@ -97,7 +97,7 @@ class CellRunner:
         named = cell.chart, cell.scene, cell.robot, cell.profile, cell.sets, cell.inputs
         return self._opened(*named, cell.tick_hz)
 
-    def address(self, cell: Cell) -> str:
+    def address(self, cell: CampaignCell) -> str:
         """The hash of all that decides a cell's figures; raises as `setup` does."""
         setup = self.setup(cell)
         assert setup.scene is not None  # every cell names one
@@ -114,7 +114,7 @@ class CellRunner:
         }
         return sha256_of(content)
 
-    def run(self, cell: Cell, record: Path | None = None) -> dict[str, Any]:
+    def run(self, cell: CampaignCell, record: Path | None = None) -> dict[str, Any]:
         """The figures of a cell, see `run_cell`."""
         setup = self.setup(cell)
         options = Options(
@@ -134,7 +134,7 @@ class CellRunner:
         found: dict[str, Any] = json.loads(canonical(kept))  # as they come back from a file
         return found
 
-    def result(self, cell: Cell, address: str) -> CellResult:
+    def result(self, cell: CampaignCell, address: str) -> CellResult:
         """What becomes of a cell: why it has no figures is told, also where that is a bug."""
         began = time.process_time()
         try:
@@ -149,7 +149,7 @@ class CellRunner:
             return CellResult(cell, address, None, time.process_time() - began, told)
         return CellResult(cell, address, figures, time.process_time() - began)
 
-    def warm_up(self, cell: Cell) -> None:
+    def warm_up(self, cell: CampaignCell) -> None:
         """Compile what a cell needs, so that processes that begin later load it."""
         if cell.tier:
             setup = self.setup(cell)

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Iterator
 from typing import Literal, get_args
 
-from cobodeck.campaign.cell import Cell
+from cobodeck.campaign.cell import CampaignCell
 from cobodeck.campaign.cell_run import CellResult, CellRunner
 from cobodeck.campaign.local_workers import run_locally
 
@@ -15,7 +15,7 @@ EXECUTORS: tuple[Executor, ...] = get_args(Executor)
 
 
 def execute(
-    cells: Iterable[Cell], workers: int | None = None, own: bool = True
+    cells: Iterable[CampaignCell], workers: int | None = None, own: bool = True
 ) -> Iterator[CellResult]:
     """The results of cells as they are done, each with its cell; closing it ends the workers.
 

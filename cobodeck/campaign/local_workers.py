@@ -13,19 +13,19 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from multiprocessing.connection import Connection as Pipe, wait
 
-from cobodeck.campaign.cell import Cell
+from cobodeck.campaign.cell import CampaignCell
 from cobodeck.campaign.cell_run import CellResult, CellRunner
 from cobodeck.project import own_files_around
 from cobodeck.setup import keep_compiled_code
 from engine.files.declared import no_files, with_own_files
 
-Task = tuple[Cell, str]
+CellTask = tuple[CampaignCell, str]
 """A cell and its address."""
 DEATHS = 3
 """A cell is given up after so many workers have died of it."""
 
 
-def run_locally(tasks: Iterable[Task], workers: int, own: bool) -> Iterator[CellResult]:
+def run_locally(tasks: Iterable[CellTask], workers: int, own: bool) -> Iterator[CellResult]:
     """The results of cells as they are done; closing the iterator ends the workers.
 
     Args:
@@ -65,7 +65,7 @@ def run_locally(tasks: Iterable[Task], workers: int, own: bool) -> Iterator[Cell
 class _Worker:
     """A process with a pipe to it, and the cell that it was given last."""
 
-    task: Task
+    task: CellTask
 
     def __init__(self, own: bool) -> None:
         spawn = multiprocessing.get_context("spawn")  # a fork copies locks that threads hold
@@ -74,7 +74,7 @@ class _Worker:
         self._process.start()
         other.close()  # so that the pipe ends with the process
 
-    def take(self, task: Task) -> None:
+    def take(self, task: CellTask) -> None:
         """Begin a cell."""
         self.task = task
         with suppress(OSError):  # it has died meanwhile, as `result` will tell

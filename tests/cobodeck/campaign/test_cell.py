@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from cobodeck.__main__ import main
-from cobodeck.campaign.cell import Cell
+from cobodeck.campaign.cell import CampaignCell
 from cobodeck.campaign.cell_run import OF_THE_MACHINE, CellRunner, run_cell, sha256_of
 from cobodeck.terminal.console import Problem
 from engine.files import FileError
@@ -26,10 +26,10 @@ COMPARED = {
     "tier": 2,
     "tick_hz": 60,
 }
-BRIEF = Cell(user="brief", requests=1)
+BRIEF = CampaignCell(user="brief", requests=1)
 names = st.sampled_from(["lab_a", "study", "own.yaml", "random:hasty"])
 cells = st.builds(
-    Cell,
+    CampaignCell,
     scene=names,
     user=st.none() | names,
     requests=st.none() | st.integers(1, 20),
@@ -37,12 +37,12 @@ cells = st.builds(
 )
 
 
-def changed(name: str, value: Any) -> Cell:
+def changed(name: str, value: Any) -> CampaignCell:
     return replace(BRIEF, **{name: value})
 
 
 def test_each_field_is_of_the_world_or_compared() -> None:
-    assert {field.name for field in fields(Cell)} == WORLD.keys() | COMPARED.keys()
+    assert {field.name for field in fields(CampaignCell)} == WORLD.keys() | COMPARED.keys()
 
 
 @pytest.mark.parametrize(("name", "value"), WORLD.items())
@@ -56,7 +56,7 @@ def test_what_is_compared_meets_the_same_people(name: str, value: Any) -> None:
 
 
 @given(cells)
-def test_a_seed_has_32_bits_and_is_the_same_wherever_files_lie(cell: Cell) -> None:
+def test_a_seed_has_32_bits_and_is_the_same_wherever_files_lie(cell: CampaignCell) -> None:
     elsewhere = replace(cell, scene=f"/somewhere/else/{cell.scene}")
 
     assert 0 <= cell.seed < 2**32
@@ -65,7 +65,7 @@ def test_a_seed_has_32_bits_and_is_the_same_wherever_files_lie(cell: Cell) -> No
 
 
 @given(cells, cells)
-def test_a_key_tells_cells_apart_and_is_plain_json(one: Cell, other: Cell) -> None:
+def test_a_key_tells_cells_apart_and_is_plain_json(one: CampaignCell, other: CampaignCell) -> None:
     assert (one.key() == other.key()) == (one == other)
     assert json.loads(json.dumps(one.key())) == one.key()
 
@@ -118,7 +118,7 @@ def test_a_changed_file_is_another_address(folder: Path) -> None:
     files = {name: folder / f"{name}.yaml" for name in texts}
     for name, file in files.items():
         file.write_text(texts[name])
-    cell = Cell(requests=1, **{name: str(file) for name, file in files.items()})
+    cell = CampaignCell(requests=1, **{name: str(file) for name, file in files.items()})
     before = CellRunner().address(cell)
     assert CellRunner().address(cell) == before
 

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from cobodeck.campaign.cell import Cell
+from cobodeck.campaign.cell import CampaignCell
 from cobodeck.campaign.cell_run import CellResult, run_cell, sha256_of
 from cobodeck.campaign.execution import execute
 
 pytestmark = pytest.mark.slow
-CELLS = [Cell(user="brief", requests=1, duration_s=20.0, repetition=n) for n in range(6)]
+CELLS = [CampaignCell(user="brief", requests=1, duration_s=20.0, repetition=n) for n in range(6)]
 STATES = '''import os
 import signal
 from pathlib import Path
@@ -65,7 +65,7 @@ def fatal(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def by_cell(results: Iterator[CellResult]) -> dict[Cell, CellResult]:
+def by_cell(results: Iterator[CellResult]) -> dict[CampaignCell, CellResult]:
     return {result.cell: result for result in results}
 
 
@@ -99,7 +99,7 @@ def test_killed_workers_lose_nothing() -> None:
 
 
 def test_a_cell_that_kills_two_workers_is_done_by_the_third(fatal: Path) -> None:
-    (result,) = execute([Cell(chart="twice", duration_s=5.0)], workers=1)
+    (result,) = execute([CampaignCell(chart="twice", duration_s=5.0)], workers=1)
 
     assert result.failure is None
     assert result.figures is not None
@@ -107,7 +107,7 @@ def test_a_cell_that_kills_two_workers_is_done_by_the_third(fatal: Path) -> None
 
 
 def test_a_cell_that_kills_every_worker_is_given_up_and_the_others_are_done(fatal: Path) -> None:
-    deadly = Cell(chart="always", duration_s=5.0)
+    deadly = CampaignCell(chart="always", duration_s=5.0)
 
     found = by_cell(execute([deadly, *CELLS[:2]], workers=1))
 
