@@ -1,3 +1,9 @@
+from cobodeck.campaign.campaign_file import (
+    FOLDER as FOLDER,
+    CampaignFile as CampaignFile,
+    campaign_names as campaign_names,
+    load_campaign as load_campaign,
+)
 from cobodeck.campaign.cell import (
     CampaignCell as CampaignCell,
 )
@@ -7,4 +13,8 @@ from cobodeck.campaign.cell_run import (
 )
 from cobodeck.campaign.execution import (
     execute as execute,
+)
+from cobodeck.campaign.product import (
+    cells_of as cells_of,
+    check_campaign as check_campaign,
 )
