@@ -43,6 +43,10 @@ class ResultStore:
         """Whether there is a result of this address."""
         return address in self._places
 
+    def __len__(self) -> int:
+        """The number of results."""
+        return len(self._places)
+
     def result(self, cell: CampaignCell, address: str) -> CellResult:
         """The result of a cell that is there."""
         self._file.seek(self._places[address])
