@@ -7,9 +7,6 @@ from cobodeck.pictures.benched import (
 from cobodeck.pictures.envelope_picture import (
     draw_envelope as draw_envelope,
 )
-from cobodeck.pictures.judged_picture import (
-    draw_judged as draw_judged,
-)
 from cobodeck.pictures.localization_picture import (
     localized_picture as localized_picture,
 )
