@@ -23,7 +23,7 @@ from cobodeck.avoidable.safety_envelope import (
     straight_away,
 )
 from cobodeck.pictures import envelope_picture as picture
-from tests.cobodeck.avoidable.test_envelope_record import LIMITS, walked
+from tests.cobodeck.avoidable.test_envelope_record import walked
 
 TOUCH = 0.565 + 0.5
 """Distance of centres at which somebody before the robot touches it, m."""
@@ -98,20 +98,22 @@ def test_escapes_are_points_at_their_entry() -> None:
 
 def test_a_point_is_judged_by_the_limits_and_the_latency_of_its_run() -> None:
     visit = (EscapeVisit(1.9, 2.0, "safe"),)
-    strong = RobotLimits(6.0, 6.0, 2.5, LIMITS.half_length, LIMITS.half_width)
+    small = RobotLimits(1.0, 3.0, 2.5, 0.25, 0.25)
     slow = EscapeProfile("late", 1.0, 2.5, 1.5, 0.15, 0.3)
 
-    (plain,), (fast,), (late,) = (
+    (plain,), (little,), (late,) = (
         escape_points(walked(-3.4, escapes=visit, **more))
-        for more in ({}, {"limits": strong}, {"profile": slow})
+        for more in ({}, {"limits": small}, {"profile": slow})
     )
 
-    assert fast.least is not None
+    assert little.least is not None
     assert late.least is not None
     assert plain.least is not None
-    assert fast.least < plain.least - 0.5
+    side, corner = (straight_away(1.5, 1.0, 0.0, 0.5 + ahead) for ahead in (0.25, 0.36))
+    assert side - 0.01 <= little.least <= corner + 0.01
+    assert plain.least > little.least + 0.2
     assert late.least == pytest.approx(plain.least + 0.3 * 1.5, abs=0.01)
-    assert (fast.inside, late.inside) == (True, False)
+    assert (little.inside, late.inside) == (True, False)
 
 
 def test_what_lies_outside_is_told() -> None:
