@@ -1,8 +1,7 @@
 """The safety envelope: from which distance a walking person can be escaped, and what was recorded.
 
 The least distance of centres depends on the walking speed, the robot's acceleration, and the delay
-until it moves. Straight away from a person who comes straight on it has a closed form; the search
-(`envelope.least_distance`) also tries to step aside, which needs less of a slow robot.
+until it moves. It is searched for (`envelope.least_distance`), so that stepping aside counts, too.
 """
 
 from __future__ import annotations
@@ -22,21 +21,6 @@ from cobodeck.avoidable.shapes import Array
 
 INTRUSION_M, ERRORS_M = 0.2, 0.15
 """C and Z of `separation`: reach of a hand before it is noticed, and errors of both poses, m."""
-
-
-def straight_away(speed: float, acceleration: float, delay_s: float, contact: float) -> float:
-    """The least distance of centres from which a robot at rest gets away straight, m.
-
-    The robot is nearest once it is as fast as the person, v / a after its start: the person has
-    gained v delay + v^2 / a - v^2 / 2a. `contact`: the distance at a touch, m.
-    """
-    return contact + speed * delay_s + speed**2 / (2.0 * acceleration)
-
-
-def acceleration_needed(speed: float, distance: float, delay_s: float, contact: float) -> float:
-    """The least acceleration with which it gets away from there, m/s2: `straight_away` solved."""
-    left = distance - contact - speed * delay_s
-    return speed**2 / (2.0 * left) if left > 0.0 else math.inf
 
 
 def separation(walking: float, driving: float, reaction_s: float, braking: float) -> float:

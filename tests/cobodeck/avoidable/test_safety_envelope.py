@@ -16,17 +16,30 @@ from cobodeck.avoidable.motion_search import RobotLimits, is_avoidable
 from cobodeck.avoidable.motions import GAP
 from cobodeck.avoidable.recorded_escapes import EscapeProfile, EscapeVisit
 from cobodeck.avoidable.safety_envelope import (
-    acceleration_needed,
     boundary,
     escape_points,
     separation,
-    straight_away,
 )
 from cobodeck.pictures import envelope_picture as picture
 from tests.cobodeck.avoidable.test_envelope_record import walked
 
 TOUCH = 0.565 + 0.5
 """Distance of centres at which somebody before the robot touches it, m."""
+
+
+def straight_away(speed: float, acceleration: float, delay_s: float, contact: float) -> float:
+    """The least distance of centres from which a robot at rest gets away straight, m.
+
+    The robot is nearest once it is as fast as the person, v / a after its start: the person has
+    gained v delay + v^2 / a - v^2 / 2a. `contact`: the distance at a touch, m.
+    """
+    return contact + speed * delay_s + speed**2 / (2.0 * acceleration)
+
+
+def acceleration_needed(speed: float, distance: float, delay_s: float, contact: float) -> float:
+    """The least acceleration with which it gets away from there, m/s2: `straight_away` solved."""
+    left = distance - contact - speed * delay_s
+    return speed**2 / (2.0 * left) if left > 0.0 else math.inf
 
 
 @pytest.mark.parametrize(("distance", "needed"), [(2.5, 0.88), (1.5, 4.0)])
