@@ -143,9 +143,10 @@ def _judge(args: argparse.Namespace) -> int:
     else:
         show(told(runs))
     if args.output is not None:
-        from cobodeck.pictures import draw_judged
+        from cobodeck.pictures import draw_envelope
 
-        draw_judged(runs, args.output)
+        draw_envelope(args.output, progress.at, runs)
+        progress.done()
     return OK
 
 

@@ -10,9 +10,6 @@ from cobodeck.pictures.campaign_picture import (
 from cobodeck.pictures.envelope_picture import (
     draw_envelope as draw_envelope,
 )
-from cobodeck.pictures.judged_picture import (
-    draw_judged as draw_judged,
-)
 from cobodeck.pictures.localization_picture import (
     localized_picture as localized_picture,
 )
