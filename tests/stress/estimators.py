@@ -26,7 +26,7 @@ from states.localization.filter.measurement_sources import (
     MeasurementSource,
     ProcessNoise,
 )
-from states.localization.filter.planar import PlanarFilter, planar_config
+from states.localization.filter.planar import SLIPPING, PlanarFilter, planar_config
 from states.localization.filter.spatial import SpatialFilter
 from states.localization.frames.transforms import NoTransform, TransformBuffer
 from states.localization.localizer import Localizer
@@ -40,7 +40,6 @@ from states.localization.slam.pose_graph import PoseEdge, solved
 from states.localization.wheels.drift import DriftWatch
 from states.localization.wheels.tracker_feed import TrackerFeed
 from states.localization.wheels.wheel_motion import WheelMotion
-from states.localization.filter.planar import SLIPPING
 from states.maps.cells import room_map
 from states.maps.field import Field, map_field, room_field
 from states.maps.occupancy import OccupancyMap
@@ -269,9 +268,7 @@ def _start() -> tuple[float, float, float]:
 
 @cache
 def _samples() -> tuple[Sample, ...]:
-    return tuple(
-        _world().samples("base.odometry", "base.imu", "base.scan", "rover.tracker")
-    )
+    return tuple(_world().samples("base.odometry", "base.imu", "base.scan", "rover.tracker"))
 
 
 def _told(value: object, at: Elsewhere) -> object:
