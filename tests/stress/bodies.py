@@ -96,8 +96,8 @@ def reckoned(at: Elsewhere) -> list[float]:
 def pose_histories(at: Elsewhere) -> list[float]:
     rows = [(at.ns(0.1 * k), at.pose(0.3 * k, 0.1 * k * k, 2.5 + 0.3 * k)) for k in range(6)]
     found = []
-    for between in (wrapped, along_arc):
-        history = PoseHistory(between, 1_000_000_000, rows)
+    for way in (wrapped, along_arc):
+        history = PoseHistory(way, 1_000_000_000, rows)
         for t in (0.03, 0.1, 0.27, 0.499):
             pose = history.at(at.ns(t))
             assert pose is not None

@@ -220,7 +220,7 @@ def particles(at: Elsewhere) -> list[float]:
     amcl = Amcl(drawn(at), AmclValues(min_particles=200, max_particles=200), seed=3)
     amcl.start(at.pose(5.02, 3.01, 3.1), elsewhere(np.eye(3) * 1e-3, at))
     found = []
-    for k in range(3):
+    for _ in range(3):
         amcl.update(at.pose(0.0, 0.0, 3.1), scanned(), force=True)
         estimate = amcl.estimate()
         found += [*at.home_pose(estimate.map_from_base), estimate.weight]

@@ -1,7 +1,7 @@
 """The last seconds of wheel odometry: poses by stamp, velocities, and whether the wheels stand.
 
-The poses are rows of one array, (n, 3): x, y in m and yaw in rad, with their stamps, ns, in another:
-those of a wall clock have no exact float64. Known are those from `first` to before `end`.
+The poses are rows of one array, (n, 3): x, y in m and yaw in rad. Their stamps, ns, are in another:
+those of a wall clock have no exact float64. Known are the poses from `first` to before `end`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _ROOM = 1024
 """Rows for which there is room at first."""
 Stamps = NDArray[np.int64]
 TrailPast = tuple[Stamps, Array, int, int, Array]
-"""Stamps and rows, the first and the end; the newest velocity and where the wheels stopped, (6,)."""
+"""Stamps, rows, the first and the end; the newest velocity and where the wheels stopped, (6,)."""
 
 
 class Trail:
