@@ -16,7 +16,7 @@ from hw.model.tracking import Tracking
 from hw.motion.velocity_estimator import Motion
 from hw.safety.limits import SafetyLimits
 from hw.safety.rule import SafetyRule
-from hw.samples import ImuReading, Odometry, Scan, TrackerPose, UserPose
+from hw.samples import ImuReading, Odometry, TrackerPose, UserPose
 from states.localization.filter.measurement_sources import Measurement, MeasurementSource
 from states.localization.filter.planar import PlanarFilter, planar_config
 from states.localization.localizer import Localizer

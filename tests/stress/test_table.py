@@ -64,6 +64,5 @@ def test_subjects_run_what_the_table_says_and_answer_alike_without_a_compiler() 
         if subject.name in QUICK:
             assert found[subject.name]["modules"] == table[subject.name], subject.name
             answers = np.array(found[subject.name]["answers"])
-            np.testing.assert_allclose(
-                answers, at_home(subject), 1e-12, 1e-12, err_msg=subject.name
-            )
+            home = at_home(subject)
+            np.testing.assert_allclose(answers, home, 1e-12, 1e-12, err_msg=subject.name)

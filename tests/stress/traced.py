@@ -64,7 +64,7 @@ def _trace(names: Iterable[str]) -> dict[str, Any]:
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        print(json.dumps(_trace(sys.argv[1:])))
+        sys.stdout.write(json.dumps(_trace(sys.argv[1:])))
     else:
         table = {name: row["modules"] for name, row in traced(["all"]).items()}
         COVERED.write_text(json.dumps(table, indent=1) + "\n")
