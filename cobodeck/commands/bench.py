@@ -34,6 +34,7 @@ BENCHES = {
     "localization": "cobodeck.bench.localization.localization_bench",
     "simulation": "cobodeck.bench.simulation_bench",
     "realtime": "cobodeck.bench.engine.realtime",
+    "stability": "cobodeck.bench.stability",
     "envelope": "cobodeck.bench.envelope_bench",
 }
 ENVELOPE = "envelope"
@@ -108,7 +109,15 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _draw(args: argparse.Namespace, result: Mapping[str, Any]) -> None:
-    """Draw time against error; of `envelope` alone, the distances that it is about."""
+    """Draw time against error; of `envelope` alone, the distances that it is about.
+
+    Errors of `stability` alone are drawn over what they depend on.
+    """
+    if {row["bench"] for row in result["rows"]} == {"stability"}:
+        from cobodeck.pictures import draw_stability
+
+        draw_stability(result["rows"], args.output)
+        return
     if args.names != [ENVELOPE] or args.show is not None:
         from cobodeck.pictures import draw_bench
 

@@ -19,3 +19,6 @@ from cobodeck.pictures.reach_plot import (
 from cobodeck.pictures.space_plot import (
     space_picture as space_picture,
 )
+from cobodeck.pictures.stability_picture import (
+    draw_stability as draw_stability,
+)
