@@ -596,7 +596,7 @@ def test_a_grant_ends_at_the_gap_of_the_pose_less_its_tolerance(gap, passes):
     rig = asked(gap)
     rig.chain.grant(Pose2(gap - 0.5, 0.0, 0.0))  # from there the gap is 0.5 m, the tolerance 5 cm
     rig.chain.state["limits"]["uncertainty"] = 1.6
-    assert (rig.admit(AHEAD).admitted.vx > 0.0) is passes
+    assert (rig.admit(AHEAD).admitted.vx > 0.0) == passes
 
 
 @pytest.mark.parametrize("bad", [Pose2(math.nan, 0.0), Pose2(0.0, 0.0, math.inf)])
