@@ -413,3 +413,13 @@ def test_a_cell_weighs_by_the_time_from_it_to_the_soonest_haptic_pose_whichever_
             )
         room = min(1.0, abs(cell) / tuned.settings.chase.best_radius)
         assert weight == pytest.approx(room**2 / (1.0 + min(times)))
+
+
+def test_ways_around_the_user_are_by_tangents_wherever_start_and_goal_lie() -> None:
+    rng = np.random.default_rng(6)
+    for _ in range(40):
+        start, goal = (cmath.rect(*rng.uniform((1.3, -3.14), (4.0, 3.14))) for _ in range(2))
+
+        [found] = length_around(np.array([(start.real, start.imag)]), (goal.real, goal.imag), 1.27)
+
+        assert found == pytest.approx(way_around(start, goal, 1.27))

@@ -4,7 +4,7 @@ import math
 import typing
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from hw.geometry import (
     AnyAngle,
@@ -240,6 +240,8 @@ def test_charts_write_lengths_and_angles_and_name_places():
 
 
 @given(st.floats(-math.pi, math.pi), st.sampled_from((-1.0, 1.0)))
+@example(math.pi - 0.02, 1.0)
+@example(0.02 - math.pi, -1.0)
 def test_poses_are_near_if_they_differ_by_less_also_across_half_a_turn(yaw, way):
     pose, turned = Pose2(1.0, 2.0, yaw), Pose2(1.0, 2.0, wrap(yaw + way * 0.05))
     assert pose.is_near(turned, 0.01, 0.051)

@@ -78,8 +78,8 @@ FAULTS = (
         "scale = max(fastest, speed) / max(math.hypot(wx, wy), 1e-9)",
         "scale = fastest / max(math.hypot(wx, wy), 1e-9)",
         (
-            "tests/cobodeck/avoidable/test_envelope.py::"
-            "test_no_motion_is_faster_than_allowed_or_than_at_its_start"
+            "tests/cobodeck/avoidable/test_motion_search.py::"
+            "test_a_robot_that_is_too_fast_gets_no_faster_and_slows_no_harder_than_it_may"
         ),
     ),
     Fault(

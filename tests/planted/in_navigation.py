@@ -120,10 +120,10 @@ FAULTS = (
         ),
     ),
     Fault(
-        "corner-cut-past-a-blocked-cell",
+        "way-between-two-blocked-corners",
         "states/navigation/grid/theta_star.py",
-        "if not (free[row, to_column] and free[to_row, column]):",
-        "if not (free[row, to_column] or free[to_row, column]):",
+        "    if not (free[row, to_column] and free[to_row, column]):\n        return -1\n",
+        "",
         (
             "tests/states/navigation/grid/test_grid_planners.py::"
             "test_among_many_blocked_cells_theta_star_finds_what_eight_neighbours_connect"

@@ -16,7 +16,7 @@ from cobodeck.avoidable.motion_search import (
     _braked_yaws,
     _task,
 )
-from cobodeck.avoidable.motions import stops_free
+from cobodeck.avoidable.motions import ACCELERATE, moved, stops_free
 
 LIMITS = RobotLimits(1.0, 3.0, 2.5, 0.565, 0.455)
 
@@ -54,3 +54,26 @@ def test_a_motion_may_end_where_the_brakes_still_stop_it_before_a_wall(speed, sp
     task = _task(Question(RobotState(-3.0, 0.0, 0.0), LIMITS, walk, walls=walls), math.inf)
 
     assert stops_free(task, (front - spare, 0.0, speed, 0.0)) == (spare > 0.0)
+
+
+SLOW = _task(
+    Question(
+        RobotState(0.0, 0.0, 0.0),
+        RobotLimits(1.0, 3.0, 0.8, 0.565, 0.455),
+        Walk(np.array([0.0, 1.0]), np.zeros((2, 3))),
+    ),
+    math.inf,
+)
+"""Of a robot that may drive at 0.8 m/s, and accelerate with 1 m/s2, in steps of 50 ms."""
+
+
+@given(st.floats(0.0, 2.0), st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
+def test_a_robot_that_is_too_fast_gets_no_faster_and_slows_no_harder_than_it_may(
+    speed, heading, push
+) -> None:
+    before = speed * math.cos(heading), speed * math.sin(heading)
+
+    *_, vx, vy = moved(SLOW, (0.0, 0.0, *before), (ACCELERATE, math.cos(push), math.sin(push)))
+
+    assert math.hypot(vx, vy) <= max(0.8, speed) + 1e-9
+    assert math.dist((vx, vy), before) <= 0.05 + 1e-9
