@@ -142,7 +142,10 @@ FAULTS = (
         "hw/safety/checks.py",
         "if turn * scale > share * limits.yaw_rate + ROUNDING:",
         "if turn > share * limits.yaw_rate + ROUNDING:",
-        "tests/hw/safety/test_safety.py::test_whatever_comes_in_the_chain_only_slows_down_or_stops",
+        (
+            "tests/hw/safety/test_safety.py::"
+            "test_a_command_beyond_both_limits_is_scaled_by_the_one_that_it_exceeds_more"
+        ),
     ),
     Fault(
         "uncertain-pose-counts-as-certain",
