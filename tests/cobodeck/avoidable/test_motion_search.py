@@ -40,7 +40,7 @@ def test_a_rotation_is_braked_evenly_to_a_stop_whichever_way_it_goes(yaw, rate, 
 
     found = _braked_yaws(RobotState(0.0, 0.0, yaw, wz=rate), braking, times)
 
-    assert found == pytest.approx(yaw + turned, abs=1e-5)
+    np.testing.assert_allclose(found, yaw + turned, atol=1e-5)
 
 
 @pytest.mark.parametrize("speed", [0.5, 1.5, 2.5])
