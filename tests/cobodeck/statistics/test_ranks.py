@@ -98,9 +98,7 @@ def test_the_exact_probability_is_that_of_all_ways_to_deal_the_values(found):
 def _pairs(values, labels):
     """Twice J by its definition: rising pairs of an earlier and a later group, ties half."""
     dealt = list(zip(labels, values, strict=True))
-    return sum(
-        (y > x) + (y >= x) for first, x in dealt for later, y in dealt if first < later
-    )
+    return sum((y > x) + (y >= x) for first, x in dealt for later, y in dealt if first < later)
 
 
 @settings(max_examples=examples(40))
