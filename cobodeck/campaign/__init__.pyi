@@ -27,6 +27,6 @@ from cobodeck.campaign.summary import (
     summarised as summarised,
     summary_text as summary_text,
 )
-from cobodeck.campaign.worst_cells import (
+from cobodeck.campaign.worst import (
     worst_cells as worst_cells,
 )

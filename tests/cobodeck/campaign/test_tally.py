@@ -12,7 +12,7 @@ from cobodeck.campaign.cell import CampaignCell
 from cobodeck.campaign.cell_run import CellResult
 from cobodeck.campaign.summary import summarised, summary_text
 from cobodeck.campaign.tally import broken, tables, tally
-from cobodeck.campaign.worst_cells import worst_cells
+from cobodeck.campaign.worst import worst_cells
 from engine.files.declared.item import parse_yaml
 from engine.files.declared.records import record
 from tests.repeats import examples
