@@ -9,6 +9,7 @@ from cobodeck.campaign.cell import (
 )
 from cobodeck.campaign.cell_run import (
     CellResult as CellResult,
+    CellRunner as CellRunner,
     run_cell as run_cell,
 )
 from cobodeck.campaign.execution import (

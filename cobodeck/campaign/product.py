@@ -12,7 +12,7 @@ from behaviors.profile import load_profile
 from cobodeck.campaign.campaign_file import AxisValue, CampaignAxis, CampaignFile
 from cobodeck.campaign.cell import CampaignCell
 from cobodeck.campaign.cell_run import CellRunner
-from cobodeck.project import Catalogue, open_chart
+from cobodeck.project import open_chart
 from cobodeck.setup import open_place
 from cobodeck.terminal import Problem
 from engine.files import written_text
@@ -45,17 +45,17 @@ def value_of(cell: CampaignCell, axis: CampaignAxis) -> Any:
     return next(value for key, _, value in pairs if key == axis.key)
 
 
-def check_campaign(item: Item, known: Catalogue) -> CampaignFile:
+def check_campaign(item: Item, runner: CellRunner) -> CampaignFile:
     """A campaign whose values all exist: each is tried alone, and in a run beside first values.
 
     Raises:
         FileError: every mistake in it, at the value.
     """
     campaign = record(item, CampaignFile)
-    runner, axes = CellRunner(known), campaign.axes()
+    axes = campaign.axes()
     for fields in (("chart", "scene", "robot", "profile"), ("sets", "user")):  # these need those
         gather(
-            partial(_refer, choice.item, partial(_open, axis, choice, axes, known, runner))
+            partial(_refer, choice.item, partial(_open, axis, choice, axes, runner))
             for axis in axes
             for choice in axis.choices
             if axis.field in fields
@@ -87,12 +87,10 @@ def _neighbours(axes: Axes, first: list[AxisValue]) -> Iterator[tuple[AxisValue,
             yield choice, _cell(axes, [*first[:n], choice, *first[n + 1 :]])
 
 
-def _open(
-    axis: CampaignAxis, choice: AxisValue, axes: Axes, known: Catalogue, runner: CellRunner
-) -> None:
+def _open(axis: CampaignAxis, choice: AxisValue, axes: Axes, runner: CellRunner) -> None:
     """Open what a value names; a person in the first scene, a `set` on the first profile."""
     if axis.field == "chart":
-        open_chart(choice.value, known)
+        open_chart(choice.value, runner.known)
     elif axis.field == "scene":
         open_place(choice.value)
     elif axis.field == "robot":

@@ -17,6 +17,7 @@ from cobodeck.campaign.campaign_file import (
     load_campaign,
 )
 from cobodeck.campaign.cell import CampaignCell
+from cobodeck.campaign.cell_run import CellRunner
 from cobodeck.campaign.product import cells_of, check_campaign, value_of
 from cobodeck.project.state_catalogue import catalogue
 from engine.files.declared.item import load_yaml, parse_yaml
@@ -174,7 +175,9 @@ def test_a_value_that_is_not_there_is_told_at_its_place(
     text = "\n".join(["campaign: c", *lines, ""])
 
     with pytest.raises(FileError) as error:
-        parse_yaml(text, "c.yaml", lambda item: check_campaign(item, catalogue(own=False)))
+        parse_yaml(
+            text, "c.yaml", lambda item: check_campaign(item, CellRunner(catalogue(own=False)))
+        )
 
     assert [(f.place.line, f.place.column) for f in error.value.findings] == places
 
