@@ -119,7 +119,7 @@ SUBJECTS = (
     Subject(estimators.predicted_user),
     Subject(planners.exact_paths),
     Subject(planners.grid_paths, turns="never", single=None),
-    Subject(planners.profile_drive, gain=1e6),
+    Subject(planners.profile_drive, gain=1e6, far=1e6),
     Subject(planners.teb_drive, loose=1e-2),
     Subject(planners.floor_space),
     Subject(planners.arm_seen),
