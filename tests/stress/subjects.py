@@ -31,7 +31,8 @@ class Subject:
 
     `gain`: greatest error of an answer in errors of what is told. `turned` besides, absolute, if
     the world is turned: an unknown start has a prior about 0. `loose` besides, always: a solver's
-    own tolerance. `single`: the gain where all numbers are float32; None: a choice may differ.
+    own tolerance, cells of 5 cm that do not move along, what a drive amplifies. `single`: the gain
+    where all numbers are float32; None: a choice may differ.
     `far`: greatest coordinate, m. `wound`: most whole turns of a yaw.
     """
 
@@ -108,17 +109,17 @@ SUBJECTS = (
     Subject(estimators.scan_match),
     Subject(estimators.window_search),
     Subject(estimators.distance_field),
-    Subject(estimators.particles, single=None),
+    Subject(estimators.particles, loose=0.02, single=None),
     Subject(estimators.localizer, gain=1e5, turned=1e-5, single=None),
     Subject(estimators.particle_localizer, single=None),
     Subject(estimators.pose_graph),
-    Subject(estimators.calibration, turned=1e-6),
+    Subject(estimators.calibration, turned=1e-6, far=2e6),
     Subject(estimators.frames),
     Subject(estimators.user_velocity, latest_ns=EVER_NS),
     Subject(estimators.predicted_user),
     Subject(planners.exact_paths),
     Subject(planners.grid_paths, turns="never", single=None),
-    Subject(planners.profile_drive, gain=1e6),
+    Subject(planners.profile_drive, gain=1e6, far=1e6),
     Subject(planners.teb_drive, loose=1e-2),
     Subject(planners.floor_space),
     Subject(planners.arm_seen),
@@ -133,9 +134,11 @@ SUBJECTS = (
     Subject(behaviours.waiting_risks, turns="quarter"),
     Subject(behaviours.refuges, turns="quarter"),
     Subject(behaviours.avoidable),
-    Subject(runs.simulated, turns="quarter", gain=5e8, single=None, far=9_900.0, wound=1),
+    Subject(
+        runs.simulated, turns="quarter", gain=5e7, loose=1e-5, single=None, far=9_900.0, wound=1
+    ),
     Subject(runs.sensed, turns="never", gain=1e6, single=None, far=9_900.0, wound=1, heavy=True),
-    Subject(runs.grown_map, turns="quarter"),
+    Subject(runs.grown_map, turns="quarter", loose=0.02),
     Subject(runs.map_floor),
     Subject(runs.people_recorded),
     Subject(runs.wandering, turns="never", gain=1e4, far=9_900.0),

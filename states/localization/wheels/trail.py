@@ -25,8 +25,7 @@ STILL_M, STILL_RAD = 1e-3, 1e-3
 """Wheels stand while they stay within this, m and rad, of where they stopped."""
 _ROOM = 1024
 """Rows for which there is room at first."""
-Stamps = NDArray[np.int64]
-TrailPast = tuple[Stamps, Array, int, int, Array]
+TrailPast = tuple[NDArray[np.int64], Array, int, int, Array]
 """Stamps, rows, the first and the end; the newest velocity and where the wheels stopped, (6,)."""
 
 
