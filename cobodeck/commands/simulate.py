@@ -64,7 +64,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--user",
         type=word,
-        metavar="NAME|random|FILE[#id][@x,y,yaw][:KIND]",
+        metavar="NAME|random|route|FILE[#id][@x,y,yaw][:KIND]",
         help="X.mcap: the person of a record; :KIND: how they treat the robot, by default "
         "attentive (`list users`); default: the scene's",
     )

@@ -18,7 +18,7 @@ from scipy import special, stats
 Group = Sequence[float]
 Array = np.ndarray[Any, np.dtype[np.float64]]
 LARGEST_EXACT = 10_000_000
-"""The exact distribution is computed up to this number of (group sizes placed) x (values of 2 J)."""
+"""Largest number of (ways to fill the groups) x (values of 2 J) for the exact distribution."""
 
 
 @dataclass(frozen=True, slots=True)
