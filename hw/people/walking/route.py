@@ -27,7 +27,7 @@ APART = 3.0
 """Least distance from one pose to the next, m; in `study` it is 3.2 m."""
 OFF_ROBOT = 2.0
 """Least distance of the start from that of the robot, m."""
-_ROUTES, _POSES = 1000, 100
+_ROUTES, _POSES = 200, 100
 
 
 def route(room: Room, robot: Pose2, seed: int) -> Script:
