@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from behaviors import ESTIMATE
 from cobodeck.evaluate.arm_contact import ArmOutline, ArmWatch
+from cobodeck.evaluate.figures import escape_figures
 from cobodeck.evaluate.localization import LocalizationWatch
 from cobodeck.evaluate.measured_truth import Senses
 from cobodeck.evaluate.metrics import Evaluator
@@ -14,9 +16,13 @@ from cobodeck.evaluate.requests import RequestWatch
 from cobodeck.evaluate.separation_figures import SeparationWatch
 from cobodeck.evaluate.stuck import StuckWatch
 from cobodeck.loop import Inlet, Observer, Plant, Wired
+from engine.run import ChartRun
 from hw import BASE, Joints, Pose2, Pose3
 from hw.model import RobotModel
 from hw.scene import Scene
+
+STILL = 0.01
+"""Measured poses of a base that stands differ by up to this, m and rad."""
 
 
 def watchers(plant: Plant, wired: Wired, robot: RobotModel, scene: Scene | None) -> list[Observer]:
@@ -35,6 +41,11 @@ def watchers(plant: Plant, wired: Wired, robot: RobotModel, scene: Scene | None)
     return found
 
 
+def run_figures(evaluator: Evaluator, run: ChartRun) -> dict[str, Any]:
+    """The figures of robot and person, and those of Escapes, so far."""
+    return {**evaluator.report(), **escape_figures(run)}
+
+
 def _by_truth(plant: Plant, robot: RobotModel, person: bool) -> Evaluator:
     if not person or robot.arm is None:
         return Evaluator(plant, person)
@@ -46,7 +57,7 @@ def _by_samples(inlet: Inlet, robot: RobotModel) -> Evaluator:
     person = heard or "user.pose" in inlet.flowing
     prop = prop_of(robot) if heard and robot.arm is not None else None
     senses = Senses(inlet, robot.footprint)
-    return Evaluator(senses, person, RequestWatch(prop, heard), measured=True)
+    return Evaluator(senses, person, RequestWatch(prop, heard, STILL), measured=True)
 
 
 def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:

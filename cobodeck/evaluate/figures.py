@@ -15,6 +15,9 @@ from engine.run import ChartRun
 from hw import Contact, Hit
 from hw.safety import CycleLog
 
+SPREAD = ("mean", "sd", "min", "max")
+"""The statistics of `spread`."""
+
 
 def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float | None]:
     """Mean, sample standard deviation, minimum and maximum; `None` where undefined."""
@@ -105,7 +108,10 @@ def visits(run: ChartRun, chart: str) -> list[Visit]:
 
 
 def escape_figures(run: ChartRun) -> dict[str, Any]:
-    """Numbers of Escapes, failed ones, Informs and loops; s that those took that ended `safe`."""
+    """Numbers of Escapes, failed ones, Informs and loops; s that those took that ended `safe`.
+
+    In the list the time and outcome of an Escape are None if it has not ended, or was left.
+    """
     escapes = visits(run, "escape")
     times = (
         (escape.ended_ns - escape.entered_ns) / 1e9
@@ -120,7 +126,14 @@ def escape_figures(run: ChartRun) -> dict[str, Any]:
         "escape_time_s": spread(times, ("mean", "min", "max")),
         "informs": len(visits(run, "inform")),
         "loops": sum(later - sooner <= LOOP_NS for sooner, later in rounds),
+        "escape_list": [_visited(escape) for escape in escapes],
     }
+
+
+def _visited(escape: Visit) -> dict[str, Any]:
+    ended = escape.ended_ns
+    time_s = None if ended is None else (ended - escape.entered_ns) / 1e9
+    return {"at_s": escape.entered_ns / 1e9, "time_s": time_s, "outcome": escape.outcome}
 
 
 LOOPS, LOOP_NS = 2, 10_000_000_000
@@ -134,7 +147,9 @@ NOTHING: Mapping[str, Any] = {
     "refused": None,
     "refusals": {},
     "refused_requests": [],
-    "response_s": dict.fromkeys(("mean", "sd", "min", "max")),
+    "response_s": dict.fromkeys(SPREAD),
+    "arm_s": dict.fromkeys(SPREAD),
+    "request_list": None,
     "prop_error_m": dict.fromkeys(("mean", "max")),
     "prop_error_rad": dict.fromkeys(("mean", "max")),
     "distance_m": None,

@@ -164,7 +164,7 @@ class Evaluator:
 
     def finish(self) -> None:
         """Count a drop-out and a request that are still open at the end of the run."""
-        self.requests.end(self._now)
+        self.requests.end(self._now, self._truth)
         if self._now - self._seen > STALE_NS:
             self.dropouts.append((self._seen, self._now))
 
@@ -192,7 +192,7 @@ class Evaluator:
             return of_robot
         return {
             **of_robot,
-            **self.requests.report(),
+            **self.requests.report(truth.distance_m),
             **contact_figures(self.contacts),
             "signs": None if truth.informed is None else self.signs,
             "signs_to_standing": None if truth.informed is None else self.signs_to_standing,

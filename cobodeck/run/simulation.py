@@ -102,7 +102,7 @@ def _with_share(
     def report(text: str) -> None:
         shares = [loop.now_ns / (options.duration_s * 1e9)]
         if options.requests:
-            shares += [watch.requests.requests / options.requests for watch in evaluators]
+            shares += [len(watch.requests.asked) / options.requests for watch in evaluators]
         progress(text, max(shares))
 
     return report

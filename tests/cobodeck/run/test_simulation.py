@@ -12,6 +12,7 @@ from cobodeck.terminal.console import FAILED, OK
 
 SPREADS = {
     "response_s": {"mean", "sd", "min", "max"},
+    "arm_s": {"mean", "sd", "min", "max"},
     "time_to_safety_s": {"mean", "min", "max"},
     "escape_time_s": {"mean", "min", "max"},
 }
@@ -34,6 +35,9 @@ NAMES = {
     "refused",
     "refusals",
     "response_s",
+    "arm_s",
+    "request_list",
+    "escape_list",
     "distance_m",
     "energy_j",
     "escapes",
