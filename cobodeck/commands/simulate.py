@@ -119,7 +119,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, record, report."""
-    from cobodeck.setup import LONGEST_S, Options
+    from cobodeck.setup import Options, longest_s
 
     options = Options(
         user=args.user,
@@ -129,7 +129,7 @@ def run(args: argparse.Namespace) -> int:
         up=args.up,
         tier=args.tier,
         seed=args.seed,
-        duration_s=args.duration or max(LONGEST_S, 180.0 * (args.requests or 0)),
+        duration_s=args.duration or longest_s(args.requests),
         eager=args.no_skip,
         frozen_base=args.frozen_base,
         timed=args.explain,

@@ -67,7 +67,7 @@ def wanted_of(setup: Setup) -> Wanted:
     }
     return Wanted(
         files=charts | body,
-        code=code(setup),
+        code=code(setup.catalogue),
         limits=asdict(setup.limits),
         tick_hz=setup.tick_hz,
         connection=(setup.connection.name, setup.connection.sha256),

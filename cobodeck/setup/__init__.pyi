@@ -14,8 +14,8 @@ from cobodeck.setup.open_scene import (
 )
 from cobodeck.setup.options import (
     FULL as FULL,
-    LONGEST_S as LONGEST_S,
     Options as Options,
+    longest_s as longest_s,
 )
 from cobodeck.setup.run_profile import (
     profile_with as profile_with,

@@ -15,6 +15,11 @@ LONGEST_S = 3600.0
 """A run ends after this time if its user never finishes, s."""
 
 
+def longest_s(requests: int | None) -> float:
+    """The time after which a run ends for which none is given, s: three minutes per request."""
+    return max(LONGEST_S, 180.0 * (requests or 0))
+
+
 @dataclass(frozen=True, slots=True)
 class Options:
     """How to run.

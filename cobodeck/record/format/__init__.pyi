@@ -37,6 +37,7 @@ from cobodeck.record.format.record_header import (
     label as label,
     read_files as read_files,
     sha256 as sha256,
+    versions as versions,
 )
 from cobodeck.record.format.sample_messages import (
     TOPIC as TOPIC,

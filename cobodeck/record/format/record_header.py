@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.loop import Loop
-from cobodeck.project import KINDS, reached
+from cobodeck.project import KINDS, Catalogue, reached
 from cobodeck.setup import Options, Setup
 from cobodeck.terminal import behind_record
 from engine.files import FileError, noted, read_bytes
@@ -90,7 +90,7 @@ def header(
         "versions": versions(),
         "machine": machine(),
         "files": {label(path): sha256(data) for path, data in read_files()} | _of_person(options),
-        "code": code(setup),
+        "code": code(setup.catalogue),
     }
 
 
@@ -171,11 +171,11 @@ def versions() -> dict[str, str]:
     return found
 
 
-def code(setup: Setup) -> dict[str, str]:
+def code(known: Catalogue) -> dict[str, str]:
     """Hashes of the program's packages, and of each project module that provides states."""
     found = {name: _folder_sha256(ROOT / name) for name in PACKAGES}
-    names = {cls.__module__ for cls in setup.catalogue.classes.values()}
-    names |= {module for project in setup.catalogue.projects for module in project.modules}
+    names = {cls.__module__ for cls in known.classes.values()}
+    names |= {module for project in known.projects for module in project.modules}
     for name in sorted(names):
         file = getattr(sys.modules.get(name), "__file__", None)
         if name.partition(".")[0] not in PACKAGES and file is not None:
@@ -202,13 +202,13 @@ def header_of_replay(
         "plant": REPLAY,
         "versions": versions(),
         "machine": machine(),
-        "code": code(setup),
+        "code": code(setup.catalogue),
     }
 
 
 def changes(then: Mapping[str, Any], setup: Setup) -> list[str]:
     """Which versions, machine, code and files differ from those of an earlier run, in words."""
-    now = {"versions": versions(), "machine": machine(), "code": code(setup)}
+    now = {"versions": versions(), "machine": machine(), "code": code(setup.catalogue)}
     found = []
     for name, values in now.items():
         before = then[name]

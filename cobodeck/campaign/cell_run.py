@@ -1,0 +1,211 @@
+"""Runs cells, and hashes all that decides their figures.
+
+An address is the hash of a cell with the content of its chart, scene, profile, robot and person, of
+all code and the versions of the numeric libraries: runs of equal addresses have equal figures.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+import time
+import traceback
+from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
+from dataclasses import dataclass
+from datetime import datetime
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+from cobodeck.campaign.cell import CampaignCell
+from cobodeck.fitness import require
+from cobodeck.project import Catalogue, catalogue
+from cobodeck.record.format import code, sha256, versions
+from cobodeck.run import simulate
+from cobodeck.setup import Options, Setup, longest_s, open_setup, read_inputs, warm_up
+from cobodeck.terminal import Problem, behind_record, complain
+from engine.files import FileError, noting
+from hw.people import open_user
+from hw.scene import Scene
+
+OF_THE_MACHINE = ("wall_s", "realtime_factor", "cpu_us_per_tick")
+"""Figures of the machine rather than of the run."""
+KEPT = 8
+"""Setups that are kept for the next cells."""
+
+
+def canonical(value: Any) -> str:
+    """JSON in one line with sorted keys: equal for equal figures, bit for bit."""
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+
+
+def sha256_of(value: Any) -> str:
+    """The hash of what `canonical` gives."""
+    return sha256(canonical(value).encode())
+
+
+def run_cell(cell: CampaignCell, record: Path | None = None) -> dict[str, Any]:
+    """The figures of a run by their names in `simulate --json`, without times of the machine.
+
+    Args:
+        cell: what to run.
+        record: keep a record in this new file.
+
+    Raises:
+        Problem: it cannot run; FileError: a file or value is wrong.
+    """
+    with noting():  # a record tells which files this run has read
+        return CellRunner().run(cell, record)
+
+
+@dataclass(frozen=True, slots=True)
+class CellResult:
+    """What became of a cell: its figures and the CPU that they took, s, or why there are none."""
+
+    cell: CampaignCell
+    address: str
+    figures: Mapping[str, Any] | None
+    cpu_s: float = 0.0
+    failure: str | None = None
+
+    @property
+    def figures_sha256(self) -> str | None:
+        """The hash of the figures; None without."""
+        return None if self.figures is None else sha256_of(self.figures)
+
+
+class CellRunner:
+    """Runs cells one after the other; what several of them share is read and compiled once.
+
+    Args:
+        own: charts, states and files of projects are found, too.
+    """
+
+    def __init__(self, own: bool = True) -> None:
+        self._own = own
+        self._opened: Callable[..., Setup] = lru_cache(KEPT)(self._open)
+        self._persons: dict[tuple[str, str | None], str] = {}
+
+    def setup(self, cell: CampaignCell) -> Setup:
+        """What a cell runs, checked.
+
+        Raises:
+            Problem: it cannot run; FileError: a file or value is wrong.
+        """
+        named = cell.chart, cell.scene, cell.robot, cell.profile, cell.sets, cell.inputs
+        return self._opened(*named, cell.tick_hz)
+
+    def address(self, cell: CampaignCell) -> str:
+        """The hash of all that decides a cell's figures; raises as `setup` does."""
+        setup = self.setup(cell)
+        assert setup.scene is not None  # every cell names one
+        content = {
+            "cell": cell.content(),
+            "seed": cell.seed,
+            "chart": setup.chart_sha256,
+            "scene": setup.scene.sha256,
+            "profile": setup.profile.sha256,
+            "robot": sha256(repr(setup.robot).encode()),
+            "person": self._person(setup.scene, cell.user or setup.scene.user),
+            "code": self._code,
+            "versions": self._versions,
+        }
+        return sha256_of(content)
+
+    def run(self, cell: CampaignCell, record: Path | None = None) -> dict[str, Any]:
+        """The figures of a cell, see `run_cell`."""
+        setup = self.setup(cell)
+        options = Options(
+            user=cell.user,
+            requests=cell.requests,
+            tier=cell.tier,
+            seed=cell.seed,
+            duration_s=cell.duration_s or longest_s(cell.requests),
+        )
+        recorder = None
+        if record is not None:
+            from cobodeck.record.write import recorder as recorder_of
+
+            recorder = recorder_of(setup, options, record, datetime.now(), complain)
+        figures = simulate(setup, options, recorder=recorder).figures
+        kept = {name: value for name, value in figures.items() if name not in OF_THE_MACHINE}
+        found: dict[str, Any] = json.loads(canonical(kept))  # as they come back from a file
+        return found
+
+    def result(self, cell: CampaignCell, address: str) -> CellResult:
+        """What becomes of a cell: why it has no figures is told, also where that is a bug."""
+        began = time.process_time()
+        try:
+            if (here := self.address(cell)) != address:
+                raise Problem(f"the files or the code here are others ({here[:12]})")
+            with redirect_stdout(sys.stderr):  # states may print
+                figures = self.run(cell)
+        except (Problem, FileError, OSError) as error:
+            return CellResult(cell, address, None, time.process_time() - began, str(error))
+        except Exception:  # noqa: BLE001  a bug in one cell leaves the others to be run
+            told = traceback.format_exc()
+            return CellResult(cell, address, None, time.process_time() - began, told)
+        return CellResult(cell, address, figures, time.process_time() - began)
+
+    def warm_up(self, cell: CampaignCell) -> None:
+        """Compile what a cell needs, so that processes that begin later load it."""
+        if cell.tier:
+            setup = self.setup(cell)
+            warm_up(setup, setup.machine())
+
+    def _person(self, scene: Scene, source: str | None) -> str:
+        """The hash of the files of a person, who has to fit into the scene."""
+        known = scene.sha256, source
+        if known not in self._persons:
+            self._persons[known] = sha256_of(_files_of(scene, source))
+        return self._persons[known]
+
+    @cached_property
+    def _known(self) -> Catalogue:
+        return catalogue(own=self._own)
+
+    @cached_property
+    def _versions(self) -> dict[str, str]:
+        return versions()
+
+    @cached_property
+    def _code(self) -> dict[str, str]:
+        return code(self._known)
+
+    def _open(
+        self,
+        chart: str,
+        scene: str,
+        robot: str | None,
+        profile: str,
+        sets: tuple[str, ...],
+        inputs: tuple[str, ...],
+        tick_hz: int,
+    ) -> Setup:
+        setup = open_setup(
+            chart,
+            scene,
+            profile,
+            tick_hz,
+            robot,
+            known=self._known,
+            sets=sets,
+            inputs=read_inputs(inputs),
+        )
+        require("begin", setup=setup)
+        return setup
+
+
+def _files_of(scene: Scene, source: str | None) -> dict[str, str]:
+    """The hashes of the files that a person is read from, by label."""
+    if source is None:
+        return {}
+    if behind_record(source) is not None:
+        path = Path(source)
+        with path.open("rb") as stream:
+            return {path.name: hashlib.file_digest(stream, "sha256").hexdigest()}
+    with noting() as read:
+        open_user(source, scene)
+    return {path.name: sha256(data) for path, data in read.items()}
