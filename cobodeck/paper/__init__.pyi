@@ -1,0 +1,19 @@
+from cobodeck.paper.conditions import (
+    CONDITIONS as CONDITIONS,
+    Asked as Asked,
+)
+from cobodeck.paper.evaluation import (
+    evaluate as evaluate,
+)
+from cobodeck.paper.records import (
+    draw_figures as draw_figures,
+    record_conditions as record_conditions,
+)
+from cobodeck.paper.report import (
+    write_report as write_report,
+)
+from cobodeck.paper.tables import (
+    claim_table as claim_table,
+    route_table as route_table,
+    table_2 as table_2,
+)
