@@ -25,7 +25,7 @@ from engine.files.declared import no_files, with_own_files
 COMMANDS = {
     "validate": "check charts, scenes, robots and profiles",
     "schema": "write the JSON Schema with which editors complete a kind of file",
-    "list": "list states, charts, scenes, users, profiles, robots, connections and signals",
+    "list": "list states, charts, scenes, users, profiles, robots and all other names",
     "render": "draw a chart, a recorded run or a room",
     "simulate": "run a chart on the simulated robot",
     "run": "run a chart on a robot",
@@ -38,6 +38,7 @@ COMMANDS = {
     "localize": "run the localization on a recorded log",
     "calibrate": "find where tracking, trackers and scanners are, from a log",
     "new": "begin a project of your own",
+    "campaign": "run all combinations of settings, people and seeds",
     "bench": "measure run time against error",
     "doctor": "tell whether this machine is fit",
 }

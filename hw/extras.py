@@ -24,6 +24,8 @@ EXTRAS: Mapping[str, str] = {
     "ompl": "ompl",
     "mujoco": "sim-peers",
     "irsim": "sim-peers",
+    "dask": "cluster",
+    "distributed": "cluster",
 }
 """By module: the smallest extra that brings it."""
 PACKAGES: Mapping[str, str] = {

@@ -32,6 +32,7 @@ from hw.scene import Scene
 
 OF_THE_MACHINE = ("wall_s", "realtime_factor", "cpu_us_per_tick")
 """Figures of the machine rather than of the run."""
+OTHERS = "this worker has other files or other code than the client"
 KEPT = 8
 """Setups that are kept for the next cells."""
 
@@ -80,11 +81,11 @@ class CellRunner:
     """Runs cells one after the other; what several of them share is read and compiled once.
 
     Args:
-        own: charts, states and files of projects are found, too.
+        known: what charts may name, by default all that is found from the current folder.
     """
 
-    def __init__(self, own: bool = True) -> None:
-        self._own = own
+    def __init__(self, known: Catalogue | None = None) -> None:
+        self._known = known or catalogue()
         self._opened: Callable[..., Setup] = lru_cache(KEPT)(self._open)
         self._persons: dict[tuple[str, str | None], str] = {}
 
@@ -138,8 +139,8 @@ class CellRunner:
         """What becomes of a cell: why it has no figures is told, also where that is a bug."""
         began = time.process_time()
         try:
-            if (here := self.address(cell)) != address:
-                raise Problem(f"the files or the code here are others ({here[:12]})")
+            if self.address(cell) != address:
+                raise Problem(OTHERS)
             with redirect_stdout(sys.stderr):  # states may print
                 figures = self.run(cell)
         except (Problem, FileError, OSError) as error:
@@ -161,10 +162,6 @@ class CellRunner:
         if known not in self._persons:
             self._persons[known] = sha256_of(_files_of(scene, source))
         return self._persons[known]
-
-    @cached_property
-    def _known(self) -> Catalogue:
-        return catalogue(own=self._own)
 
     @cached_property
     def _versions(self) -> dict[str, str]:

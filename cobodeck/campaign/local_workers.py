@@ -9,23 +9,17 @@ from __future__ import annotations
 import multiprocessing
 import signal
 from collections import Counter, deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from contextlib import suppress
 from multiprocessing.connection import Connection as Pipe, wait
 
-from cobodeck.campaign.cell import CampaignCell
-from cobodeck.campaign.cell_run import CellResult, CellRunner
-from cobodeck.project import own_files_around
-from cobodeck.setup import keep_compiled_code
-from engine.files.declared import no_files, with_own_files
-
-CellTask = tuple[CampaignCell, str]
-"""A cell and its address."""
-DEATHS = 3
-"""A cell is given up after so many workers have died of it."""
+from cobodeck.campaign.cell_run import CellResult
+from cobodeck.campaign.worker import DEATHS, CellTask, work
 
 
-def run_locally(tasks: Iterable[CellTask], workers: int, own: bool) -> Iterator[CellResult]:
+def run_locally(
+    tasks: Iterable[CellTask], workers: int, own: bool
+) -> Generator[CellResult, None, None]:
     """The results of cells as they are done; closing the iterator ends the workers.
 
     Args:
@@ -105,8 +99,6 @@ class _Worker:
 def _work(pipe: Pipe, own: bool) -> None:
     """Run cells until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the client ends its workers
-    keep_compiled_code()
-    with with_own_files(own_files_around() if own else no_files), suppress(EOFError, OSError):
-        runner = CellRunner(own)
+    with suppress(EOFError, OSError):
         while True:
-            pipe.send(runner.result(*pipe.recv()))
+            pipe.send(work(pipe.recv(), own))

@@ -1,4 +1,4 @@
-"""List what there is: states, signals, charts, scenes, users, profiles, robots, connections.
+"""List what there is: states, signals, charts, scenes, users, profiles, robots and the like.
 
 A table; on a terminal too narrow for it, one entry after the other.
 """
@@ -256,6 +256,15 @@ def _connections(_args: argparse.Namespace) -> list[dict[str, Any]]:
     ]
 
 
+def _campaigns(_args: argparse.Namespace) -> list[dict[str, Any]]:
+    from cobodeck.campaign import campaign_names, cells_of, load_campaign
+
+    return [
+        {"campaign": found.campaign, "cells": len(cells_of(found)), "about": found.about}
+        for found in map(load_campaign, campaign_names())
+    ]
+
+
 _LISTS: dict[str, Callable[[argparse.Namespace], list[dict[str, Any]]]] = {
     "states": _states,
     "signals": _signals,
@@ -266,4 +275,5 @@ _LISTS: dict[str, Callable[[argparse.Namespace], list[dict[str, Any]]]] = {
     "robots": _robots,
     "arms": _arms,
     "connections": _connections,
+    "campaigns": _campaigns,
 }

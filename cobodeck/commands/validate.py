@@ -1,4 +1,4 @@
-"""Check charts, scenes, users, robots, props and profiles; no state and no driver is run.
+"""Check charts, scenes, users, robots, profiles and all other files; no state or driver is run.
 
 Without a path: the charts of the project around the present folder, or all shipped files.
 Exit code 0: no errors; 1: errors, with --strict also warnings.
@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
+from cobodeck.campaign import FOLDER as CAMPAIGNS
 from cobodeck.project import (
     CHARTS,
     Catalogue,
@@ -123,6 +124,7 @@ def _default_paths(known: Catalogue) -> list[Path]:
         return own
     import hw
 
-    shipped = [*shipped_charts(), CHARTS / "profiles", Path(hw.__path__[0])]
+    hardware = Path(hw.__path__[0])
+    shipped = [*shipped_charts(), CHARTS / "profiles", hardware, CAMPAIGNS]
     here = Path.cwd()
     return [path.relative_to(here) if path.is_relative_to(here) else path for path in shipped]

@@ -4,6 +4,9 @@ from cobodeck.pictures import (
 from cobodeck.pictures.benched import (
     draw_bench as draw_bench,
 )
+from cobodeck.pictures.campaign_picture import (
+    draw_parameter as draw_parameter,
+)
 from cobodeck.pictures.envelope_picture import (
     draw_envelope as draw_envelope,
 )

@@ -25,10 +25,11 @@ KINDS = (
     "arm",
     "connection",
     "tracking",
+    "campaign",
 )
 ROOT = Path(__file__).parent.parent.parent
-SHIPPED = ("charts", "hw")
-"""The packages that contain shipped files."""
+SHIPPED = ("charts", "hw", "cobodeck/campaign")
+"""The folders that contain shipped files."""
 EXAMPLES = ROOT / "charts" / "examples"
 """A project of its own among them."""
 _HEAD_BYTES = 4096
@@ -100,8 +101,8 @@ def _by_name(
 
 
 def _shipped_heads() -> Iterator[tuple[str, str]]:
-    for package in SHIPPED:
-        for file in (ROOT / package).rglob("*.yaml"):
+    for folder in SHIPPED:
+        for file in (ROOT / folder).rglob("*.yaml"):
             head = head_of(file)
             if head is not None and EXAMPLES not in file.parents:
                 yield head

@@ -36,6 +36,7 @@ def _of_charts(known: Catalogue) -> str:
 def declaration(kind: str) -> type:
     """The dataclass that declares the keys of a kind of file."""
     from behaviors.profile import ProfileFile
+    from cobodeck.campaign import CampaignFile
     from hw.connection import ConnectionFile
     from hw.model import ArmShape, CalibrationFile, PropFile, RobotFile, TrackingFile
     from hw.people.walking import UserFile
@@ -51,6 +52,7 @@ def declaration(kind: str) -> type:
         "connection": ConnectionFile,
         "tracking": TrackingFile,
         "calibration": CalibrationFile,
+        "campaign": CampaignFile,
     }
     return declared[kind]
 

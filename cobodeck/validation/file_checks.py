@@ -39,6 +39,7 @@ class FileChecker:
             "arm": self._arm,
             "connection": self._connection,
             "tracking": self._tracking,
+            "campaign": self._campaign,
         }
 
     def findings(self, file: Path, kind: str) -> tuple[Finding, ...]:
@@ -126,6 +127,11 @@ class FileChecker:
         from hw.model import load_tracking
 
         load_tracking(file)
+
+    def _campaign(self, file: Path) -> None:
+        from cobodeck.campaign import check_campaign
+
+        load_yaml(file, partial(check_campaign, known=self._known))
 
     def _arm(self, file: Path) -> None:
         from hw.model import load_arm

@@ -35,6 +35,7 @@ from cobodeck.record.format.record_header import (
     header as header,
     header_of_replay as header_of_replay,
     label as label,
+    machine as machine,
     read_files as read_files,
     sha256 as sha256,
     versions as versions,
