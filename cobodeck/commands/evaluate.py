@@ -9,12 +9,16 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from datetime import UTC, datetime
+from datetime import date
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cobodeck.campaign import EXECUTORS
+from cobodeck.record.format import machine, versions
 from cobodeck.terminal import OK, Problem, ProgressLine, positive, show, show_json, table, word
+
+if TYPE_CHECKING:
+    from cobodeck.paper import Asked
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,7 +53,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run all, judge, report."""
-    from cobodeck.bench import machine
     from cobodeck.paper import Asked, evaluate
 
     if args.parts_requests < 0:
@@ -61,8 +64,8 @@ def run(args: argparse.Namespace) -> int:
     progress = ProgressLine("evaluate", 0.0)
     try:
         found = evaluate(asked, execution, progress.at)
-        today = datetime.now(UTC).date().isoformat()
-        result = {"date": today, "machine": machine(), **found}
+        made = {"date": date.today().isoformat(), "machine": machine(), "versions": versions()}
+        result = made | found
         files = [] if args.out is None else _write(asked, result, args.out, progress)
     finally:
         progress.done()
@@ -81,7 +84,7 @@ def _make_room(folder: Path) -> None:
 
 
 def _write(
-    asked: Any, result: Mapping[str, Any], folder: Path, progress: ProgressLine
+    asked: Asked, result: Mapping[str, Any], folder: Path, progress: ProgressLine
 ) -> list[Path]:
     from cobodeck.paper import draw_figures, record_conditions, write_report
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from cobodeck.campaign import CampaignCell
@@ -32,6 +32,7 @@ VARIED: tuple[tuple[str, ...], ...] = (
     ("plant.tracking_delay=0.1 s",),
     ("chase.pick=sample",),
     ("escape.moving=0 m/s",),
+    ("escape.safe_on_the_way=false",),
     ("escape.distances=[1.0 m, 1.75 m, 2.5 m]",),
     ("robot.base_yaw_rate=0.5 rad/s", "robot.base_acceleration=0.35 m/s2",
      "robot.arm_acceleration=0.6 rad/s2"),
@@ -101,7 +102,7 @@ class Asked:
             requests=self.parts_requests,
         )
 
-    def cells(self) -> Iterator[CampaignCell]:
+    def cells(self, varied: Sequence[tuple[str, ...]]) -> Iterator[CampaignCell]:
         """All runs; the long ones first, so that no worker is left with one at the end."""
         if self.parts_requests:
             for name in reversed(PARTS):
@@ -109,5 +110,5 @@ class Asked:
         yield from (self.cell(condition) for condition in CONDITIONS)
         for number in range(self.seeds):
             yield from (self.route(condition, number) for condition in CONDITIONS)
-        for sets in VARIED:
+        for sets in varied:
             yield from (self.varied(condition, sets) for condition in CONDITIONS)

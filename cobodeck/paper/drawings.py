@@ -98,7 +98,7 @@ def draw_responses(conditions: Mapping[str, Figures], to: Path) -> None:
         ]
         for name in CONDITIONS
     }
-    figure, axes = _axes("Figure 9: response to a request", "response, s")
+    figure, axes = _axes("Figure 9: response", "response, s")
     _draw_boxes(axes, groups)
     for number, name in enumerate(CONDITIONS, 1):
         printed = TABLE_2[name]
@@ -121,7 +121,7 @@ def draw_to_safety(conditions: Mapping[str, Figures], to: Path) -> None:
         for name in CONDITIONS
     }
     groups = {"all": [time for times in groups.values() for time in times], **groups}
-    figure, axes = _axes("Figure 10: time to safety of an Escape", "time to safety, s")
+    figure, axes = _axes("Figure 10: time to safety", "time to safety, s")
     _draw_boxes(axes, groups)
     below, above = TO_SAFETY.mean - TO_SAFETY.least, TO_SAFETY.most - TO_SAFETY.mean
     axes.errorbar(
@@ -157,10 +157,14 @@ def _draw_boxes(axes: Axes, groups: Mapping[str, Sequence[float]]) -> None:
         box.set_facecolor(BOXES.get(name, GREY))
         box.set_alpha(0.55)
     axes.set_xlim(0.5, len(shown) + 0.7)
-    axes.set_ylim(bottom=0.0)
 
 
 def _explain(axes: Axes, paper: str) -> None:
+    """Signs in a legend above the axes, and the scale from 0 to above all that is drawn."""
+    axes.set_ylim(0.0, 1.05 * axes.get_ylim()[1])
     ours = Line2D([], [], lw=0, marker="D", mfc="white", mec=INK, ms=4)
     theirs = Line2D([], [], color=PAPER, marker="D", ms=4, lw=1.2)
-    axes.legend([ours, theirs], ["mean", paper], fontsize=8, frameon=False, labelcolor=INK)
+    axes.legend(
+        [ours, theirs], ["mean", paper], fontsize=8, frameon=False, labelcolor=INK, ncols=2,
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2,
+    )  # fmt: skip

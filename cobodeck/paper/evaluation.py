@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -21,7 +21,10 @@ FULL = 2
 
 
 def evaluate(
-    asked: Asked, execution: Mapping[str, Any] | None = None, progress: Progress | None = None
+    asked: Asked,
+    execution: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+    varied: Sequence[tuple[str, ...]] = VARIED,
 ) -> dict[str, Any]:
     """All of section 5; the same for the same `asked`, however it is executed.
 
@@ -29,11 +32,12 @@ def evaluate(
         asked: what to evaluate.
         execution: arguments of `campaign.execute`, such as the number of workers.
         progress: called with text and the share done, 0 to 1.
+        varied: sets of values of the profile, to see what differences depend on.
 
     Raises:
         Problem: a run failed, or cannot run.
     """
-    found = _figures(asked.cells(), execution or {}, progress)
+    found = _figures(asked.cells(varied), execution or {}, progress)
     conditions = {
         name: _condition(asked.cell(name), found[asked.cell(name)]) for name in CONDITIONS
     }
@@ -46,7 +50,7 @@ def evaluate(
         "conditions": conditions,
         "statistics": {"study": on_study(conditions), "routes": on_routes(routes)},
         "rooms": rooms(SCENE, asked.profile),
-        "causes": [_varied(asked, sets, found) for sets in VARIED],
+        "causes": [_varied(asked, sets, found) for sets in varied],
         "arm_times": arm_times(SCENE, asked.profile),
         "parts": _parts(asked, found),
     }

@@ -31,8 +31,10 @@ td { font-variant-numeric: tabular-nums; } td.NO { color: var(--no); font-weight
 figure { display: inline-block; margin: .5rem .5rem .5rem 0; background: #fff; padding: .4rem; }
 figure img { display: block; max-width: 100%; height: auto; }
 p.note { font-size: .85rem; }
-@media print { body { max-width: none; margin: 0; font-size: 10px; } tr, figure { break-inside: avoid; }
-               .wide { overflow: visible; } }
+@media print {
+  body { max-width: none; margin: 0; font-size: 10px; }
+  tr, figure { break-inside: avoid; } .wide { overflow: visible; }
+}
 """
 
 
@@ -67,11 +69,11 @@ def page(result: Result, pictures: Iterable[Path]) -> str:
     held = sum(claim["holds"] is True for claim in result["claims"])
     about = (
         f"Profile {asked['profile']}, tier {asked['tier']}, {asked['requests']} requests per "
-        f"condition, {asked['seeds']} random routes. {held} of {len(result['claims'])} claims hold; "
-        "a claim that does not is an answer, with its measured cause."
+        f"condition, {asked['seeds']} random routes. {held} of {len(result['claims'])} claims "
+        "hold; one that does not is an answer, with its measured cause."
     )
     if "machine" in result:
-        about += f" {result['date']}, {result['machine']['name']}."
+        about += f" {result['date']}, {result['machine']['platform']}."
     first, *rest = tables(result)
     shown = "".join(map(_picture, pictures))
     return (

@@ -54,6 +54,7 @@ def table_2(result: Result) -> ResultTable:
                 f"{run['energy_j'] / number / 1e3:.2f}",
                 f"{run['served']} of {number}",
                 f"{run['contacts']} ({run['contacts_by_robot']})",
+                str(run["informs"]),
                 f"{run['planner']}, {run['local_planner']}, {run['localizer']}, tier {run['tier']}",
             )
         )
@@ -61,6 +62,7 @@ def table_2(result: Result) -> ResultTable:
         "condition",
         *("response, s (SD): paper", "here", "m per request: paper", "here"),
         *("Escapes in 100: paper", "here", "kJ per request", "served", "contacts (by robot)"),
+        "Informs",
         "planner, local planner, localizer",
     )
     return ResultTable("Table 2", head, rows)
@@ -142,14 +144,7 @@ def _rooms(result: Result) -> ResultTable:
 
 
 def _arm(result: Result) -> ResultTable:
-    paper = (
-        "paper, all",
-        f"{ARM.mean:.2f}",
-        f"{ARM.sd:.2f}",
-        f"{ARM.least:.2f}",
-        f"{ARM.most:.2f}",
-    )
-    rows = [(*paper, "300")]
+    rows: list[Row] = [("paper, all", *(f"{seconds:.2f}" for seconds in ARM), "300")]
     for name in CONDITIONS:
         run = result["conditions"][name]
         rows.append((name, *_spread(run["arm_s"]), str(run["served"])))
