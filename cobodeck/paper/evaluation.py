@@ -49,7 +49,7 @@ def evaluate(
         "asked": asdict(asked),
         "conditions": conditions,
         "statistics": {"study": on_study(conditions), "routes": on_routes(routes)},
-        "rooms": rooms(SCENE, asked.profile),
+        "rooms": rooms(SCENE),
         "causes": [_varied(asked, sets, found) for sets in varied],
         "arm_times": arm_times(SCENE, asked.profile),
         "parts": _parts(asked, found),

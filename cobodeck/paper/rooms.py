@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from cobodeck.checks import floor_report
 from cobodeck.paper.published import FREE_M2, ROUND_M2, SQUARE_M2, USABLE_M2
-from cobodeck.setup import profile_with
-from hw.scene import Room
+from hw.scene import Room, load_scene
 from states.floors import RoomFloor, measure
 
 INFLATION = 1.0
@@ -18,21 +16,19 @@ CORNERS = 720
 """Of the polygon that stands for the round room; its area is exact."""
 
 
-def rooms(scene: str, profile: str) -> list[dict[str, Any]]:
+def rooms(scene: str) -> list[dict[str, Any]]:
     """A row per room: free and usable floor, m2, and what the paper prints."""
-    ours = floor_report(scene, profile_with(profile, ()), inflation=INFLATION).space
-    ideal = (("round", _round(FREE_M2), ROUND_M2), ("square", _square(FREE_M2), SQUARE_M2))
-    rows = [_row(scene, ours.free_m2, ours.usable_m2, USABLE_M2)]
-    for name, room, printed in ideal:
-        space = measure(RoomFloor(room, "round"), INFLATION)
-        rows.append(
-            _row(f"{name}, a column in the middle", space.free_m2, space.usable_m2, printed)
-        )
-    return rows
+    return [
+        _row(scene, load_scene(scene).room, USABLE_M2),
+        _row("round, a column in the middle", _round(FREE_M2), ROUND_M2),
+        _row("square, a column in the middle", _square(FREE_M2), SQUARE_M2),
+    ]
 
 
-def _row(room: str, free: float, usable: float, printed: float) -> dict[str, Any]:
-    return {"room": room, "free_m2": free, "usable_m2": usable, "paper_usable_m2": printed}
+def _row(name: str, room: Room, printed: float) -> dict[str, Any]:
+    space = measure(RoomFloor(room, "round"), INFLATION)
+    areas = {"free_m2": space.free_m2, "usable_m2": space.usable_m2}
+    return {"room": name, **areas, "paper_usable_m2": printed}
 
 
 def _column() -> tuple[tuple[float, float], ...]:
