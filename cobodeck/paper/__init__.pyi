@@ -5,11 +5,9 @@ from cobodeck.paper.conditions import (
 from cobodeck.paper.evaluation import (
     evaluate as evaluate,
 )
-from cobodeck.paper.records import (
+from cobodeck.paper.report import (
     draw_figures as draw_figures,
     record_conditions as record_conditions,
-)
-from cobodeck.paper.report import (
     write_report as write_report,
 )
 from cobodeck.paper.tables import (

@@ -1,117 +1,197 @@
-"""Measured causes, in words: what the varied keys, the arm alone and other parts give."""
+"""Measured causes, in words: what the varied keys, the arm alone and the parking places give."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
-from cobodeck.paper.conditions import CONDITIONS
-from cobodeck.paper.published import ARM, TABLE_2
+from cobodeck.paper.conditions import CONDITIONS, SCENE, SEQUENCE
+from cobodeck.paper.published import ARM, REQUESTS, TABLE_2, TO_SAFETY
+from hw.scene import load_scene
 
 Result = Mapping[str, Any]
+Row = Mapping[str, Any]
+MOST = 3
+"""Varied values that are told with a claim; the table of the report has all."""
+ZONE = 2.5
+"""Distance at which a robot ahead of a walking person raises Escape, m (R104)."""
 
 
-def response_causes(result: Result) -> str:
-    """Which part of the response differs, and with which values it would not."""
-    arms = {name: result["conditions"][name]["arm_s"]["mean"] for name in CONDITIONS}
-    parts = [
-        f"{result['conditions'][name]['response_s']['mean'] - arms[name]:.2f}"
-        for name in CONDITIONS
-        if arms[name] is not None
-    ]
-    theirs = [f"{TABLE_2[name].mean_s - ARM.mean:.2f}" for name in CONDITIONS]
-    rows = [row for row in result["causes"] if _responses(row) != _responses(result["causes"][0])]
-    largest = sorted(rows, key=_of_chase, reverse=True)[:4]
-    nearest = min(result["causes"], key=_miss)
+def response_cause(result: Result, name: str) -> str:
+    """Which part of a condition's response differs, and with which values it would not."""
+    run, printed = result["conditions"][name], TABLE_2[name].mean_s
+    if run["arm_s"]["mean"] is None:
+        return f"{run['served']} of {run['requests']} requests were served"
+    base = run["response_s"]["mean"] - run["arm_s"]["mean"]
+    single = [row for row in result["causes"] if len(row["sets"]) == 1]
+    largest = sorted(single, key=lambda row: abs(_mean(row, name) - _first(result, name)))
+    told = _listed(largest[: -MOST - 1 : -1], lambda row: f"{_mean(row, name):.2f} s")
+    nearest = min(result["causes"], key=lambda row: abs(_mean(row, name) - printed), default=None)
+    near = "" if nearest is None else f"; nearest: {_sets(nearest)} ({_mean(nearest, name):.2f} s)"
     return (
-        f"without the arm the base takes {', '.join(parts)} s, the paper's {', '.join(theirs)} s; "
-        f"{_told('slower', largest, _responses)}; "
-        f"nearest to all three: {_told('', [nearest], _responses)}"
+        f"without the arm the base takes {base:.2f} s, the paper's {printed - ARM.mean:.2f} s; "
+        f"most depends on {told}{near}"
     )
 
 
-def escape_causes(result: Result) -> str:
-    """What the number of Escapes and their times depend on."""
-    rows = [row for row in result["causes"] if _escapes(row) != _escapes(result["causes"][0])]
-    first = _told("", result["causes"][:1], _escapes)
-    return f"Escapes in seven requests and their mean times: {first}; {_told('', rows, _escapes)}"
+def gap_cause(result: Result) -> str:
+    """Gaps to Chase with the values that come nearest to all three responses, and the ways."""
+    nearest = nearest_row(result)
+    if nearest is None:
+        return _ways(result)
+    gaps = [_mean(nearest, name) - _mean(nearest, "chase") for name in CONDITIONS[1:]]
+    shown = ", ".join(f"{gap:.2f} s" for gap in gaps)
+    return f"{_ways(result)}; with {_sets(nearest)} the gaps are {shown}"
 
 
-def arm_causes(result: Result) -> str:
+def spread_cause(result: Result) -> str:
+    """SDs with the values that come nearest to all three responses."""
+    nearest = nearest_row(result)
+    if nearest is None:
+        return _ways(result)
+    spreads = (nearest["conditions"][name]["response_s"]["sd"] or 0.0 for name in CONDITIONS)
+    shown = ", ".join(f"{spread:.2f} s" for spread in spreads)
+    return f"{_ways(result)}; with {_sets(nearest)} the SDs are {shown}"
+
+
+def nearest_row(result: Result) -> Row | None:
+    """The varied values whose three responses are nearest to the paper's; None without any."""
+
+    def miss(row: Row) -> float:
+        return sum(abs(_mean(row, name) - TABLE_2[name].mean_s) for name in CONDITIONS)
+
+    return min(result["causes"], key=miss, default=None)
+
+
+def arm_cause(result: Result) -> str:
     """What the arm's time and its spread depend on."""
-    rows = (
-        f"{row['solver']}, base within {100 * row['offset_m']:.0f} cm: "
-        f"{row['min']:.2f} to {row['max']:.2f} s, SD {row['sd']:.2f} s"
-        for row in result["arm_times"]
-        if row["sd"] is not None
+    alone = {(row["solver"], row["offset_m"]): row for row in result["arm_times"]}
+    told = (
+        f"{solver} with the base within {100 * offset:.0f} cm of its pose: "
+        f"{row['min']:.2f} to {row['max']:.2f} s"
+        for (solver, offset), row in alone.items()
+        if row["mean"] is not None
     )
     slower = [row for row in result["causes"] if _varies(row, "robot.arm_acceleration")]
-    means = (f"{', '.join(row['sets'])}: mean {_arm(row)}" for row in slower)
+    means = _listed(slower[:1], lambda row: f"mean {_s(row['conditions']['chase']['arm_s'])} s")
+    also = f"; {means}" if means else ""
     return (
-        "the base stands at the same pose before the DEEP, so the motion is the same; planned "
-        f"alone {'; '.join(rows)}; in the conditions {'; '.join(means)}; the time that planning "
-        "takes is no part of simulated time"
+        f"equal poses have equal motions; planned alone, {', '.join(told)}{also}; planning itself "
+        "takes no simulated time"
     )
 
 
-def energy_causes(result: Result) -> str:
-    """What the ways and energies consist of."""
+def energy_cause(result: Result) -> str:
+    """What the energies consist of."""
     shown = []
     for name in CONDITIONS:
         run = result["conditions"][name]
-        energy, way = run["energy_j"] / run["distance_m"], run["distance_m"] / run["requests"]
-        shown.append(f"{name} {way:.1f} m per request at {energy:.0f} J/m")
-    return "; ".join(shown)
+        shown.append(f"{name} {run['energy_j'] / run['distance_m']:.0f} J/m")
+    return f"{_ways(result)}; {', '.join(shown)}"
 
 
-def served_causes(result: Result) -> str:
-    """What the requests of each condition met."""
+def served_cause(result: Result) -> str:
+    """Why requests were not served."""
+    shown = []
+    for name in CONDITIONS:
+        refusals = result["conditions"][name]["refusals"]
+        shown += [f"{name}: {why} {number}" for why, number in refusals.items()]
+    return ", ".join(shown) or "see refused_requests: 0 reasons"
+
+
+def parking_cause(result: Result) -> str:
+    """How near the person's ways pass the parking places, and Escapes of the varied values."""
+    shown = []
+    for name in CONDITIONS[1:]:
+        place = load_scene(SCENE).places[name]
+        users = [asked["user"] for asked in result["conditions"]["chase"]["request_list"]]
+        ways = [_distance(a, b, (place.x, place.y)) for a, b in pairwise(users[: SEQUENCE + 1])]
+        near = sum(way < ZONE for way in ways)
+        if ways:
+            shown.append(
+                f"{near} of {len(ways)} ways of the person pass the place {name} within "
+                f"{ZONE} m, the nearest within {min(ways):.2f} m"
+            )
+    told = _listed(_other(result, _escapes), _escapes)
+    return f"{'; '.join(shown)}; Escapes in {SEQUENCE} requests with {told}"
+
+
+def safety_cause(result: Result) -> str:
+    """Which values bring the mean time of Escapes nearest to the paper's."""
+    rows = [row for row in result["causes"] if _times(row)]
+    rows.sort(key=lambda row: abs(max(_times(row)) - TO_SAFETY.mean))
+    told = _listed(rows[:MOST], lambda row: ", ".join(f"{time:.2f} s" for time in _times(row)))
+    return (
+        "an Escape ends as soon as both zones are clear; longest means of conditions with Escapes, "
+        f"{told}"
+    )
+
+
+def failure_cause(result: Result) -> str:
+    """How the Escapes that were not safe ended."""
     shown = []
     for name in CONDITIONS:
         run = result["conditions"][name]
-        refused = ", ".join(f"{why} {number}" for why, number in run["refusals"].items())
-        shown.append(
-            f"{name}: {run['distance_m'] / run['requests']:.1f} m per request, {run['escapes']} "
-            f"Escapes, {run['informs']} Informs, not served: {refused or 'none'}"
-        )
+        ends = [escape["outcome"] for escape in run["escape_list"]]
+        counts = {end: ends.count(end) for end in dict.fromkeys(ends) if end != "safe"}
+        told = ", ".join(f"{end or 'left'} {number}" for end, number in counts.items())
+        if told:
+            shown.append(f"{name}: {told}, contacts {run['contacts']}")
     return "; ".join(shown)
 
 
-def _responses(row: Mapping[str, Any]) -> str:
-    means = (row["conditions"][name]["response_s"]["mean"] for name in CONDITIONS)
-    return ", ".join("-" if mean is None else f"{mean:.2f}" for mean in means) + " s"
+def _ways(result: Result) -> str:
+    runs = result["conditions"]
+    shown = (f"{runs[name]['distance_m'] / runs[name]['requests']:.1f}" for name in CONDITIONS)
+    theirs = (f"{TABLE_2[name].distance_m / REQUESTS:.1f}" for name in CONDITIONS)
+    return f"ways of {', '.join(shown)} m per request, the paper's {', '.join(theirs)} m"
 
 
-def _escapes(row: Mapping[str, Any]) -> str:
-    shown = []
-    for name in CONDITIONS:
-        run = row["conditions"][name]
-        time = run["escape_time_s"]["mean"]
-        shown.append(f"{run['escapes']}" + ("" if time is None else f" ({time:.2f} s)"))
-    return ", ".join(shown)
+def _other(result: Result, of: Callable[[Row], str]) -> list[Row]:
+    """The first varied values for which something is not what it is without them."""
+    rows: Sequence[Row] = result["causes"]
+    return [row for row in rows if of(row) != of(rows[0])][:MOST]
 
 
-def _arm(row: Mapping[str, Any]) -> str:
-    means = (row["conditions"][name]["arm_s"]["mean"] for name in CONDITIONS)
-    return ", ".join("-" if mean is None else f"{mean:.2f}" for mean in means) + " s"
+def _escapes(row: Row) -> str:
+    return ", ".join(str(row["conditions"][name]["escapes"]) for name in CONDITIONS)
 
 
-def _of_chase(row: Mapping[str, Any]) -> float:
-    mean: float | None = row["conditions"]["chase"]["response_s"]["mean"]
+def _times(row: Row) -> list[float]:
+    means = (row["conditions"][name]["escape_time_s"]["mean"] for name in CONDITIONS)
+    return [mean for mean in means if mean is not None]
+
+
+def _mean(row: Row, name: str) -> float:
+    mean: float | None = row["conditions"][name]["response_s"]["mean"]
     return mean or 0.0
 
 
-def _miss(row: Mapping[str, Any]) -> float:
-    """Sum over the conditions of how far the response is from the paper's, s."""
-    means = (row["conditions"][name]["response_s"]["mean"] or 0.0 for name in CONDITIONS)
-    printed = (TABLE_2[name].mean_s for name in CONDITIONS)
-    return float(sum(abs(a - b) for a, b in zip(means, printed, strict=True)))
+def _first(result: Result, name: str) -> float:
+    return _mean(result["causes"][0], name)
 
 
-def _varies(row: Mapping[str, Any], key: str) -> bool:
+def _sets(row: Row) -> str:
+    return ", ".join(row["sets"]) or "the profile itself"
+
+
+def _listed(rows: Sequence[Row], of: Callable[[Row], str]) -> str:
+    return ", ".join(f"{_sets(row)} ({of(row)})" for row in rows)
+
+
+def _varies(row: Row, key: str) -> bool:
     return any(text.startswith(f"{key}=") for text in row["sets"])
 
 
-def _told(head: str, rows: Iterable[Mapping[str, Any]], of: Any) -> str:
-    shown = (f"{', '.join(row['sets']) or 'the profile itself'}: {of(row)}" for row in rows)
-    return (f"{head}: " if head else "") + "; ".join(shown)
+def _s(values: Mapping[str, float | None]) -> str:
+    return "-" if values["mean"] is None else f"{values['mean']:.2f}"
+
+
+def _distance(start: Sequence[float], end: Sequence[float], place: tuple[float, float]) -> float:
+    """Distance of a place from a segment, m."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    along = (place[0] - start[0]) * dx + (place[1] - start[1]) * dy
+    share = min(1.0, max(0.0, along / (dx * dx + dy * dy or 1.0)))
+    return math.dist(place, (start[0] + share * dx, start[1] + share * dy))

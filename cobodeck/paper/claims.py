@@ -12,11 +12,15 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cobodeck.paper.causes import (
-    arm_causes,
-    energy_causes,
-    escape_causes,
-    response_causes,
-    served_causes,
+    arm_cause,
+    energy_cause,
+    failure_cause,
+    gap_cause,
+    parking_cause,
+    response_cause,
+    safety_cause,
+    served_cause,
+    spread_cause,
 )
 from cobodeck.paper.conditions import CONDITIONS
 from cobodeck.paper.published import ARM, EFFECTS, KRUSKAL_WALLIS_H, P_VALUES, TABLE_2, TO_SAFETY
@@ -26,6 +30,8 @@ GAP_S = 2.0
 """Chase is faster by more than this, s."""
 LIKE = 0.1
 """Times within this share of the paper's count as the same."""
+SAFETY_LIKE = 0.2
+"""The same for the mean time to safety."""
 COMPARABLE = 0.15
 """Energies within this share of the mean of the others are comparable."""
 AROUND = 0.02
@@ -65,14 +71,15 @@ def _spaces(result: Result) -> list[Claim]:
 
 
 def _responses(result: Result) -> list[Claim]:
-    cause, found = response_causes(result), []
+    found = []
     for name in CONDITIONS:
         printed, ours = TABLE_2[name], result["conditions"][name]["response_s"]
         close = _is_like(ours["mean"], printed.mean_s)
         claim = f"Mean response in {name.title()}, within a tenth"
         paper = f"{printed.mean_s:.2f} s (SD {printed.sd_s:.2f})"
         shown = f"{_s(ours['mean'])} s (SD {_s(ours['sd'])})"
-        found.append(Claim(claim, paper, shown, close, None if close else cause))
+        cause = None if close else response_cause(result, name)
+        found.append(Claim(claim, paper, shown, close, cause))
     return found
 
 
@@ -84,28 +91,27 @@ def _gaps(result: Result) -> list[Claim]:
     gaps = [means[name] - means["chase"] for name in CONDITIONS[1:]]
     faster, later = min(gaps) > GAP_S, means["center"] > means["corner"]
     steady = all(spreads["chase"] < spreads[name] for name in CONDITIONS[1:])
-    cause = response_causes(result)
     return [
         Claim(
             "Chase is faster by more than 2 s than Corner and than Center",
             "2.54 s, 2.75 s",
             ", ".join(f"{gap:.2f} s" for gap in gaps),
             faster,
-            None if faster else cause,
+            None if faster else gap_cause(result),
         ),
         Claim(
             "Responses vary least in Chase (though the paper's SD of Corner is smaller)",
             "SD 1.27 s, 1.07 s, 2.92 s",
             "SD " + ", ".join(f"{spreads[name]:.2f} s" for name in CONDITIONS),
             steady,
-            None if steady else cause,
+            None if steady else spread_cause(result),
         ),
         Claim(
             "Center is slightly slower than Corner",
             "0.21 s",
             f"{means['center'] - means['corner']:.2f} s",
             later,
-            None if later else served_causes(result),
+            None if later else gap_cause(result),
         ),
     ]
 
@@ -151,7 +157,7 @@ def _ways(result: Result) -> list[Claim]:
     least = min(ways, key=lambda name: ways[name]) == "chase"
     others = 0.5 * (energies["corner"] + energies["center"])
     alike = energies["chase"] <= (1.0 + COMPARABLE) * others
-    cause = energy_causes(result)
+    cause = energy_cause(result)
     return [
         Claim(
             "Chase drives the least way",
@@ -180,7 +186,7 @@ def _arm(result: Result) -> list[Claim]:
     if len(times) < 2:
         return [Claim("The arm takes 3.20 to 5.30 s", "mean 3.70 s", "-", None)]
     mean, sd = statistics.fmean(times), statistics.stdev(times)
-    cause = arm_causes(result)
+    cause = arm_cause(result)
     inside = ARM.least <= mean <= ARM.most
     spread = 0.5 * ARM.sd <= sd <= 2.0 * ARM.sd
     ours = (
@@ -199,41 +205,42 @@ def _served(result: Result) -> list[Claim]:
     runs = [result["conditions"][name] for name in CONDITIONS]
     served, asked = sum(run["served"] for run in runs), sum(run["requests"] for run in runs)
     holds = served == asked
-    cause = None if holds else served_causes(result)
+    cause = None if holds else served_cause(result)
     return [Claim("Every request is served", "300 of 300", f"{served} of {asked}", holds, cause)]
 
 
 def _escapes(result: Result) -> list[Claim]:
     runs = result["conditions"]
     share = {name: 100.0 * runs[name]["escapes"] / runs[name]["requests"] for name in CONDITIONS}
-    failed = sum(runs[name]["escape_failures"] for name in CONDITIONS)
-    number = sum(runs[name]["escapes"] for name in CONDITIONS)
-    times = safe_times(result)
-    cause = escape_causes(result)
     most = max(share, key=lambda name: share[name]) == "chase"
-    found = [
+    ends = [escape["outcome"] for name in CONDITIONS for escape in runs[name]["escape_list"]]
+    unsafe = len(ends) - ends.count("safe")
+    return [
         Claim(
             "Escapes are most frequent in Chase",
             ", ".join(str(TABLE_2[name].escapes) for name in CONDITIONS) + " in 100",
             ", ".join(f"{share[name]:.0f}" for name in CONDITIONS) + " in 100",
             most,
-            None if most else cause,
+            None if most else parking_cause(result),
         ),
         Claim(
             "No Escape fails",
             "0 of 51",
-            f"{failed} of {number}",
-            failed == 0 if number else None,
-            cause if failed else None,
+            f"{unsafe} of {len(ends)} did not end safe",
+            unsafe == 0 if ends else None,
+            failure_cause(result) if unsafe else None,
         ),
+        _time_to_safety(result),
     ]
+
+
+def _time_to_safety(result: Result) -> Claim:
     paper = f"{TO_SAFETY.least:.2f} to {TO_SAFETY.most:.2f} s, mean {TO_SAFETY.mean:.2f} s"
-    claim = "Time to safety, mean within a fifth"
+    claim, times = "Time to safety, mean within a fifth", safe_times(result)
     if not times:
-        return [*found, Claim(claim, paper, "no Escape ended safe", None)]
-    mean = statistics.fmean(times)
-    close = abs(mean - TO_SAFETY.mean) <= 0.2 * TO_SAFETY.mean
-    return [*found, Claim(claim, paper, _range(times), close, None if close else cause)]
+        return Claim(claim, paper, "no Escape ended safe", None)
+    close = abs(statistics.fmean(times) - TO_SAFETY.mean) <= SAFETY_LIKE * TO_SAFETY.mean
+    return Claim(claim, paper, _range(times), close, None if close else safety_cause(result))
 
 
 JUDGES: tuple[Callable[[Result], list[Claim]], ...] = (

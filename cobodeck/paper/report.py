@@ -5,15 +5,17 @@ from __future__ import annotations
 import base64
 import csv
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
 
-from cobodeck.paper.conditions import CONDITIONS
+from cobodeck.campaign import run_cell
+from cobodeck.paper.conditions import CONDITIONS, Asked
 from cobodeck.paper.tables import JUDGED, ResultTable, tables
 
 Result = Mapping[str, Any]
+Progress = Callable[[str, float | None], None]
 PAGE, REQUESTS, RESULT = "report.html", "requests.csv", "result.json"
 STYLE = """
 :root { color-scheme: light dark; --ink: #1c2733; --paper: #fff; --line: #c9d0d8; --no: #b00020; }
@@ -36,6 +38,32 @@ p.note { font-size: .85rem; }
   tr, figure { break-inside: avoid; } .wide { overflow: visible; }
 }
 """
+
+
+def record_conditions(asked: Asked, folder: Path, progress: Progress) -> dict[str, Path]:
+    """Run each condition once more, the same bits, and keep a record of it in a folder."""
+    records = {name: folder / f"{name}.mcap" for name in CONDITIONS}
+    for number, (name, file) in enumerate(records.items()):
+        progress(f"record of {name}", number / len(records))
+        run_cell(asked.cell(name), file)
+    return records
+
+
+def draw_figures(
+    result: Result, records: Mapping[str, Path], folder: Path, progress: Progress
+) -> list[Path]:
+    """Figures 8, 9 and 10 as PNG files in a folder."""
+    from cobodeck.paper.drawings import draw_responses, draw_to_safety, draw_trajectories
+
+    conditions, files = result["conditions"], []
+    for number, (name, record) in enumerate(records.items()):
+        progress(f"figure 8, {name}", number / len(records))
+        files.append(folder / f"figure_8_{name}.png")
+        draw_trajectories(name, record, conditions[name], files[-1])
+    files += [folder / "figure_9.png", folder / "figure_10.png"]
+    draw_responses(conditions, files[-2])
+    draw_to_safety(conditions, files[-1])
+    return files
 
 
 def write_report(result: Result, pictures: Iterable[Path], folder: Path) -> list[Path]:
