@@ -18,7 +18,7 @@ from cobodeck.record.format import machine, versions
 from cobodeck.terminal import OK, Problem, ProgressLine, positive, show, show_json, table, word
 
 if TYPE_CHECKING:
-    from cobodeck.paper import Asked
+    from cobodeck.paper import EvaluationPlan
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -53,20 +53,20 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run all, judge, report."""
-    from cobodeck.paper import Asked, evaluate
+    from cobodeck.paper import EvaluationPlan, evaluate
 
     if args.parts_requests < 0:
         raise Problem("--parts-requests is a number of requests, 0 or more")
     if args.out is not None:
         _make_room(args.out)
-    asked = Asked(args.requests, args.profile, args.tier, args.seeds, args.parts_requests)
+    plan = EvaluationPlan(args.requests, args.profile, args.tier, args.seeds, args.parts_requests)
     execution = {"executor": args.executor, "workers": args.workers}
     progress = ProgressLine("evaluate", 0.0)
     try:
-        found = evaluate(asked, execution, progress.at)
+        found = evaluate(plan, execution, progress.at)
         made = {"date": date.today().isoformat(), "machine": machine(), "versions": versions()}
         result = made | found
-        files = [] if args.out is None else _write(asked, result, args.out, progress)
+        files = [] if args.out is None else _write(plan, result, args.out, progress)
     finally:
         progress.done()
     if args.json:
@@ -84,11 +84,11 @@ def _make_room(folder: Path) -> None:
 
 
 def _write(
-    asked: Asked, result: Mapping[str, Any], folder: Path, progress: ProgressLine
+    plan: EvaluationPlan, result: Mapping[str, Any], folder: Path, progress: ProgressLine
 ) -> list[Path]:
     from cobodeck.paper import draw_figures, record_conditions, write_report
 
-    records = record_conditions(asked, folder, progress.at)
+    records = record_conditions(plan, folder, progress.at)
     pictures = draw_figures(result, records, folder, progress.at)
     return [*write_report(result, pictures, folder), *pictures, *records.values()]
 

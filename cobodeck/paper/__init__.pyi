@@ -1,6 +1,6 @@
 from cobodeck.paper.conditions import (
     CONDITIONS as CONDITIONS,
-    Asked as Asked,
+    EvaluationPlan as EvaluationPlan,
 )
 from cobodeck.paper.evaluation import (
     evaluate as evaluate,

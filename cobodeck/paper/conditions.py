@@ -53,7 +53,7 @@ PARTS_TIER = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class EvaluationPlan:
     """What is evaluated: `parts_requests` are those with other parts, 0: none."""
 
     requests: int = 100

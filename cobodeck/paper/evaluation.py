@@ -10,7 +10,7 @@ from cobodeck.campaign import CampaignCell, CellResult, execute
 from cobodeck.paper.arm_times import arm_times
 from cobodeck.paper.claims import claims
 from cobodeck.paper.comparison import on_routes, on_study
-from cobodeck.paper.conditions import CONDITIONS, PARTS, SCENE, VARIED, Asked
+from cobodeck.paper.conditions import CONDITIONS, PARTS, SCENE, VARIED, EvaluationPlan
 from cobodeck.paper.rooms import rooms
 from cobodeck.setup import profile_with
 from cobodeck.terminal import FAILED, Problem
@@ -21,15 +21,15 @@ FULL = 2
 
 
 def evaluate(
-    asked: Asked,
+    plan: EvaluationPlan,
     execution: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
     varied: Sequence[tuple[str, ...]] = VARIED,
 ) -> dict[str, Any]:
-    """All of section 5; the same for the same `asked`, however it is executed.
+    """All of section 5; the same for the same `plan`, however it is executed.
 
     Args:
-        asked: what to evaluate.
+        plan: what to evaluate.
         execution: arguments of `campaign.execute`, such as the number of workers.
         progress: called with text and the share done, 0 to 1.
         varied: sets of values of the profile, to see what differences depend on.
@@ -37,22 +37,20 @@ def evaluate(
     Raises:
         Problem: a run failed, or cannot run.
     """
-    found = _figures(asked.cells(varied), execution or {}, progress)
-    conditions = {
-        name: _condition(asked.cell(name), found[asked.cell(name)]) for name in CONDITIONS
-    }
+    found = _figures(plan.cells(varied), execution or {}, progress)
+    conditions = {name: _condition(plan.cell(name), found[plan.cell(name)]) for name in CONDITIONS}
     routes = {
-        name: [found[asked.route(name, number)] for number in range(asked.seeds)]
+        name: [found[plan.route(name, number)] for number in range(plan.seeds)]
         for name in CONDITIONS
     }
     result: dict[str, Any] = {
-        "asked": asdict(asked),
+        "plan": asdict(plan),
         "conditions": conditions,
         "statistics": {"study": on_study(conditions), "routes": on_routes(routes)},
         "rooms": rooms(SCENE),
-        "causes": [_varied(asked, sets, found) for sets in varied],
-        "arm_times": arm_times(SCENE, asked.profile),
-        "parts": _parts(asked, found),
+        "causes": [_varied(plan, sets, found) for sets in varied],
+        "arm_times": arm_times(SCENE, plan.profile),
+        "parts": _parts(plan, found),
     }
     return result | {"claims": claims(result)}
 
@@ -94,18 +92,18 @@ SHORT = ("requests", "served", "response_s", "arm_s", "distance_m", "escapes", "
 
 
 def _varied(
-    asked: Asked, sets: tuple[str, ...], found: Mapping[CampaignCell, Figures]
+    plan: EvaluationPlan, sets: tuple[str, ...], found: Mapping[CampaignCell, Figures]
 ) -> dict[str, Any]:
-    runs = {name: found[asked.varied(name, sets)] for name in CONDITIONS}
+    runs = {name: found[plan.varied(name, sets)] for name in CONDITIONS}
     return {
         "sets": list(sets),
         "conditions": {name: {key: run[key] for key in SHORT} for name, run in runs.items()},
     }
 
 
-def _parts(asked: Asked, found: Mapping[CampaignCell, Figures]) -> list[dict[str, Any]]:
+def _parts(plan: EvaluationPlan, found: Mapping[CampaignCell, Figures]) -> list[dict[str, Any]]:
     """The conditions once more with other parts; empty if that was not asked for."""
-    if not asked.parts_requests:
+    if not plan.parts_requests:
         return []
     return [
         {
@@ -113,7 +111,7 @@ def _parts(asked: Asked, found: Mapping[CampaignCell, Figures]) -> list[dict[str
             "conditions": {
                 condition: _explained(cell, found[cell])
                 for condition in CONDITIONS
-                for cell in (asked.other_parts(condition, name),)
+                for cell in (plan.other_parts(condition, name),)
             },
         }
         for name in PARTS

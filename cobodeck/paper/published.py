@@ -23,7 +23,7 @@ TABLE_2: Mapping[str, Printed] = {
 }
 
 
-class Spread(NamedTuple):
+class PrintedTimes(NamedTuple):
     """Mean, SD and range of a time, s."""
 
     mean: float
@@ -32,8 +32,8 @@ class Spread(NamedTuple):
     most: float
 
 
-ARM = Spread(3.70, 0.67, 3.20, 5.30)
-TO_SAFETY = Spread(1.62, 0.52, 1.12, 1.87)
+ARM = PrintedTimes(3.70, 0.67, 3.20, 5.30)
+TO_SAFETY = PrintedTimes(1.62, 0.52, 1.12, 1.87)
 """Its SD is impossible: in this range and with this mean it is at most 0.354 s, as a variance is at
 most (max - mean)(mean - min) (Bhatia and Davis, 2000)."""
 KRUSKAL_WALLIS_H = 27.62

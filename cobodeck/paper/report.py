@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.campaign import run_cell
-from cobodeck.paper.conditions import CONDITIONS, Asked
+from cobodeck.paper.conditions import CONDITIONS, EvaluationPlan
 from cobodeck.paper.tables import JUDGED, ResultTable, tables
 
 Result = Mapping[str, Any]
@@ -40,12 +40,12 @@ p.note { font-size: .85rem; }
 """
 
 
-def record_conditions(asked: Asked, folder: Path, progress: Progress) -> dict[str, Path]:
+def record_conditions(plan: EvaluationPlan, folder: Path, progress: Progress) -> dict[str, Path]:
     """Run each condition once more, the same bits, and keep a record of it in a folder."""
     records = {name: folder / f"{name}.mcap" for name in CONDITIONS}
     for number, (name, file) in enumerate(records.items()):
         progress(f"record of {name}", number / len(records))
-        run_cell(asked.cell(name), file)
+        run_cell(plan.cell(name), file)
     return records
 
 
@@ -93,11 +93,11 @@ def request_rows(result: Result) -> list[list[Any]]:
 
 def page(result: Result, pictures: Iterable[Path]) -> str:
     """The report as one HTML page without scripts or links to other files."""
-    asked = result["asked"]
+    plan = result["plan"]
     held = sum(claim["holds"] is True for claim in result["claims"])
     about = (
-        f"Profile {asked['profile']}, tier {asked['tier']}, {asked['requests']} requests per "
-        f"condition, {asked['seeds']} random routes. {held} of {len(result['claims'])} claims "
+        f"Profile {plan['profile']}, tier {plan['tier']}, {plan['requests']} requests per "
+        f"condition, {plan['seeds']} random routes. {held} of {len(result['claims'])} claims "
         "hold; one that does not is an answer, with its measured cause."
     )
     if "machine" in result:

@@ -3,13 +3,13 @@
 import pytest
 import yaml
 
-from cobodeck.paper import CONDITIONS, Asked
+from cobodeck.paper import CONDITIONS, EvaluationPlan
 from cobodeck.paper.conditions import PARTS, SCENE, VARIED
 from cobodeck.project import CHARTS
 from cobodeck.setup import profile_with
 from hw.scene import load_scene
 
-ASKED = Asked(requests=7, seeds=3, parts_requests=2)
+PLAN = EvaluationPlan(requests=7, seeds=3, parts_requests=2)
 
 
 def chart(name):
@@ -50,15 +50,15 @@ def test_each_condition_s_chart_is_its_machine_with_the_scene_s_parking_place():
 
 
 def test_all_conditions_meet_the_same_people():
-    seeds = {ASKED.cell(name).seed for name in CONDITIONS}
-    routes = [{ASKED.route(name, number).seed for name in CONDITIONS} for number in range(3)]
+    seeds = {PLAN.cell(name).seed for name in CONDITIONS}
+    routes = [{PLAN.route(name, number).seed for name in CONDITIONS} for number in range(3)]
     assert len(seeds) == 1
     assert all(len(found) == 1 for found in routes)
     assert len(set().union(*routes)) == 3
 
 
 def test_the_cells_are_all_that_is_compared_each_once_and_its_values_are_valid():
-    cells = list(ASKED.cells(VARIED))
+    cells = list(PLAN.cells(VARIED))
     assert len(set(cells)) == len(cells) - 3  # the profile itself, with as many requests
     assert len(cells) == 3 * (len(PARTS) + 1 + 3 + len(VARIED))
     for sets in dict.fromkeys(cell.sets for cell in cells):

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from cobodeck.__main__ import main
-from cobodeck.paper import CONDITIONS, Asked, evaluate
+from cobodeck.paper import CONDITIONS, EvaluationPlan, evaluate
 from cobodeck.paper.readme import committed
 from cobodeck.terminal import USAGE
 
@@ -13,8 +13,8 @@ from cobodeck.terminal import USAGE
 @pytest.mark.slow
 @pytest.mark.requirement(127, 128, 130, 133)
 def test_the_short_form_has_the_structure_of_the_committed_results():
-    asked = Asked(requests=7, seeds=1)
-    found = evaluate(asked, {"workers": 1}, varied=((),))
+    plan = EvaluationPlan(requests=7, seeds=1)
+    found = evaluate(plan, {"workers": 1}, varied=((),))
     kept = committed("paper")
     assert found.keys() == kept.keys() - {"date", "machine", "versions"}
     for name in CONDITIONS:

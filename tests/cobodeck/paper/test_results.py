@@ -20,7 +20,7 @@ def result(request):
 
 @pytest.mark.requirement(128, 136, 140, 142, 143, 144)
 def test_the_committed_claims_and_statistics_are_those_of_their_figures(result):
-    assert result["asked"]["requests"] == 100
+    assert result["plan"]["requests"] == 100
     assert result["claims"] == claims(result)
     assert result["statistics"]["study"] == on_study(result["conditions"])
     for name in CONDITIONS:
