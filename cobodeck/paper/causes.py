@@ -15,6 +15,8 @@ Result = Mapping[str, Any]
 Row = Mapping[str, Any]
 MOST = 3
 """Varied values that are told with a claim; the table of the report has all."""
+AWAY = 0.1
+"""Who asks farther than this from all seven poses asks elsewhere, m."""
 ZONE = 2.5
 """Distance at which a robot ahead of a walking person raises Escape, m (R104)."""
 
@@ -93,16 +95,25 @@ def energy_cause(result: Result) -> str:
 
 
 def served_cause(result: Result) -> str:
-    """Why requests were not served."""
+    """Why requests were not served, and how many were asked elsewhere than at the seven poses."""
+    poses = [asked["user"] for asked in result["conditions"]["chase"]["request_list"][:SEQUENCE]]
     shown = []
     for name in CONDITIONS:
-        refusals = result["conditions"][name]["refusals"]
-        shown += [f"{name}: {why} {number}" for why, number in refusals.items()]
-    return ", ".join(shown) or "see refused_requests: 0 reasons"
+        run = result["conditions"][name]
+        if run["served"] == run["requests"]:
+            continue
+        refusals = ", ".join(f"{why}: {number}" for why, number in run["refusals"].items())
+        users = [asked["user"] for asked in run["request_list"] if asked["user"] is not None]
+        away = sum(min(math.dist(user[:2], pose[:2]) for pose in poses) > AWAY for user in users)
+        shown.append(
+            f"{name}: {refusals}; {away} of {run['requests']} were asked elsewhere than at the "
+            f"seven poses, by a person who had been shown the robot ({run['informs']} Informs)"
+        )
+    return "; ".join(shown)
 
 
 def parking_cause(result: Result) -> str:
-    """How near the person's ways pass the parking places, and Escapes of the varied values."""
+    """How near the person's ways pass the parking places."""
     shown = []
     for name in CONDITIONS[1:]:
         place = load_scene(SCENE).places[name]
@@ -114,8 +125,7 @@ def parking_cause(result: Result) -> str:
                 f"{near} of {len(ways)} ways of the person pass the place {name} within "
                 f"{ZONE} m, the nearest within {min(ways):.2f} m"
             )
-    told = _listed(_other(result, _escapes), _escapes)
-    return f"{'; '.join(shown)}; Escapes in {SEQUENCE} requests with {told}"
+    return "; ".join(shown)
 
 
 def safety_cause(result: Result) -> str:
@@ -147,16 +157,6 @@ def _ways(result: Result) -> str:
     shown = (f"{runs[name]['distance_m'] / runs[name]['requests']:.1f}" for name in CONDITIONS)
     theirs = (f"{TABLE_2[name].distance_m / REQUESTS:.1f}" for name in CONDITIONS)
     return f"ways of {', '.join(shown)} m per request, the paper's {', '.join(theirs)} m"
-
-
-def _other(result: Result, of: Callable[[Row], str]) -> list[Row]:
-    """The first varied values for which something is not what it is without them."""
-    rows: Sequence[Row] = result["causes"]
-    return [row for row in rows if of(row) != of(rows[0])][:MOST]
-
-
-def _escapes(row: Row) -> str:
-    return ", ".join(str(row["conditions"][name]["escapes"]) for name in CONDITIONS)
 
 
 def _times(row: Row) -> list[float]:
