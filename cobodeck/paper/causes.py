@@ -133,10 +133,7 @@ def safety_cause(result: Result) -> str:
     rows = [row for row in result["causes"] if _times(row)]
     rows.sort(key=lambda row: abs(max(_times(row)) - TO_SAFETY.mean))
     told = _listed(rows[:MOST], lambda row: ", ".join(f"{time:.2f} s" for time in _times(row)))
-    return (
-        "an Escape ends as soon as both zones are clear; longest means of conditions with Escapes, "
-        f"{told}"
-    )
+    return f"an Escape ends as soon as it is safe, on its way; mean times with {told}"
 
 
 def failure_cause(result: Result) -> str:

@@ -144,6 +144,7 @@ def _tests(result: Result) -> list[Claim]:
         words = "differ" if differs else "do not differ"
         paper = f"r = {EFFECTS[name]:.2f}, p {P_VALUES[name]}"
         ours = f"r = {pair['r']:.2f}, z = {pair['z']:.2f}, p = {pair['p_holm']:.2g}"
+        ours += ", in the other order" if pair["z"] < 0.0 else ""
         pair_of = " and ".join(part.title() for part in name.split(" < "))
         claim = f"{pair_of} {words} (Jonckheere-Terpstra, Holm)"
         found.append(Claim(claim, paper, ours, holds, None if holds else _sequences(result)))
