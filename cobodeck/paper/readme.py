@@ -55,6 +55,8 @@ def _lines() -> Iterator[str]:
     yield _row("the arm in chase, s (SD)", arm, arms)
     yield _row("time to safety, s", f"{TO_SAFETY.mean:.2f}", map(_to_safety, results))
     yield _row("Kruskal-Wallis, H(2)", f"{KRUSKAL_WALLIS_H}", map(_h, results))
+    for pair in ("corner - chase", "center - chase"):
+        yield _row(f"response on random routes, {pair}, s", "–", (_gap(f, pair) for f in results))
     yield _row("claims that hold", "all", map(_held, results))
     machine = results[0]["machine"]["platform"]
     yield f"\nMeasured on {results[0]['date']}, {machine}."
@@ -88,6 +90,12 @@ def _to_safety(result: Result) -> str:
 def _h(result: Result) -> str:
     test = result["statistics"]["study"]["kruskal_wallis"]
     return "–" if test is None else f"{test['h']:.2f}"
+
+
+def _gap(result: Result, pair: str) -> str:
+    """A mean difference with its 95 % bounds."""
+    gap = result["statistics"]["routes"]["differences"][pair]["response_s"]
+    return f"{gap['mean']:.2f} ({gap['low']:.2f} to {gap['high']:.2f})"
 
 
 def _held(result: Result) -> str:

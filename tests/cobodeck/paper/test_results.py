@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+from html import escape
 
 import pytest
 
@@ -69,7 +70,7 @@ def test_the_report_stands_alone_and_has_every_claim_and_request(result, tmp_pat
     assert not any(sign in text for sign in ("<script", "src=", "href=", "http", "url("))
     assert text.count("<table>") == len(tables(result))
     for claim in result["claims"]:
-        assert f"<td>{claim['claim']}</td>" in text
+        assert f"<td>{escape(claim['claim'])}</td>" in text
     with requests.open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert len(rows) == 300
