@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     if args.out is not None:
         _make_room(args.out)
     plan = EvaluationPlan(args.requests, args.profile, args.tier, args.seeds, args.parts_requests)
-    execution = {"executor": args.executor, "workers": args.workers}
+    execution = {"executor": args.executor, "workers": args.workers, "own": args.own}
     progress = ProgressLine("evaluate", 0.0)
     try:
         found = evaluate(plan, execution, progress.at)
