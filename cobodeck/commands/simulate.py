@@ -65,7 +65,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--user",
         type=word,
-        metavar="NAME|random|FILE[#id][@x,y,yaw][:KIND][ at SPEED]",
+        metavar="NAME|random|route|FILE[#id][@x,y,yaw][:KIND][ at SPEED]",
         help="X.mcap: the person of a record; :KIND: how they treat the robot, by default "
         "attentive (`list users`); at SPEED: of random people, 0.5 to 1.5 m/s else; default: "
         "the scene's",
