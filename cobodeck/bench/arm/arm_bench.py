@@ -17,7 +17,6 @@ import numpy as np
 import states.arm
 from behaviors.profile import load_profile
 from cobodeck.bench.arm.arm_peers import IK_PEERS, found
-from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchCase, BenchRow, Work, measure, seconds_of
 from hw import compile_examples
 from hw.model import MotionLimits, load_robot

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 from hw import Odometry, Pose2, Pose3, Sample, Scan, Twist2
 from hw.model import MotionLimits, SensorErrors, SensorModel, Tracking, load_robot

@@ -19,7 +19,6 @@ from behaviors import chase, escape, haptic
 from behaviors.prediction import costs, rollout, waiting
 from behaviors.profile import load_profile, profile_names
 from behaviors.situation import Situation, chase_space, grid
-from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 from engine import Action
 from hw import USER_RADIUS, Pose2, Pose3, Twist2, UserPose, compile_examples

@@ -20,7 +20,6 @@ import numpy as np
 import shapely
 from scipy import ndimage, sparse
 
-from cobodeck.bench.engine import times
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
 from cobodeck.bench.navigation import decisions, drives
 from cobodeck.terminal import complain
