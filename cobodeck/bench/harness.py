@@ -138,6 +138,29 @@ def timed(
     ]
 
 
+def timed_each(
+    row: BenchRow, works: Sequence[Work], rounds: int = ROUNDS, share: float = 0.95
+) -> tuple[BenchRow, BenchRow]:
+    """The row with the mean time of several works, and with the quantile `share` of their times."""
+
+    def run(count: int) -> None:
+        for work in works:
+            work.run(count)
+
+    (mean,) = timed([(row, Work(run, items=len(works)))], rounds)
+    single = [min(seconds_of(work, 1) for _ in range(min(rounds, 3))) for work in works]
+    longer = statistics.quantiles(single, n=1000)[round(1000 * share) - 1] / statistics.fmean(
+        single
+    )
+    assert mean.time_us is not None
+    assert mean.ratio is not None
+    late = replace(
+        mean, name=f"{row.name}, {share:.0%} quantile", time_us=longer * mean.time_us,
+        ratio=longer * mean.ratio, spread=None, error=None, error_unit=None, default=False,
+    )  # fmt: skip
+    return mean, late
+
+
 def _row(row: BenchRow, taken: Sequence[float], limits: Sequence[float], name: str) -> BenchRow:
     ratios = [own / bare for own, bare in zip(taken, limits, strict=True)]
     quartiles = statistics.quantiles(ratios, n=4) if len(ratios) > 1 else (0.0, 0.0, 0.0)

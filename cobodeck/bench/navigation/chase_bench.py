@@ -1,10 +1,10 @@
 """Benchmark of the Chase pose: run time against error over the size of the cells.
 
 The error is by how much the chosen place falls short of the best one on cells of 1 cm, in per cent
-of its weight, where all of these are weighed, as the mean of the situations in which a place was
-found; another row tells in how many none was, though there is one. `tuned` weighs the risk of at most `chase.CELLS`
-cells, and counts weights within `tie` as equal; beside it stands the same without ties, and with
-all cells.
+of its weight, where all of these are weighed: the mean of the situations in which a place was
+found. Another row tells in how many none was, though there is one. `tuned` weighs the risk of about
+`chase.CELLS` cells, and counts weights within `tie` as equal; beside it stands the same without
+ties, and with all cells.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ knob and no error: a row tells the mean, another the 95th percentile.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -19,7 +19,7 @@ from behaviors import chase, escape, haptic
 from behaviors.prediction import costs, rollout, waiting
 from behaviors.profile import load_profile, profile_names
 from behaviors.situation import Situation, chase_space, grid
-from cobodeck.bench.harness import ROUNDS, BenchRow, Work, timed, times
+from cobodeck.bench.harness import ROUNDS, BenchRow, Work, timed_each, times
 from engine import Action
 from hw import USER_RADIUS, Pose2, Pose3, Twist2, UserPose, compile_examples
 from hw.model import load_robot
@@ -28,7 +28,7 @@ from states.environment import Environment
 from states.navigation.exact import visibility
 
 NAME, SCENE = "navigation", "lab_a"
-SITUATIONS, SEED, ROUND_S = 200, 5, 0.002
+SITUATIONS, SEED = 200, 5
 WALK = 1.0
 """Speed at which the users of the situations walk up to the robot, m/s."""
 NEAR, FAR = 1.3, 2.5
@@ -67,7 +67,7 @@ class _Moment:
 
 
 def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
-    """Median and 95th percentile of one decision of each behaviour, by profile."""
+    """Mean and 95 % quantile of one decision of each behaviour, by profile."""
     compile_examples((costs, rollout, waiting, visibility))
     scene = load_scene(SCENE)
     robot = load_robot(scene.robot)
@@ -75,29 +75,11 @@ def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
         environment = profile.environment(scene.room, robot)
         found = situations(environment, profile.settings, count)
         for behaviour, decide in decisions(environment, profile.settings).items():
-            points = [
-                (_row(behaviour, profile.name), Work(_repeated(decide, now))) for now in found
-            ]
-            yield from _summed(timed(points, min(rounds, 3), ROUND_S))
-
-
-def _repeated(decide: Callable[[Situation], Any], now: Situation) -> Callable[[int], None]:
-    return times(partial(decide, now))
-
-
-def _row(behaviour: str, profile: str) -> BenchRow:
-    return BenchRow(NAME, f"{behaviour} decision", profile, reference="has no error")
-
-
-def _summed(taken: Sequence[BenchRow]) -> Iterator[BenchRow]:
-    """The mean of all situations, and the 95th percentile, which has a goal for Escape."""
-    whole = np.array([(row.time_us, row.ratio) for row in taken])
-    time, ratio = whole.mean(axis=0).tolist()
-    yield replace(taken[0], time_us=time, ratio=ratio, spread=None)
-    time, ratio = np.percentile(whole, 95.0, axis=0).tolist()
-    goal = GOAL_UNITS if taken[0].name.startswith("escape") else None
-    name = f"{taken[0].name}, 95th percentile"
-    yield replace(taken[0], name=name, time_us=time, ratio=ratio, spread=None, goal=goal)
+            works = [Work(times(partial(decide, now))) for now in found]
+            row = BenchRow(NAME, f"{behaviour} decision", profile.name, reference="has no error")
+            mean, late = timed_each(row, works, rounds)
+            yield mean
+            yield replace(late, goal=GOAL_UNITS if behaviour == "escape" else None)
 
 
 def decisions(environment: Environment, settings: Any) -> dict[str, Callable[[Situation], Any]]:
