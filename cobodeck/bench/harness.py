@@ -24,7 +24,7 @@ from importlib.metadata import PackageNotFoundError, distribution, version
 from pathlib import Path
 from typing import Any
 
-ROUNDS = 9
+ROUNDS = 5
 ROUND_S = 0.03
 """Approximate time for which one alternative runs in one round, s."""
 LIBRARIES = ("numpy", "scipy", "shapely", "networkx", "numba")

@@ -1,7 +1,7 @@
 """Measure run time against error, side by side with others where they are installed.
 
-Ratios refer to work that was timed in the same round, without other work to a unit, a million passes
-of a plain loop; absolute times hold for one machine only.
+Ratios refer to work that was timed in the same round: by default to a unit, a million passes of a
+plain loop. Absolute times hold for one machine only.
 `envelope` tells from where a person can be escaped at all; with records, which of their failed
 Escapes and contacts could have been avoided.
 """
@@ -60,9 +60,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "(scans), late=-0.2 (s, of the wheels); default: the logs as they are, and all of these",
     )  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, help="of the variants; default 0")
-    parser.add_argument("--rounds", type=positive, default=9, help="medians of so many; default 9")
+    parser.add_argument("--rounds", type=positive, default=5, help="medians of so many; default 5")
     parser.add_argument(
-        "--show", type=Path, nargs="+", metavar="FILE", help="measure nothing, show --json of before"
+        "--show", type=Path, nargs="+", metavar="FILE", help="measure nothing, show earlier --json"
     )
     parser.add_argument(
         "-o",
