@@ -131,7 +131,10 @@ def _choose(choice: _Choice, met: Sequence[Situation], cells: Array, count: int)
 
 
 def _shortfall(choice: _Choice, now: Situation, cells: Array, most: float) -> float | None:
-    """What the chosen place lacks to the largest weight, %; None if none was found."""
+    """What the chosen place lacks to the largest weight, %; None if none was found.
+
+    It is a little below 0 for a place between cells of 1 cm that weighs more than these.
+    """
     found = choice.best(now, cells)
     if found is None:
         return None

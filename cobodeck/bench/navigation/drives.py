@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -90,21 +90,23 @@ def _repeat(setting: _Setting, trials: Iterable[Trial], count: int) -> None:
             setting.drive(trial)
 
 
-def period_rows(rounds: int = ROUNDS, periods: Iterable[float] = PERIODS) -> Iterator[BenchRow]:
+def period_rows(
+    rounds: int = ROUNDS, periods: Iterable[float] = PERIODS, trials: Sequence[Trial] = TRIALS
+) -> Iterator[BenchRow]:
     """The four trials over the period; then the deepest intrusion into the user's disc, if any."""
     points, deep = [], []
     for name in LOCAL_PLANNERS:
         for period in periods:
             setting = _Setting(name, period=period)
-            found = [setting.drive(trial) for trial in TRIALS]
-            over = [_over(o, trial.least_time) for o, trial in zip(found, TRIALS, strict=True)]
+            found = [setting.drive(trial) for trial in trials]
+            over = [_over(o, trial.least_time) for o, trial in zip(found, trials, strict=True)]
             row = BenchRow(
                 NAME, "four trials", name, "period", period,
                 error=round(statistics.fmean(over), 3), error_unit="% over the least time, mean",
                 reference=LEAST_TIME, goal=OVER_GOALS[name] if period == PERIOD else None,
                 default=name == "profile" and period == TICK,
             )  # fmt: skip
-            points.append((row, setting.work(TRIALS, found)))
+            points.append((row, setting.work(trials, found)))
             deepest = 100.0 * max(0.0, *(outcome.intrusion for outcome in found))
             limit = 0.0 if name == "profile" else 3.0
             deep.append(

@@ -53,7 +53,7 @@ SHORTEST = 1.0
 SEED = 3
 
 Ring = Sequence[Point]
-Query = tuple[Point, Point]
+PathEnds = tuple[Point, Point]
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +170,7 @@ def path_rows(
 
 
 def _reference_excess(
-    floor: BenchFloor, asked: Sequence[Query], shortest: Sequence[float]
+    floor: BenchFloor, asked: Sequence[PathEnds], shortest: Sequence[float]
 ) -> list[float]:
     """By how much `exact` differs from the reference; of cells there is none: too many corners."""
     if floor.map is not None:
@@ -182,7 +182,7 @@ def _reference_excess(
 def _peer_points(
     floor: BenchFloor,
     resolutions: Iterable[float],
-    asked: Sequence[Query],
+    asked: Sequence[PathEnds],
     shortest: Sequence[float],
 ) -> Iterator[TimedPoint]:
     for name, (make, finest) in PATH_PEERS.items():
@@ -198,11 +198,11 @@ def _peer_points(
             yield replace(row, peer=True, goal=None), work
 
 
-def _asking(planner: Any, asked: Sequence[Query]) -> Work:
+def _asking(planner: Any, asked: Sequence[PathEnds]) -> Work:
     return Work(partial(_ask_all, planner.plan, asked), items=len(asked))
 
 
-def _ask_all(plan: Callable[..., Any], asked: Sequence[Query], count: int) -> None:
+def _ask_all(plan: Callable[..., Any], asked: Sequence[PathEnds], count: int) -> None:
     for _ in range(count):
         for query in asked:
             plan(*query)
@@ -245,11 +245,11 @@ def _goal(name: str, resolution: float | None) -> float | None:
     return 1.0 if (name, resolution) == ("theta_star", 0.05) else None
 
 
-def answered(planners: Sequence[Any], floor: BenchFloor, count: int) -> list[Query]:
+def answered(planners: Sequence[Any], floor: BenchFloor, count: int) -> list[PathEnds]:
     """Starts and goals, m, from a fixed seed, between which every planner finds a path."""
     rng = np.random.default_rng(SEED)
     low, high = np.min(floor.outer, axis=0), np.max(floor.outer, axis=0)
-    found: list[Query] = []
+    found: list[PathEnds] = []
     for _ in range(1000 * count):
         start, goal = ((float(x), float(y)) for x, y in rng.uniform(low, high, (2, 2)))
         free = (planner.is_free(place) for planner in planners for place in (start, goal))
@@ -262,7 +262,7 @@ def answered(planners: Sequence[Any], floor: BenchFloor, count: int) -> list[Que
     return found
 
 
-def outline_lengths(floor: BenchFloor, queries: Sequence[Query]) -> list[float]:
+def outline_lengths(floor: BenchFloor, queries: Sequence[PathEnds]) -> list[float]:
     """Lengths of shortest paths by a visibility graph over inflated outlines, m."""
     walls = shapely.union_all([shapely.Polygon(ring) for ring in floor.obstacles])
     free = shapely.Polygon(floor.outer).difference(walls).buffer(-floor.inflation, quad_segs=32)
