@@ -15,6 +15,7 @@ from cobodeck.setup.open_scene import (
 from cobodeck.setup.options import (
     FULL as FULL,
     LONGEST_S as LONGEST_S,
+    REFERENCE as REFERENCE,
     Options as Options,
 )
 from cobodeck.setup.run_profile import (

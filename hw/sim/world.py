@@ -1,4 +1,4 @@
-"""The simulated world of tiers 1 and 2: robot, person and room, advanced from tick to tick.
+"""The simulated world of tiers 1 to 3: robot, person and room, advanced from tick to tick.
 
 Person, room and arm are optional. All of it is deterministic.
 """
@@ -267,9 +267,10 @@ class World:
         touched.since_ns, touched.now_ns = since_ns, now_ns
         robot_before = base.pose
         base.braked = braked = self._line.reason is not None
+        if arm is not None:
+            arm.braked = braked  # before the base moves: physics moves both at once
         base.advance(now_ns)
         if arm is not None:
-            arm.braked = braked
             arm.advance(now_ns)
         if self.hand.gripper is not None:
             self.hand.advance(now_ns, braked=braked)

@@ -1,0 +1,92 @@
+"""What the physics needs beyond the robot file: drives, tyres and servos, each with its source."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from hw.model import BaseModel, RobotModel, Six, Slip
+
+PHYSICS_STEP_S = 0.002
+"""The aimed-at step of the physics, s; a cycle of the chain has a whole number of steps."""
+GRAVITY = 9.81
+"""m/s2."""
+WHEELS = ((1, 1, -1), (1, -1, 1), (-1, 1, 1), (-1, -1, -1))
+"""Front left, front right, rear left, rear right: ahead or behind, left or right, and the sign of
+the roller on the ground, whose axis is (1, sign) in the base frame for the usual 45 degrees."""
+
+
+@dataclass(frozen=True, slots=True)
+class WheelGeometry:
+    """Where the wheels touch the floor, m, and the tangent of their rollers' angle on it.
+
+    It is that of the robot file, but for a floor on which shares of the way are lost (`Slip`).
+    There is no friction in such losses, as they are there at constant speed as well: wheels are
+    pressed flat, and rollers touch beside their middle. So the true radius r', the roller's tangent
+    t' and the half track w' are those with which the body goes (1 - along) vx, (1 - across) vy,
+    (1 - turning) wz while its wheels turn as for vx, vy, wz with the file's radius r, half wheelbase
+    l and half track w. From r' u / r = vx' + s t' vy' + (s t' x - y) wz', see `robot_mjcf`, for each
+    component alone,
+
+        r' / r = 1 - along,    t' (1 - across) = r' / r,    (t' l + w') (1 - turning) = (l + w) r' / r
+
+    By the losses on linoleum: 1.3 mm less, 46.2 degrees instead of 45, 4 mm further out.
+    """
+
+    radius: float
+    half_wheelbase: float
+    half_track: float
+    tangent: float
+
+    @classmethod
+    def on(cls, base: BaseModel, slip: Slip | None) -> WheelGeometry:
+        """That of a base on a floor; None: one without losses."""
+        length, width = base.half_wheelbase, base.half_track
+        if slip is None:
+            return cls(base.wheel_radius, length, width, 1.0)
+        share = 1.0 - slip.along
+        tangent = share / (1.0 - slip.across)
+        track = share * (length + width) / (1.0 - slip.turning) - tangent * length
+        return cls(share * base.wheel_radius, length, track, tangent)
+
+
+@dataclass(frozen=True, slots=True)
+class Mechanics:
+    """Masses in kg, kg m2; the floor; drives and servos in Nm, rad and s.
+
+    Robot files do not have them. None is fitted to runs of the other tiers.
+    """
+
+    friction: float = 0.6
+    """Coulomb friction of polyurethane rollers on linoleum: 0.5 to 0.7 in tables of materials. The
+    grip of a Mecanum base ahead is friction * g / sqrt(2), here 4.2 m/s2."""
+    roller_mass: float = 0.1
+    """Of a roller, felt at its rim, kg: an estimate from its size."""
+    wheel_inertia: float = 0.07
+    """A wheel of 4 kg (0.03) and the rotor of a motor of 500 W, 1e-4 times 20 squared (0.04)."""
+    wheel_power: float = 500.0
+    """Of each of the four motors, W (Robotnik's data sheet): its torque is power / fastest rate."""
+    drive_bandwidth: float = 10.0
+    """Of the velocity loop of a drive with its load, Hz: a common tuning, 16 ms of lag."""
+    drive_reset: float = 0.08
+    """Reset time of its integral part, s: five times the lag, so that it does not overshoot."""
+    servo_stiffness: Six = (20_000.0, 20_000.0, 10_000.0, 1_500.0, 1_500.0, 1_500.0)
+    """Nm/rad. UR publishes no gains; TODO"""
+    servo_damping: Six = (800.0, 800.0, 400.0, 50.0, 50.0, 50.0)
+    """Nm s/rad: critical for 8 kg m2 at the shoulder, 4 at the elbow and 0.4 at the wrist."""
+    rotor_inertia: float = 0.1
+    """Of an arm's motor behind its gear, kg m2, as MuJoCo Menagerie has it for the UR10e."""
+
+    def wheel_torque(self, base: BaseModel) -> float:
+        """The greatest torque of a wheel, Nm."""
+        return self.wheel_power / base.max_wheel_rate
+
+    def drive_gains(self, robot: RobotModel) -> tuple[float, float]:
+        """Proportional and integral gain of a drive, Nm s/rad and Nm/rad.
+
+        Straight ahead a wheel of radius r moves a quarter of the mass m, so that the loop of gain k
+        on the inertia J + m r^2 / 4 has the bandwidth k / (2 pi (J + m r^2 / 4)).
+        """
+        load = self.wheel_inertia + 0.25 * robot.mass * robot.base.wheel_radius**2
+        gain = 2.0 * math.pi * self.drive_bandwidth * load
+        return gain, gain / self.drive_reset

@@ -1,0 +1,121 @@
+"""The robot as MuJoCo moves it: driven wheels on a floor, and an arm by its servos."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from hw.geometry import Pose2, Twist2
+from hw.model import JOINTS, BaseModel, RobotModel, Slip
+from hw.samples import Joints
+from hw.sim.physics.mechanics import PHYSICS_STEP_S, WHEELS, Mechanics, WheelGeometry
+from hw.sim.physics.robot_mjcf import robot_mjcf
+
+Floats = NDArray[np.float64]
+
+
+class RobotBody:
+    """A robot at a pose (map_from_base), its arm at these joints; it stands.
+
+    `slip` says how much of the way the floor takes (`WheelGeometry`); what wheels lose in speeding
+    up and braking follows from friction, and patches of the floor are left out.
+    `model` and `data` are MuJoCo's.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        start: Pose2,
+        joints: Joints = (),
+        slip: Slip | None = None,
+        mechanics: Mechanics | None = None,
+    ) -> None:
+        mechanics = mechanics or Mechanics()
+        text = robot_mjcf(robot, mechanics, WheelGeometry.on(robot.base, slip))
+        self.model = model = mujoco.MjModel.from_xml_string(text)
+        self.data = data = mujoco.MjData(model)
+        self._base = robot.base
+        joint = [model.joint(n) for n in range(model.njnt)]
+        places = {j.name: (int(j.qposadr[0]), int(j.dofadr[0])) for j in joint}
+        count = JOINTS if robot.arm is not None else 0
+        self._rollers, _ = _indices(places, "roller", len(WHEELS))
+        self._hubs, self._hub_rates = _indices(places, "hub", len(WHEELS))
+        self._joints, self._joint_rates = _indices(places, "joint", count)
+        self._stiffness = np.array(mechanics.servo_stiffness[:count])
+        self._damping = np.array(mechanics.servo_damping[:count])
+        data.qpos[self._joints] = joints
+        self.place(start)
+        mujoco.mj_forward(model, data)
+
+    @property
+    def pose(self) -> Pose2:
+        """map_from_base."""
+        x, y, _, w, i, j, k = self.data.qpos[:7].tolist()
+        return Pose2(x, y, math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k)))
+
+    @property
+    def wheel_angles(self) -> Floats:
+        """(4,): front left, front right, rear left, rear right, rad; positive drives forwards."""
+        angles: Floats = self.data.qpos[self._hubs]
+        return angles
+
+    @property
+    def wheel_power(self) -> float:
+        """What the drives take or brake now, W."""
+        torques, rates = self.data.qfrc_actuator, self.data.qvel
+        return float(np.abs(torques[self._hub_rates] * rates[self._hub_rates]).sum())
+
+    @property
+    def joints(self) -> tuple[Joints, Joints]:
+        """Joint angles, rad, and rates, rad/s."""
+        data = self.data
+        return tuple(data.qpos[self._joints].tolist()), tuple(data.qvel[self._joint_rates].tolist())
+
+    def place(self, pose: Pose2) -> None:
+        """Put the base there; it and its wheels stand."""
+        data = self.data
+        data.qpos[:3] = pose.x, pose.y, data.qpos[2]
+        data.qpos[3:7] = math.cos(0.5 * pose.yaw), 0.0, 0.0, math.sin(0.5 * pose.yaw)
+        data.qvel[: self._joint_rates[0] if len(self._joint_rates) else None] = 0.0
+        data.act[:] = data.qpos[self._hubs]
+
+    def command(self, twist: Twist2, joints: Joints, rates: Joints) -> None:
+        """Set what drives and servos hold from now on.
+
+        The servos are told the angles that make up for damping by the wanted rates, rad/s, and for
+        the torque of gravity and rotation, as an arm's controller does by its model.
+        """
+        data, wheels = self.data, wheel_rates(twist, self._base)
+        data.ctrl[:8] = wheels + wheels
+        if len(self._joints):
+            torques = self._damping * rates + data.qfrc_bias[self._joint_rates]
+            data.ctrl[8:] = joints + torques / self._stiffness
+
+    def step(self, span_s: float) -> None:
+        """Move on by this time, s, in equal steps of about `PHYSICS_STEP_S`."""
+        model, data, rollers = self.model, self.data, self._rollers
+        steps = max(1, round(span_s / PHYSICS_STEP_S))
+        model.opt.timestep = span_s / steps
+        for _ in range(steps):
+            mujoco.mj_step(model, data)
+            data.qpos[rollers] = 0.0
+
+
+def _indices(
+    places: dict[str, tuple[int, int]], kind: str, count: int
+) -> tuple[list[int], list[int]]:
+    """Indices of joints of one kind in positions and velocities."""
+    found = [places[f"{kind}_{n}"] for n in range(count)]
+    return [position for position, _ in found], [velocity for _, velocity in found]
+
+
+def wheel_rates(twist: Twist2, base: BaseModel) -> tuple[float, ...]:
+    """The rates of the wheels, rad/s, at which the base has this velocity without slip."""
+    lever = base.half_wheelbase + base.half_track
+    return tuple(
+        (twist.vx + sign * twist.vy - left * lever * twist.wz) / base.wheel_radius
+        for _, left, sign in WHEELS
+    )
