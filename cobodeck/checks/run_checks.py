@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from cobodeck.fitness import BAD, NOTE, CheckResult
@@ -11,6 +12,7 @@ from cobodeck.real import WORDS, PriorRuns
 from cobodeck.terminal import FAILED, REFUSED
 from engine import TickGrid
 from engine.signals import roots
+from hw import needs
 
 if TYPE_CHECKING:
     from cobodeck.setup import Options, Setup, Uses
@@ -40,6 +42,8 @@ def embodied(setup: Setup, options: Options) -> Iterator[CheckResult]:
     if options.tier != REFERENCE:
         return
     arm = setup.robot.arm
+    if find_spec("mujoco") is None:
+        yield CheckResult("tier 3", BAD, f"tier 3 {needs('mujoco')}")
     if "omni" not in setup.robot.base.modes:
         about = f"robot {setup.robot.name}: tier 3 needs Mecanum wheels"
         yield CheckResult("base", BAD, about, "its file has no mode omni in base.modes")

@@ -53,11 +53,10 @@ class PhysicalArm:
         """Brake to standstill along the course; see `Arm`."""
         self._course.stop()
 
-    def lead(self, until_ns: int) -> tuple[Joints, Joints]:
-        """Angles, rad, and rates, rad/s, that the servos are to have at this instant."""
+    def lead(self, until_ns: int) -> Joints:
+        """The angles, rad, that the servos are to have at this instant."""
         self._course.advance(until_ns)
-        state = self._course.state
-        return state.joints, state.velocities
+        return self._course.state.joints
 
     def advance(self, until_ns: int) -> None:  # noqa: ARG002  the base has moved both
         """Take over where the joints are."""

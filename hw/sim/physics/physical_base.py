@@ -75,8 +75,7 @@ class PhysicalBase(SimBase):
     def _follow(self, begin_ns: int, end_ns: int) -> None:
         """Move body and arm on to the end of a cycle."""
         body, arm, span = self._physics, self._arm, (end_ns - begin_ns) * 1e-9
-        body.command(self._set_point, *(((), ()) if arm is None else arm.lead(end_ns)))
-        body.step(span)
+        body.move(self._set_point, () if arm is None else arm.lead(end_ns), span)
         self.energy_j += body.wheel_power * span
         self._roll(span)
         pose = body.pose

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hw.geometry import Pose2, Twist2
 from hw.model import JOINTS, BaseModel, RobotModel, Slip
 from hw.samples import Joints
-from hw.sim.physics.mechanics import PHYSICS_STEP_S, WHEELS, Mechanics, WheelGeometry
+from hw.sim.physics.mechanics import WHEELS, Mechanics, WheelGeometry
 from hw.sim.physics.robot_mjcf import robot_mjcf
 
 Floats = NDArray[np.float64]
@@ -37,7 +37,7 @@ class RobotBody:
         text = robot_mjcf(robot, mechanics, WheelGeometry.on(robot.base, slip))
         self.model = model = mujoco.MjModel.from_xml_string(text)
         self.data = data = mujoco.MjData(model)
-        self._base = robot.base
+        self._base, self._step = robot.base, mechanics.step
         joint = [model.joint(n) for n in range(model.njnt)]
         places = {j.name: (int(j.qposadr[0]), int(j.dofadr[0])) for j in joint}
         count = JOINTS if robot.arm is not None else 0
@@ -46,6 +46,7 @@ class RobotBody:
         self._joints, self._joint_rates = _indices(places, "joint", count)
         self._stiffness = np.array(mechanics.servo_stiffness[:count])
         self._damping = np.array(mechanics.servo_damping[:count])
+        self._led: Floats = np.array(joints)
         data.qpos[self._joints] = joints
         self.place(start)
         mujoco.mj_forward(model, data)
@@ -82,26 +83,27 @@ class RobotBody:
         data.qvel[: self._joint_rates[0] if len(self._joint_rates) else None] = 0.0
         data.act[:] = data.qpos[self._hubs]
 
-    def command(self, twist: Twist2, joints: Joints, rates: Joints) -> None:
-        """Set what drives and servos hold from now on.
+    def move(self, twist: Twist2, joints: Joints, span_s: float) -> None:
+        """Move on by this time, s, in equal steps of about `Mechanics.step`.
 
-        The servos are told the angles that make up for damping by the wanted rates, rad/s, and for
-        the torque of gravity and rotation, as an arm's controller does by its model.
+        The drives hold the wheel rates of this velocity (base frame). The servos are led evenly to
+        these angles, rad, and told besides what makes up for their damping and for the torques of
+        gravity and motion, as an arm's controller does by its model.
         """
-        data, wheels = self.data, wheel_rates(twist, self._base)
-        data.ctrl[:8] = wheels + wheels
-        if len(self._joints):
-            torques = self._damping * rates + data.qfrc_bias[self._joint_rates]
-            data.ctrl[8:] = joints + torques / self._stiffness
-
-    def step(self, span_s: float) -> None:
-        """Move on by this time, s, in equal steps of about `PHYSICS_STEP_S`."""
         model, data, rollers = self.model, self.data, self._rollers
-        steps = max(1, round(span_s / PHYSICS_STEP_S))
-        model.opt.timestep = span_s / steps
+        steps = max(1, round(span_s / self._step))
+        model.opt.timestep = span = span_s / steps
+        wheels = wheel_rates(twist, self._base)
+        data.ctrl[:8] = wheels + wheels
+        led, wanted = self._led, np.array(joints)
+        change = (wanted - led) / steps
         for _ in range(steps):
+            known = self._damping * change / span + data.qfrc_bias[self._joint_rates]
+            data.ctrl[8:] = led + known / self._stiffness
             mujoco.mj_step(model, data)
             data.qpos[rollers] = 0.0
+            led = led + change
+        self._led = wanted
 
 
 def _indices(

@@ -25,13 +25,7 @@ from collections.abc import Iterator
 
 from hw.geometry import Pose3
 from hw.model import LINKS, ArmModel, Prop, RobotModel
-from hw.sim.physics.mechanics import (
-    GRAVITY,
-    PHYSICS_STEP_S,
-    WHEELS,
-    Mechanics,
-    WheelGeometry,
-)
+from hw.sim.physics.mechanics import GRAVITY, WHEELS, Mechanics, WheelGeometry
 
 _POINT = 1e-6
 """Inertia of a point mass, kg m2: MuJoCo takes none of 0."""
@@ -56,7 +50,7 @@ def robot_mjcf(robot: RobotModel, mechanics: Mechanics, geometry: WheelGeometry)
     arm = "" if robot.arm is None else _arm(robot.arm, robot.prop, mechanics)
     return f"""<mujoco model="{robot.name}">
 <compiler angle="radian" inertiafromgeom="false" boundmass="1e-6" boundinertia="1e-9"/>
-<option timestep="{PHYSICS_STEP_S}" gravity="0 0 -{GRAVITY}" integrator="Euler"
+<option timestep="{mechanics.step!r}" gravity="0 0 -{GRAVITY}" integrator="Euler"
  cone="elliptic" impratio="1e4" tolerance="1e-10"/>
 <worldbody><geom name="floor" type="plane" size="0 0 1" contype="0" conaffinity="0"/>
 <body name="rover"><freejoint name="rover"/>{_chassis(robot, mechanics)}
