@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hw.model import BaseModel, RobotModel, Six, Slip
+from hw.model import BaseModel, RobotModel, Slip
 
 GRAVITY = 9.81
 """m/s2."""
@@ -48,7 +48,7 @@ class WheelGeometry:
 
 @dataclass(frozen=True, slots=True)
 class Mechanics:
-    """Masses in kg, kg m2; the floor; drives and servos in Nm, rad and s.
+    """Masses in kg, kg m2; the floor; drives and servos.
 
     Robot files do not have them. None is fitted to runs of the other tiers.
     """
@@ -68,10 +68,9 @@ class Mechanics:
     """Of the velocity loop of a drive with its load, Hz: a common tuning, 16 ms of lag."""
     drive_reset: float = 0.08
     """Reset time of its integral part, s: five times the lag, so that it does not overshoot."""
-    servo_stiffness: Six = (20_000.0, 20_000.0, 10_000.0, 1_500.0, 1_500.0, 1_500.0)
-    """Nm/rad. UR publishes no gains; with these an arm that speeds up by 5 rad/s2 is off by 3 mrad."""
-    servo_damping: Six = (800.0, 800.0, 400.0, 50.0, 50.0, 50.0)
-    """Nm s/rad: critical for 8 kg m2 at the shoulder, 4 at the elbow and 0.4 at the wrist."""
+    servo_bandwidth: float = 8.0
+    """Of the arm's joints, Hz. UR publishes no gains; an arm that speeds up by a is behind by
+    a / (2 pi 8 Hz)^2, 2 mrad at 5 rad/s2."""
     rotor_inertia: float = 0.1
     """Of an arm's motor behind its gear, kg m2, as MuJoCo Menagerie has it for the UR10e."""
 

@@ -44,8 +44,8 @@ class RobotBody:
         self._rollers, _ = _indices(places, "roller", len(WHEELS))
         self._hubs, self._hub_rates = _indices(places, "hub", len(WHEELS))
         self._joints, self._joint_rates = _indices(places, "joint", count)
-        self._stiffness = np.array(mechanics.servo_stiffness[:count])
-        self._damping = np.array(mechanics.servo_damping[:count])
+        self._bandwidth = 2.0 * math.pi * mechanics.servo_bandwidth
+        self._inertia: Floats = np.zeros((model.nv, model.nv))
         self._led: Floats = np.array(joints)
         data.qpos[self._joints] = joints
         self.place(start)
@@ -87,23 +87,39 @@ class RobotBody:
         """Move on by this time, s, in equal steps of about `Mechanics.step`.
 
         The drives hold the wheel rates of this velocity (base frame). The servos are led evenly to
-        these angles, rad, and told besides what makes up for their damping and for the torques of
-        gravity and motion, as an arm's controller does by its model.
+        these angles, rad.
         """
         model, data, rollers = self.model, self.data, self._rollers
         steps = max(1, round(span_s / self._step))
-        model.opt.timestep = span = span_s / steps
+        model.opt.timestep = span_s / steps
         wheels = wheel_rates(twist, self._base)
         data.ctrl[:8] = wheels + wheels
-        led, wanted = self._led, np.array(joints)
-        change = (wanted - led) / steps
-        for _ in range(steps):
-            known = self._damping * change / span + data.qfrc_bias[self._joint_rates]
-            data.ctrl[8:] = led + known / self._stiffness
+        wanted, inertia = np.array(joints), self._joint_inertia()
+        change = wanted - self._led
+        for n in range(steps):
+            led = self._led + change * (n / steps)
+            data.ctrl[8:] = self._torques(led, change / span_s, inertia)
             mujoco.mj_step(model, data)
             data.qpos[rollers] = 0.0
-            led = led + change
         self._led = wanted
+
+    def _joint_inertia(self) -> Floats:
+        """(6, 6): the inertia of the arm in its joints, kg m2."""
+        mujoco.mj_fullM(self.model, self.data, self._inertia)
+        found: Floats = self._inertia[np.ix_(self._joint_rates, self._joint_rates)]
+        return found
+
+    def _torques(self, joints: Floats, rates: Floats, inertia: Floats) -> Floats:
+        """What the servos are to apply, Nm, to have these angles, rad, and rates, rad/s.
+
+        Computed torque, as a controller does that knows its arm (Siciliano, Robotics, 8.5.2):
+        M (k^2 e + 2 k e') and the torques of gravity and motion, so that errors e die down
+        critically with the bandwidth k, whatever the arm's pose.
+        """
+        data, k = self.data, self._bandwidth
+        off, rate = joints - data.qpos[self._joints], rates - data.qvel[self._joint_rates]
+        found: Floats = inertia @ (k * k * off + 2.0 * k * rate) + data.qfrc_bias[self._joint_rates]
+        return found
 
 
 def _indices(

@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hw.geometry import Pose3
-from hw.model import LINKS, ArmModel, Prop, RobotModel
+from hw.model import JOINTS, LINKS, ArmModel, Prop, RobotModel
 from hw.sim.physics.mechanics import GRAVITY, WHEELS, Mechanics, WheelGeometry
 
 _POINT = 1e-6
@@ -103,7 +103,7 @@ def _wheel(robot: RobotModel, mechanics: Mechanics, geometry: WheelGeometry, num
 
 
 def _arm(arm: ArmModel, prop: Prop | None, mechanics: Mechanics) -> str:
-    """The links one in another, from the shoulder on; gravity is compensated as by its controller.
+    """The links one in another, from the shoulder on.
 
     A mass is in the frame of its link, and so is the prop, which is fixed to the last.
     """
@@ -129,7 +129,7 @@ def _arm(arm: ArmModel, prop: Prop | None, mechanics: Mechanics) -> str:
 
 
 def _actuators(robot: RobotModel, mechanics: Mechanics) -> Iterator[str]:
-    """Both parts of each drive, then the servos: torques are limited at the joints."""
+    """Both parts of each drive, then the torques of the arm; they are limited at the joints."""
     gain, integral = mechanics.drive_gains(robot)
     for n in range(len(WHEELS)):
         yield f'<velocity joint="hub_{n}" kv="{gain!r}"/>'
@@ -139,6 +139,5 @@ def _actuators(robot: RobotModel, mechanics: Mechanics) -> Iterator[str]:
             f'biastype="affine" biasprm="0 {-integral!r} 0"/>'
         )
     if robot.arm is not None:
-        for n, stiffness in enumerate(mechanics.servo_stiffness):
-            damping = mechanics.servo_damping[n]
-            yield f'<position joint="joint_{n}" kp="{stiffness!r}" kv="{damping!r}"/>'
+        for n in range(JOINTS):
+            yield f'<motor joint="joint_{n}"/>'
