@@ -8,6 +8,7 @@ from cobodeck.avoidable.envelope import (
 )
 from cobodeck.avoidable.escape_report import (
     JudgedRun as JudgedRun,
+    contacts_avoidable as contacts_avoidable,
     judged_run as judged_run,
     text as text,
 )

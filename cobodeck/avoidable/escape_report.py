@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cobodeck.avoidable.judged import EARLIER_S, JudgedEvent, judge
+from cobodeck.avoidable.judged import EARLIER_S, JudgedEvent, avoidable_contacts, judge
 from cobodeck.avoidable.motion_search import BestMotion
 from cobodeck.avoidable.recorded_escapes import RecordedRun, read_run
 from cobodeck.record.read import Record
@@ -69,6 +69,15 @@ def counts(events: Iterable[JudgedEvent]) -> dict[str, int]:
         "contacts": len(contacts),
         "contacts_avoidable": sum(event.avoidable for event in contacts),
     }
+
+
+def contacts_avoidable(path: Path) -> int:
+    """How many of the contacts of base and user in a record were avoidable, as `judged_run` tells.
+
+    Raises:
+        FileError: the record cannot be read, or does not tell enough.
+    """
+    return avoidable_contacts(read_run(Record(path)))
 
 
 def text(runs: Sequence[JudgedRun]) -> str:

@@ -108,6 +108,14 @@ def judge(run: RecordedRun) -> Iterator[JudgedEvent]:
         yield judged(run, what, at_s, decided_s)
 
 
+def avoidable_contacts(run: RecordedRun) -> int:
+    """The number of contacts for which there was a way without contact at the decision."""
+    questions = (
+        question_at(run, at_s, decision_before(run, at_s), "recorded") for at_s, _ in run.contacts
+    )
+    return sum(map(is_avoidable, questions))
+
+
 def decision_before(run: RecordedRun, at_s: float) -> float:
     """When the robot had to decide what to do about a contact at this time, s.
 

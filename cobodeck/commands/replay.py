@@ -66,20 +66,17 @@ def _run_to_end(
     replay: Replay, record: Record, recorder: Recorder | None
 ) -> tuple[Mapping[str, Any], Path | None]:
     """Run to the end; returns the figures and the file in which the replay was kept."""
-    import time
-
-    from cobodeck.run import figures_of
+    from cobodeck.run import Spent, figures_of
 
     loop = replay.loop
     if recorder is not None:
         recorder.attend(loop)
-    progress, begin = ProgressLine("replay"), time.perf_counter_ns()
+    progress, begin = ProgressLine("replay"), Spent.now()
     try:
         end_ns = loop.go(FOR_EVER_NS, _with_share(loop, record, progress))
     finally:
         progress.done()
-    wall_s = (time.perf_counter_ns() - begin) / 1e9
-    figures = figures_of(replay.setup, _options(record), loop, end_ns / 1e9, wall_s)
+    figures = figures_of(replay.setup, _options(record), loop, end_ns / 1e9, begin.since())
     guard = record.header["guard"]
     if guard is not None:
         figures["governor"] = guard["governor"] and guard["watched"]

@@ -20,6 +20,7 @@ from cobodeck.terminal import (
     ProgressLine,
     complain,
     inputs,
+    is_record,
     kept_file,
     length,
     positive,
@@ -110,6 +111,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="X.mcap: record all of the run; else its trace alone, by default in out/",
     )
+    parser.add_argument(
+        "--judge",
+        action="store_true",
+        help="with --record X.mcap: count the contacts that could have been avoided",
+    )
     parser.add_argument("--explain", action="store_true", help="report what was built and computed")
     parser.add_argument("--no-skip", action="store_true", help="compute every signal in every tick")
     parser.add_argument(
@@ -120,6 +126,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, record, report."""
+    if args.judge and (args.record is None or not is_record(args.record)):
+        raise Problem("--judge judges the record of the run: add --record X.mcap")
     from cobodeck.setup import LONGEST_S, Options
 
     options = Options(
@@ -157,6 +165,8 @@ def report_on(
     path = _write_trace(setup, options, result, args.record, began, told=not_recorded)
     figures = {**result.figures, "trace_file": path and str(path)}
     figures["record_file"] = result.record_file and str(result.record_file)
+    if getattr(args, "judge", False) and figures["contacts"] is not None:
+        figures["contacts_avoidable"] = _avoidable(figures["contacts"], result.record_file)
     if args.json:
         show_json(figures)
     else:
@@ -169,10 +179,17 @@ def report_on(
     return FAILED if lacking or failed else OK
 
 
+def _avoidable(contacts: int, record: Path | None) -> int | None:
+    """How many of the contacts were avoidable; None if there is no record to judge them by."""
+    if not contacts or record is None:
+        return None if contacts else 0
+    from cobodeck.avoidable import contacts_avoidable
+
+    return contacts_avoidable(record)
+
+
 def _keeps_record(args: argparse.Namespace, clock: Clock | None) -> bool:
     """A run is always recorded, a simulation on request."""
-    from cobodeck.terminal import is_record
-
     return clock is not None if args.record is None else is_record(args.record)
 
 
@@ -191,7 +208,6 @@ def _write_trace(
     """
     from cobodeck.record.format import FOLDER, default_name, open_free
     from cobodeck.run import trace_file
-    from cobodeck.terminal import is_record
 
     named, ending = wanted, None
     if named is None or is_record(named):

@@ -5,6 +5,7 @@ from cobodeck.evaluate.arm_contact import (
 from cobodeck.evaluate.evaluators import (
     arm_outline as arm_outline,
     prop_of as prop_of,
+    run_figures as run_figures,
     watchers as watchers,
 )
 from cobodeck.evaluate.figures import (

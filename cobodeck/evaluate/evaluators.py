@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from behaviors import ESTIMATE
 from cobodeck.evaluate.arm_contact import ArmOutline, ArmWatch
+from cobodeck.evaluate.figures import escape_figures
 from cobodeck.evaluate.localization import LocalizationWatch
 from cobodeck.evaluate.measured_truth import Senses
 from cobodeck.evaluate.metrics import Evaluator
+from cobodeck.evaluate.proximity import DriveWatch, WalkingGap
 from cobodeck.evaluate.requests import RequestWatch
 from cobodeck.evaluate.separation_figures import SeparationWatch
 from cobodeck.evaluate.stuck import StuckWatch
 from cobodeck.loop import Inlet, Observer, Plant, Wired
+from engine.run import ChartRun
 from hw import BASE, Joints, Pose2, Pose3
 from hw.model import RobotModel
 from hw.scene import Scene
+
+STILL = 0.01
+"""Measured poses of a base that stands differ by up to this, m and rad."""
 
 
 def watchers(plant: Plant, wired: Wired, robot: RobotModel, scene: Scene | None) -> list[Observer]:
@@ -35,18 +42,28 @@ def watchers(plant: Plant, wired: Wired, robot: RobotModel, scene: Scene | None)
     return found
 
 
+def run_figures(evaluator: Evaluator, run: ChartRun) -> dict[str, Any]:
+    """The figures of robot and person, and those of Escapes, so far."""
+    return {**evaluator.report(), **escape_figures(run)}
+
+
 def _by_truth(plant: Plant, robot: RobotModel, person: bool) -> Evaluator:
+    outline = robot.footprint
     if not person or robot.arm is None:
-        return Evaluator(plant, person)
-    return Evaluator(plant, person, RequestWatch(prop_of(robot)), ArmWatch(arm_outline(robot)))
+        return Evaluator(plant, person, walking_gap=WalkingGap(outline))
+    requests = RequestWatch(prop_of(robot), base=DriveWatch(outline))
+    arm = ArmWatch(arm_outline(robot))
+    return Evaluator(plant, person, requests, arm, walking_gap=WalkingGap(outline))
 
 
 def _by_samples(inlet: Inlet, robot: RobotModel) -> Evaluator:
     heard = "vr.haptic_request" in inlet.flowing
     person = heard or "user.pose" in inlet.flowing
     prop = prop_of(robot) if heard and robot.arm is not None else None
-    senses = Senses(inlet, robot.footprint)
-    return Evaluator(senses, person, RequestWatch(prop, heard), measured=True)
+    outline = robot.footprint
+    requests = RequestWatch(prop, heard, DriveWatch(outline, STILL))
+    senses = Senses(inlet, outline)
+    return Evaluator(senses, person, requests, measured=True, walking_gap=WalkingGap(outline))
 
 
 def prop_of(robot: RobotModel) -> Callable[[Pose2, Joints], Pose3]:

@@ -15,6 +15,11 @@ from engine.run import ChartRun
 from hw import Contact, Hit
 from hw.safety import CycleLog
 
+MOVING = 0.2
+"""A slower user starts no Escape situation, and stands, m/s."""
+SPREAD = ("mean", "sd", "min", "max")
+"""The statistics of `spread`."""
+
 
 def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float | None]:
     """Mean, sample standard deviation, minimum and maximum; `None` where undefined."""
@@ -31,12 +36,16 @@ def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float |
 
 
 def contact_figures(contacts: Sequence[Contact] | None) -> dict[str, Any]:
-    """The numbers of contacts, in all and by cause, and a list; None where they are not known."""
+    """The numbers of contacts, in all and by cause, and a list; None where they are not known.
+
+    Which were avoidable is found from the record of the run, on demand.
+    """
     causes = None if contacts is None else [contact.by for contact in contacts]
     return {
         "contacts": None if causes is None else len(causes),
         "contacts_by_robot": None if causes is None else causes.count("robot"),
         "contacts_slow_arm": None if causes is None else causes.count("slow_arm"),
+        "contacts_avoidable": None,
         "contact_list": None if contacts is None else [_listed(c) for c in contacts],
     }
 
@@ -105,7 +114,10 @@ def visits(run: ChartRun, chart: str) -> list[Visit]:
 
 
 def escape_figures(run: ChartRun) -> dict[str, Any]:
-    """Numbers of Escapes, failed ones, Informs and loops; s that those took that ended `safe`."""
+    """Numbers of Escapes, failed ones, Informs and loops; s that those took that ended `safe`.
+
+    In the list the time and outcome of an Escape are None if it has not ended, or was left.
+    """
     escapes = visits(run, "escape")
     times = (
         (escape.ended_ns - escape.entered_ns) / 1e9
@@ -120,7 +132,14 @@ def escape_figures(run: ChartRun) -> dict[str, Any]:
         "escape_time_s": spread(times, ("mean", "min", "max")),
         "informs": len(visits(run, "inform")),
         "loops": sum(later - sooner <= LOOP_NS for sooner, later in rounds),
+        "escape_list": [_visited(escape) for escape in escapes],
     }
+
+
+def _visited(escape: Visit) -> dict[str, Any]:
+    ended = escape.ended_ns
+    time_s = None if ended is None else (ended - escape.entered_ns) / 1e9
+    return {"at_s": escape.entered_ns / 1e9, "time_s": time_s, "outcome": escape.outcome}
 
 
 LOOPS, LOOP_NS = 2, 10_000_000_000
@@ -134,7 +153,10 @@ NOTHING: Mapping[str, Any] = {
     "refused": None,
     "refusals": {},
     "refused_requests": [],
-    "response_s": dict.fromkeys(("mean", "sd", "min", "max")),
+    "response_s": dict.fromkeys(SPREAD),
+    "arm_s": dict.fromkeys(SPREAD),
+    "request_list": None,
+    "close_drives": dict.fromkeys(("number", "mean_s", "below_0_4_m_s")),
     "prop_error_m": dict.fromkeys(("mean", "max")),
     "prop_error_rad": dict.fromkeys(("mean", "max")),
     "distance_m": None,
@@ -150,6 +172,7 @@ NOTHING: Mapping[str, Any] = {
     "hits": None,
     "stuck": None,
     "min_gap_m": None,
+    "least_gap_walking_m": None,
     "walking_s": None,
     "beside_share": None,
     "beside_share_3_4": None,

@@ -12,14 +12,13 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from cobodeck.evaluate.arm_contact import ArmWatch
-from cobodeck.evaluate.figures import contact_figures, hit_figures, spread
+from cobodeck.evaluate.figures import MOVING, contact_figures, hit_figures, spread
+from cobodeck.evaluate.proximity import WalkingGap
 from cobodeck.evaluate.requests import RequestWatch
 from hw import Contact, Joints, Pose2, Truth, wrap
 
 AHEAD_M, HALF_VIEW_RAD, AROUND_M = 2.5, math.pi / 5, 1.5
 """The Escape zones: radius and half angle within the view, radius elsewhere, m, rad (R104)."""
-MOVING = 0.2
-"""A slower user starts no Escape situation and does not count as walking, m/s."""
 NEAR_M, BEYOND_M, FAR_M = 1.5, 3.0, 4.0
 """Distance band of the base from a walking user, m (R90, R91, R97); best beyond BEYOND_M."""
 STALE_NS = 150_000_000
@@ -92,6 +91,7 @@ class Evaluator:
     requests: RequestWatch = field(default_factory=RequestWatch)
     arm: ArmWatch | None = None
     measured: bool = False
+    walking_gap: WalkingGap | None = None
     motion: MotionHash = field(default_factory=MotionHash)
     signs: int = 0
     signs_to_standing: int = 0
@@ -128,7 +128,7 @@ class Evaluator:
         if truth.base is not None and truth.body is not None:
             self._located = True
             if truth.speed > MOVING or self._danger_since is not None:
-                self._watch_distance(truth, truth.base, truth.body, elapsed)
+                self._watch_distance(before, truth, elapsed)
         if self.arm is not None:
             self.arm.watch(now_ns, truth)
         self.requests.watch(now_ns, truth)
@@ -140,7 +140,10 @@ class Evaluator:
             self.dropouts.append((self._seen, seen_ns))
         self._seen = seen_ns
 
-    def _watch_distance(self, truth: Truth, base: Pose2, body: Pose2, elapsed: int) -> None:
+    def _watch_distance(self, before: Truth, truth: Truth, elapsed: int) -> None:
+        base, body = truth.base, truth.body
+        assert base is not None
+        assert body is not None
         distance = math.hypot(body.x - base.x, body.y - base.y)
         moving = truth.speed > MOVING
         if moving:
@@ -149,6 +152,9 @@ class Evaluator:
                 self.beside_ns += elapsed
             if BEYOND_M <= distance <= FAR_M:
                 self.beyond_ns += elapsed
+            near = self.walking_gap
+            if near is not None and distance < near.below:
+                near.watch((before.base or base, base), (before.body or body, body), distance)
         if distance < AHEAD_M or self._danger_since is not None:
             ahead = abs(wrap(body.bearing_to(base) - truth.head_turn)) <= HALF_VIEW_RAD
             self._watch_zones(distance < (AHEAD_M if ahead else AROUND_M), moving)
@@ -164,7 +170,7 @@ class Evaluator:
 
     def finish(self) -> None:
         """Count a drop-out and a request that are still open at the end of the run."""
-        self.requests.end(self._now)
+        self.requests.end(self._now, self._truth)
         if self._now - self._seen > STALE_NS:
             self.dropouts.append((self._seen, self._now))
 
@@ -179,6 +185,7 @@ class Evaluator:
     def report(self) -> dict[str, Any]:
         """The figures by their names in JSON; without a person only those of the robot."""
         truth = self._truth
+        gap = self.walking_gap
         of_robot = {
             "measured": self.measured,
             "distance_m": truth.distance_m,
@@ -192,7 +199,7 @@ class Evaluator:
             return of_robot
         return {
             **of_robot,
-            **self.requests.report(),
+            **self.requests.report(truth.distance_m),
             **contact_figures(self.contacts),
             "signs": None if truth.informed is None else self.signs,
             "signs_to_standing": None if truth.informed is None else self.signs_to_standing,
@@ -200,6 +207,7 @@ class Evaluator:
             "situations_open": int(self._danger_since is not None) if self._located else None,
             "time_to_safety_s": spread(self.time_to_safety_s, ("mean", "min", "max")),
             "min_gap_m": truth.min_gap,
+            "least_gap_walking_m": None if gap is None else gap.least,
             "walking_s": self.walking_ns / 1e9 if self._located else None,
             "beside_share": self._share(self.beside_ns),
             "beside_share_3_4": self._share(self.beyond_ns),

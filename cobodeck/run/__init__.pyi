@@ -12,6 +12,7 @@ from cobodeck.run.run_summary import (
 )
 from cobodeck.run.simulation import (
     RunResult as RunResult,
+    Spent as Spent,
     figures_of as figures_of,
     simulate as simulate,
 )

@@ -41,7 +41,7 @@ def summary(
     rows = [
         *((("inputs", _inputs(f["inputs"])),) if f["inputs"] else ()),
         *_chart_values(f.get("chart_values", {})),
-        ("simulated", f"{f['sim_s']:.1f} s in {f['wall_s']:.2f} s, {speed}"),
+        ("simulated", f"{f['sim_s']:.1f} s in {f['wall_s']:.2f} s, {speed}{_cpu(f)}"),
         *(_person_rows(f, topics) if f["tier"] and "requests" in f else ()),
         *(_robot_rows(f) if f["tier"] else ()),
         ("transitions", f"{f['transitions']} in {f['ticks']} ticks{_ticks(f)}"),
@@ -69,6 +69,9 @@ def _person_rows(f: Mapping[str, Any], topics: Collection[str]) -> list[tuple[st
     if REQUESTS in topics or f["served"]:
         rows += [("requests served", _served(f)), *_walled(f)]
         rows.append(("response", _spread(f["response_s"], "s")))
+        rows.append(("… of the arm", _spread(f["arm_s"], "s")))
+        if f["close_drives"]["number"]:
+            rows.append(("close drives", _close_drives(f["close_drives"])))
     if COMPANY in topics:
         rows.append(("beside the user", _share(f)))
     if ESCAPES in topics:
@@ -231,6 +234,16 @@ def _spread(values: Mapping[str, float | None], unit: str) -> str:
     return f"{values['mean']:.2f} {unit} ({values['min']:.2f} to {values['max']:.2f})"
 
 
+def _close_drives(found: Mapping[str, Any]) -> str:
+    taken, beside = found["mean_s"], found["below_0_4_m_s"]
+    return f"{found['number']}, {taken:.1f} s each, {beside:.1f} s of it within 0.4 m of the user"
+
+
+def _cpu(f: Mapping[str, Any]) -> str:
+    found = f.get("cpu_us_per_tick")
+    return "" if found is None else f", {found:.0f} µs of CPU a tick"
+
+
 def _share(f: Mapping[str, Any]) -> str:
     if f["beside_share"] is None:
         return "-"
@@ -245,7 +258,9 @@ def _contacts(f: Mapping[str, Any]) -> str:
     caused = f", of which {f['contacts_by_robot']} by the robot" if f["contacts"] else ""
     slow = f["contacts_slow_arm"]
     slowly = f" and {slow} by its arm, slowly" if slow else ""
-    return f"{f['contacts']}{caused}{slowly}, {gap}"
+    avoidable = f.get("contacts_avoidable")
+    judged = f", avoidable {avoidable}" if f["contacts"] and avoidable is not None else ""
+    return f"{f['contacts']}{caused}{slowly}{judged}, {gap}"
 
 
 def _worst(contacts: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cobodeck.checks import small_floor
 from cobodeck.evaluate import (
@@ -30,6 +30,23 @@ from hw.people import with_manner
 
 if TYPE_CHECKING:  # its libraries are loaded only where a record is kept
     from cobodeck.record.write import Recorder
+
+
+class Spent(NamedTuple):
+    """Time by the wall clock, and of the CPU in this thread, s."""
+
+    wall_s: float
+    cpu_s: float
+
+    @classmethod
+    def now(cls) -> Spent:
+        """Both clocks now."""
+        return cls(time.perf_counter(), time.thread_time())
+
+    def since(self) -> Spent:
+        """What has been spent since then."""
+        wall_s, cpu_s = Spent.now()
+        return Spent(wall_s - self.wall_s, cpu_s - self.cpu_s)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,12 +97,11 @@ def simulate(
     loop.tell = tell
     if recorder is not None:
         recorder.attend(loop)
-    figures, begin = None, time.perf_counter_ns()
+    figures, begin = None, Spent.now()
     try:
         with around(loop):
             end_ns = loop.go(round(options.duration_s * 1e9), _with_share(loop, options, progress))
-        wall_s = (time.perf_counter_ns() - begin) / 1e9
-        figures = figures_of(setup, options, loop, end_ns / 1e9, wall_s)
+        figures = figures_of(setup, options, loop, end_ns / 1e9, begin.since())
     finally:
         file = None if recorder is None else recorder.finish(figures)
     return RunResult(figures, loop, file)
@@ -102,7 +118,7 @@ def _with_share(
     def report(text: str) -> None:
         shares = [loop.now_ns / (options.duration_s * 1e9)]
         if options.requests:
-            shares += [watch.requests.requests / options.requests for watch in evaluators]
+            shares += [len(watch.requests.asked) / options.requests for watch in evaluators]
         progress(text, max(shares))
 
     return report
@@ -117,9 +133,10 @@ def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recor
 
 
 def figures_of(
-    setup: Setup, options: Options, loop: Loop, sim_s: float, wall_s: float
+    setup: Setup, options: Options, loop: Loop, sim_s: float, spent: Spent
 ) -> dict[str, Any]:
-    """The figures of a finished run, by their names in JSON."""
+    """The figures of a finished run, by their names in JSON; `spent` is the loop's time."""
+    wall_s = spent.wall_s
     run, board = loop.wired.run, loop.wired.board
     return {
         "chart": setup.chart.name,
@@ -138,6 +155,7 @@ def figures_of(
         "sim_s": sim_s,
         "wall_s": wall_s,
         "realtime_factor": sim_s / wall_s if wall_s > 0.0 else None,
+        "cpu_us_per_tick": 1e6 * spent.cpu_s / loop.ticks if loop.ticks else None,
         "ticks": loop.ticks,
         "left_out": loop.left_out,
         "missed": loop.missed,

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -138,13 +139,13 @@ class ChartTester:
     def _simulated(
         self, setup: Setup, options: Options, parameters: Mapping[str, Any] | None
     ) -> Loop:
-        from cobodeck.evaluate import Evaluator
+        from cobodeck.evaluate import Evaluator, run_figures
         from cobodeck.run import stage
 
         loop = stage(setup, options, parameters)
         for observer in loop.observers:
             if isinstance(observer, Evaluator):
-                self.metrics = observer.report
+                self.metrics = partial(run_figures, observer, loop.wired.run)
         return loop
 
     def _beside(self, chart: str) -> str:

@@ -20,7 +20,10 @@ NEAR_M, NEAR_RAD = 1e-3, 1e-3
 """Poses within these tolerances count as equal, m, rad."""
 ASKED = {"chart", "inputs", "scene", "robot", "user", "profile", "set", "tier", "seed", "tick_hz"}
 """Figures that say what was run; the headers are compared instead."""
-COMPUTING = {"wall_s", "realtime_factor", "left_out", "missed", "overruns", "signals"}
+COMPUTING = {
+    *("wall_s", "realtime_factor", "cpu_us_per_tick"),
+    *("left_out", "missed", "overruns", "signals"),
+}
 """Figures about the computation, not its result."""
 
 TraceLine = list[Any]

@@ -2,8 +2,10 @@ from hw.sim.contact.collisions import (
     Collisions as Collisions,
 )
 from hw.sim.contact.contact import (
+    Sweep as Sweep,
     gap as gap,
     rectangle_segment_distance as rectangle_segment_distance,
+    swept_gap as swept_gap,
 )
 from hw.sim.contact.moving import (
     MovingArm as MovingArm,

@@ -13,7 +13,7 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.avoidable import escape_report as told, judged
-from cobodeck.avoidable.escape_report import JudgedRun, judged_run, text
+from cobodeck.avoidable.escape_report import JudgedRun, contacts_avoidable, judged_run, text
 from cobodeck.avoidable.futures import sign_at, unwarned, walking_since
 from cobodeck.avoidable.judged import decision_before, gap_between, judge, question_at
 from cobodeck.avoidable.motion_search import RobotLimits
@@ -27,6 +27,11 @@ from tests.cobodeck.record.partial import WithoutTruth
 HALL = ((-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0))
 LIMITS = RobotLimits(1.0, 3.0, 2.5, 0.565, 0.455)
 HZ = 30
+TIGHT = """
+scene: tight
+room: {outer: [[0, 0], [7, 0], [7, 7], [0, 7]]}
+robot: {file: rbkairos_ur10, start: {x: 1.0, y: 1.0, yaw: 0.785}}
+"""
 
 
 def walked(
@@ -181,10 +186,7 @@ def test_the_gap_between_two_ticks_counts() -> None:
 def record(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Someone who walks at the robot again and again, in a small room."""
     folder: Path = tmp_path_factory.mktemp("runs")
-    (folder / "tight.yaml").write_text(
-        "scene: tight\nroom: {outer: [[0, 0], [7, 0], [7, 7], [0, 7]]}\n"
-        "robot: {file: rbkairos_ur10, start: {x: 1.0, y: 1.0, yaw: 0.785}}\n"
-    )
+    (folder / "tight.yaml").write_text(TIGHT)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         walks = ["--user", "random:pursuer", "--seed", "3", "--duration", "40"]
@@ -274,6 +276,35 @@ def test_what_the_robot_did_is_no_better_than_the_best_motion(found: JudgedRun) 
     for event, best in zip(found.events, recorded, strict=True):
         assert best is not None
         assert best.gap >= event.real_gap - 0.03
+
+
+def test_avoidable_contacts_are_those_of_the_judgement(record: Path, found: JudgedRun) -> None:
+    contacts = [event for event in found.events if event.what.startswith("contact")]
+
+    assert contacts_avoidable(record) == sum(event.best.gap > 0.0 for event in contacts)  # type: ignore[union-attr]
+
+
+def test_a_simulation_judges_its_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tight.yaml").write_text(TIGHT)
+    walks = ["simulate", "--scene", "tight.yaml", "--user", "random:pursuer", "--seed", "3"]
+    stands = [*walks, "--frozen-base", "--json", "--duration"]
+
+    assert main([*stands, "0.2", "--record", "a.mcap", "--judge"]) == OK
+    calm = json.loads(capsys.readouterr().out)
+    assert main([*stands, "18", "--record", "b.mcap", "--judge"]) == OK
+    touched = json.loads(capsys.readouterr().out)
+    assert main([*stands, "0.2", "--record", "c.mcap"]) == OK
+    unasked = json.loads(capsys.readouterr().out)
+
+    assert (calm["contacts"], calm["contacts_avoidable"]) == (0, 0)
+    assert touched["contacts_avoidable"] == contacts_avoidable(tmp_path / "b.mcap")
+    assert 0 < touched["contacts_avoidable"] < touched["contacts"]
+    assert unasked["contacts_avoidable"] is None
+    assert main([*walks, "--judge"]) == USAGE
+    assert "--record X.mcap" in capsys.readouterr().err
 
 
 def test_a_row_of_the_table_is_an_event(found: JudgedRun) -> None:

@@ -13,10 +13,11 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.evaluate.arm_contact import ArmWatch
-from cobodeck.evaluate.evaluators import arm_outline, prop_of
+from cobodeck.evaluate.evaluators import STILL, arm_outline, prop_of
 from cobodeck.evaluate.figures import NOTHING
 from cobodeck.evaluate.measured_truth import Senses
 from cobodeck.evaluate.metrics import Evaluator, MotionHash
+from cobodeck.evaluate.proximity import DriveWatch, WalkingGap
 from cobodeck.evaluate.requests import RequestWatch
 from cobodeck.loop.loop import Loop
 from cobodeck.loop.sample_router import Inlet
@@ -64,11 +65,13 @@ def ran(
 ) -> tuple[Loop, Kept]:
     loop = stage(open_setup("cobodeck", scene, profile, sets=sets), Options(user, 2))
     kept = Kept(loop)
+    outline = ROBOT.footprint
     senses = Evaluator(
-        Senses(loop.wired.inlet, ROBOT.footprint),
+        Senses(loop.wired.inlet, outline),
         True,
-        RequestWatch(prop_of(ROBOT)),
+        RequestWatch(prop_of(ROBOT), base=DriveWatch(outline, STILL)),
         measured=True,
+        walking_gap=WalkingGap(outline),
     )
     loop.observers = (*loop.observers, kept, senses)
     loop.go(round(seconds * SECOND))
@@ -90,7 +93,9 @@ def figures(loop: Loop, *, measured: bool = False) -> dict[str, Any]:
 @pytest.mark.slow
 def test_over_recorded_truth_the_figures_are_the_same(touched: tuple[Loop, Kept]) -> None:
     loop, kept = touched
-    again = Evaluator(kept, True, RequestWatch(prop_of(ROBOT)), ArmWatch(arm_outline(ROBOT)))
+    requests = RequestWatch(prop_of(ROBOT), base=DriveWatch(ROBOT.footprint))
+    arm = ArmWatch(arm_outline(ROBOT))
+    again = Evaluator(kept, True, requests, arm, walking_gap=WalkingGap(ROBOT.footprint))
 
     found = kept.again(again)
 
@@ -123,6 +128,10 @@ def test_measured_figures_are_near_the_true_ones_and_say_what_they_are(
     assert measured["situations"] == pytest.approx(true["situations"], abs=1)
     near = pytest.approx
     assert measured["response_s"]["mean"] == near(true["response_s"]["mean"], abs=0.07)
+    braked_s = math.sqrt(2.0 * STILL / 0.5)  # the last centimetre, at 0.5 m/s2
+    assert 0.0 <= measured["arm_s"]["mean"] - true["arm_s"]["mean"] <= braked_s + 0.04
+    gaps = measured["least_gap_walking_m"], true["least_gap_walking_m"]
+    assert gaps[0] == near(gaps[1], abs=0.05)
     assert measured["walking_s"] == near(true["walking_s"], rel=0.05)
     assert measured["beside_share"] == near(true["beside_share"], abs=0.05)
     assert measured["distance_m"] == near(true["distance_m"], rel=0.03)

@@ -10,6 +10,7 @@ from hypothesis import given, settings, strategies as st
 from cobodeck.evaluate.arm_contact import ArmWatch
 from cobodeck.evaluate.evaluators import arm_outline, prop_of
 from cobodeck.evaluate.metrics import Evaluator
+from cobodeck.evaluate.proximity import DriveWatch, WalkingGap
 from cobodeck.evaluate.requests import RequestWatch
 from hw.geometry import Pose2, Pose3
 from hw.model.robot import load_robot
@@ -45,6 +46,7 @@ truths = st.builds(
     head_turn=st.sampled_from([0.0, 2.0]),
     informed=st.booleans(),
     min_gap=st.just(0.3),
+    distance_m=st.sampled_from([None, 2.0]),
     contacts=st.just(()),
     others=st.just(()),
     seen_ns=st.none(),
@@ -56,7 +58,8 @@ truths = st.builds(
 def played(stretches: Sequence[Stretch], tracked: Sequence[bool], leaps: bool) -> Evaluator:
     """An evaluator that has seen each instant, or, of each stretch, the first one and the last."""
     source = Source()
-    found = Evaluator(source, True, RequestWatch(PROP), ArmWatch(OUTLINE))
+    requests, outline = RequestWatch(PROP, base=DriveWatch(ROBOT.footprint)), ROBOT.footprint
+    found = Evaluator(source, True, requests, ArmWatch(OUTLINE), walking_gap=WalkingGap(outline))
     n, seen, since = 0, None, None
     for (truth, count), tracks in zip(stretches, tracked, strict=True):
         for k in range(count):

@@ -12,6 +12,8 @@ from cobodeck.terminal.console import FAILED, OK
 
 SPREADS = {
     "response_s": {"mean", "sd", "min", "max"},
+    "arm_s": {"mean", "sd", "min", "max"},
+    "close_drives": {"number", "mean_s", "below_0_4_m_s"},
     "time_to_safety_s": {"mean", "min", "max"},
     "escape_time_s": {"mean", "min", "max"},
 }
@@ -26,6 +28,7 @@ NAMES = {
     "sim_s",
     "wall_s",
     "realtime_factor",
+    "cpu_us_per_tick",
     "ticks",
     "transitions",
     "trace_sha256",
@@ -34,6 +37,9 @@ NAMES = {
     "refused",
     "refusals",
     "response_s",
+    "arm_s",
+    "request_list",
+    "escape_list",
     "distance_m",
     "energy_j",
     "escapes",
@@ -51,6 +57,7 @@ NAMES = {
     "motion_sha256",
     "localization",
     "min_gap_m",
+    "least_gap_walking_m",
     "faults",
     "overruns",
     "signals",

@@ -14,7 +14,7 @@ from cobodeck.run import simulate
 from cobodeck.setup import Options, open_setup
 from tests.repeats import long_form
 
-COUNTS = {"wall_s", "realtime_factor", "signals", "overruns", "left_out"}
+COUNTS = {"wall_s", "realtime_factor", "cpu_us_per_tick", "signals", "overruns", "left_out"}
 """Figures of the computation, not of the run."""
 
 

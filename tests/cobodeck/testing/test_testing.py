@@ -204,7 +204,8 @@ def test_a_chart_runs_on_the_simulated_robot_too(sim: ChartTester) -> None:
 
     assert sim.path("chase", "haptic")[:2] == ["chase", "haptic"]
     assert sim.metrics is not None
-    assert sim.metrics()["requests"] >= 1
+    assert sim.metrics()["requests"] == len(sim.metrics()["request_list"]) >= 1
+    assert sim.metrics()["escapes"] == len(sim.metrics()["escape_list"])
 
 
 def test_on_the_robot_the_script_takes_over_single_leaves(sim: ChartTester) -> None:

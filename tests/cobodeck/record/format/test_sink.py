@@ -31,7 +31,7 @@ from engine.files.text import noting
 
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 OPTIONS = Options(duration_s=3.0)
-WALL_TIME = {"wall_s", "realtime_factor", "overruns"}
+WALL_TIME = {"wall_s", "realtime_factor", "cpu_us_per_tick", "overruns"}
 SHORT = ["--scene", "study", "--duration", "2"]
 OLD = "an older file"
 

@@ -23,7 +23,7 @@ from engine.files.text import noting
 
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 OPTIONS = Options(requests=1, duration_s=30.0)
-WALL_TIME = {"wall_s", "realtime_factor", "overruns"}
+WALL_TIME = {"wall_s", "realtime_factor", "cpu_us_per_tick", "overruns"}
 FOXGLOVE = {
     "signal/base.pose": "foxglove.FrameTransform",
     "signal/user.pose": "foxglove.FrameTransforms",
