@@ -33,6 +33,7 @@ BENCHES = {
     "arm": "cobodeck.bench.arm.arm_bench",
     "localization": "cobodeck.bench.localization.localization_bench",
     "simulation": "cobodeck.bench.simulation_bench",
+    "reference": "cobodeck.bench.reference_bench",
     "realtime": "cobodeck.bench.engine.realtime",
     "envelope": "cobodeck.bench.envelope_bench",
 }

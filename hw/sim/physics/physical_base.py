@@ -11,6 +11,7 @@ from hw.model import MotionLimits, RobotModel, Slip
 from hw.safety import CYCLE_NS
 from hw.samples import Sample
 from hw.sim.external_base import twist_of
+from hw.sim.physics.mechanics import Mechanics
 from hw.sim.physics.physical_arm import PhysicalArm
 from hw.sim.physics.robot_body import RobotBody
 from hw.sim.sim_base import SimBase
@@ -112,14 +113,18 @@ class PhysicalBase(SimBase):
 
 
 def physical_robot(
-    robot: RobotModel, limits: MotionLimits, start: Pose2, slip: Slip | None = None
+    robot: RobotModel,
+    limits: MotionLimits,
+    start: Pose2,
+    slip: Slip | None = None,
+    mechanics: Mechanics | None = None,
 ) -> tuple[PhysicalBase, PhysicalArm | None]:
     """The base and the arm of a robot that stands at this pose (map_from_base), arm folded.
 
-    `slip`: of the floor; see `RobotBody`.
+    `slip` and `mechanics`: see `RobotBody`.
     """
     if robot.arm is None or robot.parked is None:
-        return PhysicalBase(robot, limits, RobotBody(robot, start, slip=slip), None), None
-    body = RobotBody(robot, start, robot.parked, slip)
+        return PhysicalBase(robot, limits, RobotBody(robot, start, (), slip, mechanics), None), None
+    body = RobotBody(robot, start, robot.parked, slip, mechanics)
     arm = PhysicalArm(robot.arm, robot.parked, body)
     return PhysicalBase(robot, limits, body, arm), arm

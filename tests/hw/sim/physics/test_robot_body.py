@@ -16,7 +16,7 @@ from scipy.special import ellipk
 
 from hw.drivers.can.mecanum import Mecanum
 from hw.geometry import STILL, Pose2, Twist2
-from hw.model.robot import load_robot
+from hw.model.robot import load_robot, robot_names
 from hw.model.sensor_errors import Slip
 from hw.sim.physics.mechanics import Mechanics, WheelGeometry
 from hw.sim.physics.robot_mjcf import robot_mjcf
@@ -163,6 +163,14 @@ def test_a_finer_step_changes_a_drive_by_less_than_a_millimetre():
             body.move(twist, (), 0.01)
         poses.append(body.pose)
     assert poses[0].is_near(poses[1], 0.001, 0.001)
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_every_shipped_robot_stands(name):
+    robot = load_robot(name)
+    body = standing(robot)
+    assert body.data.qpos[:3] == pytest.approx((0.0, 0.0, 0.0), abs=1e-3)
+    assert sum(body.model.body_mass) == pytest.approx(robot.mass)
 
 
 # arm
