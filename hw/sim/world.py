@@ -44,6 +44,8 @@ class World:
     line. `safety`: the limits of its chain; None: those of the robot. `operator`: a scripted one
     handles faults; otherwise that is up to the caller.
 
+    `shaken`: whether a base that stands is moved by its arm, as by physics.
+
     With `sensing` the base does not measure its pose: it slips, and the sensors of the robot file
     are there with these errors.
 
@@ -87,6 +89,7 @@ class World:
         self.latency_ns = latency_ns
         start = Pose2(0.0, 0.0) if scene is None else scene.robot_start
         self.base = base or SimBase(robot, limits, start, sensors.of_pose)
+        self.shaken = getattr(self.base, "shaken", False)
         self.arm = arm
         if arm is None and robot.arm is not None and robot.parked is not None:
             self.arm = SimArm(robot.arm, robot.parked)

@@ -36,6 +36,8 @@ class PhysicalBase(SimBase):
     the same steps, as each reacts on the other.
     """
 
+    shaken = True
+
     def __init__(
         self, robot: RobotModel, limits: MotionLimits, body: RobotBody, arm: PhysicalArm | None
     ) -> None:
