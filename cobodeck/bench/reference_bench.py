@@ -39,8 +39,8 @@ CORNER = (0.565, 0.455)
 START = Pose2(0.0, 0.0)
 FINE_S, STEPS_S = 0.00025, (0.0005, 0.001, 0.002, 0.004)
 
-Command = Callable[[float], Twist2]
-COMMANDS: Mapping[str, Command] = {
+TimedTwist = Callable[[float], Twist2]
+COMMANDS: Mapping[str, TimedTwist] = {
     "ahead": lambda t: Twist2(1.5 * (t % 6.0 < 3.0)),
     "aside": lambda t: Twist2(0.0, 1.0 * (t % 6.0 < 3.0), 0.0),
     "turns": lambda t: Twist2(0.0, 0.0, math.copysign(1.0, math.sin(0.7 * t))),
@@ -211,10 +211,10 @@ def physical(robot: RobotModel, step_s: float | None = None) -> MovingBase:
     return base
 
 
-def driven(base: MovingBase, command: Command) -> list[Pose2]:
+def driven(base: MovingBase, command: TimedTwist, seconds: float = SECONDS) -> list[Pose2]:
     """The poses of a base that is commanded in ticks."""
     poses = []
-    for n in range(round(SECONDS * HZ)):
+    for n in range(round(seconds * HZ)):
         base.drive(command(n / HZ))
         base.advance(round((n + 1) * 1e9 / HZ))
         poses.append(base.pose)

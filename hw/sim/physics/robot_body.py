@@ -15,6 +15,8 @@ from hw.sim.physics.mechanics import WHEELS, Mechanics, WheelGeometry
 from hw.sim.physics.robot_mjcf import robot_mjcf
 
 Floats = NDArray[np.float64]
+_DRIVES = 2 * len(WHEELS)
+"""So many controls are those of the drives, the rest are torques of the arm."""
 
 
 class RobotBody:
@@ -93,12 +95,12 @@ class RobotBody:
         steps = max(1, round(span_s / self._step))
         model.opt.timestep = span_s / steps
         wheels = wheel_rates(twist, self._base)
-        data.ctrl[:8] = wheels + wheels
+        data.ctrl[:_DRIVES] = wheels + wheels
         wanted, inertia = np.array(joints), self._joint_inertia()
         change = wanted - self._led
         for n in range(steps):
             led = self._led + change * (n / steps)
-            data.ctrl[8:] = self._torques(led, change / span_s, inertia)
+            data.ctrl[_DRIVES:] = self._torques(led, change / span_s, inertia)
             mujoco.mj_step(model, data)
             data.qpos[rollers] = 0.0
         self._led = wanted

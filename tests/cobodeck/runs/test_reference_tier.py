@@ -38,12 +38,12 @@ def test_tier_3_says_which_robots_it_cannot_move() -> None:
 @pytest.mark.requirement(22)
 def test_equal_seeds_give_equal_runs() -> None:
     pytest.importorskip("mujoco", reason="the extra `reference` is not installed")
-    short = replace(PHYSICAL, requests=None, duration_s=6.0)
+    short = replace(PHYSICAL, requests=None, duration_s=4.0)
     first, again, other = (
         simulate(open_setup(scene="study"), options).figures
         for options in (short, short, replace(short, seed=6))
     )
-    assert first["distance_m"] > 1.0
+    assert first["distance_m"] > 0.5
     names = ("trace_sha256", "motion_sha256")
     assert [first[name] for name in names] == [again[name] for name in names]
     assert first["motion_sha256"] != other["motion_sha256"]
