@@ -64,7 +64,7 @@ class Probe:
             self.wake()
 
 
-def rows(rounds: int = 9) -> Iterator[BenchRow]:
+def rows(rounds: int = 5) -> Iterator[BenchRow]:
     """Median and 99th percentile, ms, over all rounds."""
     found = delays(rounds * SECONDS)
     for what, share in (("median", 0.5), ("99th percentile", 0.99)):
