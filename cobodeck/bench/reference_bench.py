@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from typing import Any
 
 from cobodeck.bench.harness import ROUNDS, BenchRow
@@ -33,6 +34,13 @@ GOAL = 3.0
 """Most that the response on `study` may differ from that of tier 3, %."""
 LIMITS = MotionLimits(base_acceleration=1.0, base_yaw_acceleration=2.0)
 FLOOR = Slip()
+EVEN = replace(FLOOR, patchy=0.0)
+FLOORS = {
+    "tier 2": FLOOR,
+    "tier 2, even floor": EVEN,
+    "tier 2, even floor, no lags": replace(EVEN, pulling=0.0, braking=0.0),
+}
+"""With patches that take more or less at random; with the same shares everywhere; these alone."""
 SECONDS = 12.0
 CORNER = (0.565, 0.455)
 """Of the outline in the base frame, m, so that turns count as well."""
@@ -162,10 +170,11 @@ def _mean(run: TierRun) -> float:
 
 
 def pose_rows(name: str) -> Iterator[BenchRow]:
-    """How far the bases of tiers 1 and 2 are from that of tier 3 after the same commands."""
+    """How far the bases of tiers 1 and 2 are from that of tier 3 by the same commands."""
     robot, command = load_robot("rbkairos_ur10"), COMMANDS[name]
     judge = driven(physical(robot), command)
-    for variant, base in (("tier 1", ideal(robot)), ("tier 2", slipping(robot))):
+    slipping = {variant: on_floor(robot, slip) for variant, slip in FLOORS.items()}
+    for variant, base in {"tier 1": ideal(robot), **slipping}.items():
         apart = distances(driven(base, command), judge)
         yield BenchRow(
             NAME, f"pose, {name}", variant, error=math.sqrt(statistics.fmean(d * d for d in apart)),
@@ -186,7 +195,7 @@ def step_rows() -> Iterator[BenchRow]:
         yield BenchRow(
             NAME, "step", "MuJoCo", "step, ms", 1e3 * step, time_us=cpu,
             error=math.sqrt(statistics.fmean(d * d for d in apart)), error_unit="m, rms",
-            reference=f"steps of {1e3 * FINE_S:g} ms",
+            reference=f"steps of {1e3 * FINE_S:g} ms, MuJoCo {version('mujoco')}",
         )  # fmt: skip
 
 
@@ -195,10 +204,10 @@ def ideal(robot: RobotModel) -> MovingBase:
     return SimBase(robot, LIMITS, START)
 
 
-def slipping(robot: RobotModel) -> MovingBase:
+def on_floor(robot: RobotModel, slip: Slip) -> MovingBase:
     """The base of tier 2."""
     base = SimBase(robot, LIMITS, START)
-    base.watch(Track(START), Track(START), SlipperyFloor(FLOOR, seed=1))
+    base.watch(Track(START), Track(START), SlipperyFloor(slip, seed=1))
     return base
 
 

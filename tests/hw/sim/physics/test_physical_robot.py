@@ -59,7 +59,7 @@ def test_a_robot_that_stands_tells_the_same_pose_and_joints_again():
     robot = Ticked()
     robot.ticks(15)
     pose, state = robot.base.pose, robot.arm.state
-    robot.ticks(60)
+    robot.ticks(30)
     assert robot.base.pose is pose
     assert robot.arm.state is state
     assert robot.base.twist is STILL
@@ -70,7 +70,7 @@ def test_equal_commands_give_equal_bits():
     def drive():
         robot = Ticked(Slip())
         robot.arm.follow(swing(1.5))
-        robot.ticks(60, Twist2(0.5, -0.3, 0.8))
+        robot.ticks(30, Twist2(0.5, -0.3, 0.8))
         return robot.poses, robot.states, robot.base.energy_j
 
     assert drive() == drive()
