@@ -58,12 +58,16 @@ COMMANDS: Mapping[str, TimedTwist] = {
 
 @dataclass(frozen=True, slots=True)
 class TierCase:
-    """A run that is done at all tiers; `judged` are those of which its response is."""
+    """A run that is done at all tiers; `judged` are those of which its response is.
+
+    Without `response` it is done for its Escapes.
+    """
 
     scene: str
     options: Options
     sets: tuple[str, ...] = ()
     judged: tuple[int, ...] = ()
+    response: bool = True
 
 
 CASES = {
@@ -72,6 +76,9 @@ CASES = {
         "study", Options(requests=20, seed=1), ("plant.sensing.slip=null",), (FULL, 1)
     ),
     "lab_a": TierCase("lab_a", Options(user="random", requests=6, seed=1)),
+    "lab_a, curious": TierCase(
+        "lab_a", Options(user="random:curious", duration_s=400.0, seed=1), response=False
+    ),
 }
 
 
@@ -102,37 +109,37 @@ def run_rows(name: str, case: TierCase) -> Iterator[BenchRow]:
     found = {tier: run_of(case, tier) for tier in TIERS}
     judge = found[REFERENCE]
     for tier, run in found.items():
-        row = BenchRow(
-            NAME,
-            f"response, {name}",
-            f"tier {tier}",
-            "requests",
-            case.options.requests,
-            time_us=run.cpu_us,
-            ratio=run.cpu_us / judge.cpu_us,
-            ratio_to=f"tier {REFERENCE}",
-        )
-        if tier == REFERENCE:
-            yield row
-        else:
-            told = f"{_mean(run):.3f} s, {_mean(judge):.3f} s at tier {REFERENCE}"
-            error, goal = (
-                abs(response_difference(run, judge)),
-                GOAL if tier in case.judged else None,
-            )
-            yield replace(row, error=error, error_unit="% of response", reference=told, goal=goal)
+        if case.response:
+            yield _response_row(name, case, tier, run, judge)
     for tier, run in found.items():
-        escapes, failed = run.figures["escapes"], run.figures["escape_failures"]
-        told = f"{escapes} Escapes, {failed} failed, {run.figures['contacts']} contacts"
-        off = float(abs(escapes - judge.figures["escapes"]))
-        yield BenchRow(
-            NAME, f"escapes, {name}", f"tier {tier}", error=off, error_unit="Escapes",
-            reference=told,
-        )  # fmt: skip
-        prop = run.figures["prop_error_m"]["max"]
-        yield BenchRow(
-            NAME, f"prop, {name}", f"tier {tier}", error=prop, error_unit="m", reference="the DEEP"
-        )
+        yield from _other_rows(name, tier, run, judge)
+
+
+def _response_row(name: str, case: TierCase, tier: int, run: TierRun, judge: TierRun) -> BenchRow:
+    row = BenchRow(
+        NAME, f"response, {name}", f"tier {tier}", "requests", case.options.requests,
+        time_us=run.cpu_us, ratio=run.cpu_us / judge.cpu_us, ratio_to=f"tier {REFERENCE}",
+    )  # fmt: skip
+    if tier == REFERENCE:
+        return row
+    told = f"{_mean(run):.3f} s, {_mean(judge):.3f} s at tier {REFERENCE}"
+    error, goal = abs(response_difference(run, judge)), GOAL if tier in case.judged else None
+    return replace(row, error=error, error_unit="% of response", reference=told, goal=goal)
+
+
+def _other_rows(name: str, tier: int, run: TierRun, judge: TierRun) -> Iterator[BenchRow]:
+    figures, variant = run.figures, f"tier {tier}"
+    escapes, taken = figures["escapes"], figures["escape_time_s"]["mean"]
+    told = f"{escapes} Escapes, {figures['escape_failures']} failed"
+    if taken is not None:
+        told += f", {taken:.2f} s each"
+    off = float(abs(escapes - judge.figures["escapes"]))
+    yield BenchRow(
+        NAME, f"escapes, {name}", variant, error=off, error_unit="Escapes",
+        reference=f"{told}, {figures['contacts']} contacts",
+    )  # fmt: skip
+    prop = figures["prop_error_m"]["max"]
+    yield BenchRow(NAME, f"prop, {name}", variant, error=prop, error_unit="m", reference="the DEEP")
 
 
 def run_of(case: TierCase, tier: int) -> TierRun:

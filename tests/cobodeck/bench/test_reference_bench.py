@@ -64,3 +64,5 @@ def test_the_page_has_the_figures_of_the_committed_result() -> None:
     for row in rows:
         if row["name"].startswith("response, "):
             assert told(row) in page
+        if row["name"] == "escapes, lab_a, curious":
+            assert f"{row['variant']}: {row['reference']}" in page.replace("Tier 1", "tier 1")
