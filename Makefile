@@ -75,5 +75,5 @@ INSTALL = @echo "installing into .venv, some minutes the first time"; \
 	@touch $@
 
 .venv/installed-dev: .venv/bin/python pyproject.toml
-	$(INSTALL) -e ".[dev,peers,all]"
+	$(INSTALL) -e ".[dev,peers,all,reference,cluster]"
 	@touch $@ .venv/installed

@@ -29,7 +29,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--profile", type=word, default="paper", help="default paper")
     parser.add_argument(
-        "--tier", type=int, default=1, choices=(1, 2), help="1: reduced; 2: with all sensors"
+        "--tier",
+        type=int,
+        default=1,
+        choices=(1, 2, 3),
+        help="1: reduced; 2: with all sensors; 3: and physics",
     )
     parser.add_argument(
         "--seeds", type=positive, default=20, metavar="N",

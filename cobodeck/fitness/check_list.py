@@ -85,6 +85,7 @@ CHECKS = (
     ),
     FitnessCheck("Have the chart's inputs values?", "run_checks:given", ("begin",)),
     FitnessCheck("Can the robot localize itself?", "run_checks:localized", ("localize",)),
+    FitnessCheck("Can physics move the robot?", "run_checks:embodied", ("localize",)),
     FitnessCheck("Do velocities come often enough?", "run_checks:tick_rate", ("start",)),
     FitnessCheck("Is the latency shorter than a tick?", "run_checks:latency", ("start",)),
 )

@@ -82,7 +82,7 @@ def _condition(cell: CampaignCell, figures: Figures) -> dict[str, Any]:
         **figures,
         "planner": drives.planner,
         "local_planner": drives.local_planner,
-        "localizer": profile.localization if cell.tier == FULL else "ideal pose",
+        "localizer": profile.localization if cell.tier >= FULL else "ideal pose",
     }
 
 
