@@ -24,6 +24,7 @@ COMPARED = {
     "sets": ("chase.risk=3",),
     "inputs": ("a=1",),
     "tier": 2,
+    "judge": True,
     "tick_hz": 60,
 }
 BRIEF = CampaignCell(user="brief", requests=1)

@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -64,3 +65,14 @@ def test_closing_the_results_ends_the_workers() -> None:
     results.close()
 
     assert children() == set()
+
+
+def test_a_judged_run_tells_its_avoidable_contacts_and_is_otherwise_the_same() -> None:
+    quiet = CampaignCell(user="brief", requests=1, duration_s=20.0, judge=True)
+    met = replace(quiet, user="random:pursuer", profile="paper", duration_s=60.0, requests=5)
+    plain, judged = run_cell(replace(met, judge=False)), run_cell(met)
+
+    assert run_cell(quiet)["contacts_avoidable"] == 0
+    assert plain.pop("contacts_avoidable") is None
+    assert 0 <= judged.pop("contacts_avoidable") <= judged["contacts"] > 0
+    assert judged == plain

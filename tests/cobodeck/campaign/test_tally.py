@@ -120,6 +120,17 @@ def test_what_is_not_as_expected(expected: str, told: list[str]) -> None:
     assert list(broken(campaign(f"expect: {expected}"), whole)) == told
 
 
+def test_the_longest_time_at_one_place_is_that_of_all_drives_that_came_to_nothing() -> None:
+    stuck = [{"at_s": 3.0, "until_s": 8.0}, {"at_s": 10.0, "until_s": 71.0}]
+    whole = tally([result(0, stuck=[]), result(1, stuck=stuck)])
+
+    assert whole["stuck_s"] == 61.0
+    assert list(broken(campaign("expect: {stuck_s: 60}"), whole)) == [
+        "stuck_s: 61.0, at most 60 is expected"
+    ]
+    assert tally([result(0)])["stuck_s"] == 0.0
+
+
 def test_the_hash_is_of_figures_and_order_alone() -> None:
     small, quiet = campaign("scene: lab_a"), {"response_s": None}
     some = [result(0, **quiet), result(1, contacts=1, **quiet)]
