@@ -104,6 +104,14 @@ def test_whatever_decides_figures_is_in_the_address(name: str, value: Any) -> No
     assert runner.address(changed(name, value)) != runner.address(BRIEF)
 
 
+def test_people_of_other_speeds_are_other_people() -> None:
+    runner = CellRunner()
+    slow, fast = (changed("user", f"random at {speed} m/s") for speed in (1, 2))
+
+    assert slow.seed != fast.seed
+    assert runner.address(slow) != runner.address(fast)
+
+
 def test_a_changed_file_is_another_address(folder: Path) -> None:
     shipped = Path(__file__).parents[3] / "hw"
     texts = {
