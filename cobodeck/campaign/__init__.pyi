@@ -9,6 +9,7 @@ from cobodeck.campaign.cell import (
 )
 from cobodeck.campaign.cell_run import (
     CellResult as CellResult,
+    CellRunner as CellRunner,
     run_cell as run_cell,
 )
 from cobodeck.campaign.execution import (
@@ -27,6 +28,6 @@ from cobodeck.campaign.summary import (
     summarised as summarised,
     summary_text as summary_text,
 )
-from cobodeck.campaign.worst_cells import (
+from cobodeck.campaign.worst import (
     worst_cells as worst_cells,
 )

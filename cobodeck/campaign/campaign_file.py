@@ -24,8 +24,9 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from engine.files import Duration, Seq, plain
+from engine.files import Duration, Seq, plain, written_text
 from engine.files.declared import (
+    Count,
     Fault,
     Item,
     Mismatch,
@@ -49,7 +50,7 @@ MOST = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class AxisValue:
     """A value of a key, and where it is written."""
 
     value: Any
@@ -67,15 +68,20 @@ class Limit:
         return f"{100.0 * self.value:g} %" if self.is_share else f"{self.value:g}"
 
 
-def _either(read: Callable[[Item], Any]) -> Callable[[Item], tuple[Choice, ...]]:
+def _either(read: Callable[[Item], Any]) -> Callable[[Item], tuple[AxisValue, ...]]:
     """The reader of one value or of a list of values."""
 
-    def read_choices(item: Item) -> tuple[Choice, ...]:
+    def read_choices(item: Item) -> tuple[AxisValue, ...]:
         items = item.items() if isinstance(item.value, Seq) else [item]
         if not items:
             raise item.error("is an empty list; at least one value is needed")
         values = gather(partial(read, each) for each in items)
-        return tuple(map(Choice, values, items))
+        seen: set[str] = set()
+        for value, each in zip(map(written_text, values), items, strict=True):
+            if value in seen:
+                raise each.error(f"{value} is given twice; keep one of them")
+            seen.add(value)
+        return tuple(map(AxisValue, values, items))
 
     return read_choices
 
@@ -93,6 +99,7 @@ def _limit(item: Item) -> Limit:
     return Limit(total)
 
 
+_ONE = Count(1)
 _Count = Annotated[int, Range(1, MOST)]
 _Tier = Literal[0, 1, 2]
 _Span = Annotated[Duration, above_0(1e7)]
@@ -100,18 +107,24 @@ _NAMES, _COUNTS = _either(Item.target), _either(reader_of(_Count))
 _TIERS, _SPANS = _either(reader_of(_Tier)), _either(reader_of(_Span))
 _ANY = _either(lambda item: plain(item.value))
 
-Choices = tuple[Choice, ...]
-Names = Annotated[Choices, _NAMES, Written(str | tuple[str, ...])]
-Counts = Annotated[Choices, _COUNTS, Written(_Count | tuple[_Count, ...])]
+AxisValues = tuple[AxisValue, ...]
+Names = Annotated[AxisValues, _NAMES, Written(str | Annotated[tuple[str, ...], _ONE])]
+Counts = Annotated[AxisValues, _COUNTS, Written(_Count | Annotated[tuple[_Count, ...], _ONE])]
 Tiers = Annotated[
-    Choices,
+    AxisValues,
     _TIERS,
     Written(
-        {"type": ["integer", "array"], "minimum": 0, "maximum": 2, "items": {"enum": [0, 1, 2]}}
+        {
+            "type": ["integer", "array"],
+            "minimum": 0,
+            "maximum": 2,
+            "minItems": 1,
+            "items": {"enum": [0, 1, 2]},
+        }
     ),
 ]
-Spans = Annotated[Choices, _SPANS, Written(_Span | tuple[_Span, ...])]
-Values = Mapping[str, Annotated[Choices, _ANY, Written(Item)]]
+Spans = Annotated[AxisValues, _SPANS, Written(_Span | Annotated[tuple[_Span, ...], _ONE])]
+Values = Mapping[str, Annotated[AxisValues, _ANY, Written(Item)]]
 Most = Annotated[Limit, _limit, Written(Annotated[int, Range(0, math.inf)] | str)]
 
 
@@ -139,12 +152,12 @@ class Expected:
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
+class CampaignAxis:
     """The values of a field of cells; `key`: of one of its `sets` or `inputs`."""
 
     field: str
     key: str | None
-    choices: Choices
+    choices: AxisValues
 
     @property
     def name(self) -> str:
@@ -211,14 +224,14 @@ class CampaignFile:
         if cells > MOST:
             yield "campaign", f"has {cells:,} cells; {MOST:,} are allowed"
 
-    def axes(self) -> tuple[Axis, ...]:
+    def axes(self) -> tuple[CampaignAxis, ...]:
         """The keys with values, in their order; those of `set` and `in` one by one."""
         found = []
-        for name, field_name in FIELDS.items():
+        for name, of_cells in FIELDS.items():
             values = getattr(self, name)
             keyed = values if isinstance(values, Mapping) else {None: values}
-            found += [Axis(field_name, key, choices) for key, choices in keyed.items() if choices]
-        return tuple(found)
+            found += [CampaignAxis(of_cells, key, choices) for key, choices in keyed.items()]
+        return tuple(axis for axis in found if axis.choices)
 
 
 def load_campaign(name_or_path: str | Path) -> CampaignFile:

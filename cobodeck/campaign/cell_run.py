@@ -85,7 +85,7 @@ class CellRunner:
     """
 
     def __init__(self, known: Catalogue | None = None) -> None:
-        self._known = known or catalogue()
+        self.known = known or catalogue()
         self._opened: Callable[..., Setup] = lru_cache(KEPT)(self._open)
         self._persons: dict[tuple[str, str | None], str] = {}
 
@@ -170,7 +170,7 @@ class CellRunner:
 
     @cached_property
     def _code(self) -> dict[str, str]:
-        return code(self._known)
+        return code(self.known)
 
     def _open(
         self,
@@ -188,7 +188,7 @@ class CellRunner:
             profile,
             tick_hz,
             robot,
-            known=self._known,
+            known=self.known,
             sets=sets,
             inputs=read_inputs(inputs),
         )

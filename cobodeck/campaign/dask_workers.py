@@ -17,7 +17,7 @@ from cobodeck.campaign.worker import DEATHS, CellTask, work
 from cobodeck.terminal import Problem
 
 LOOPBACK = "127.0.0.1"
-CONNECT_S = 10.0
+CONNECT_S = 5.0
 
 
 def run_on_dask(

@@ -9,15 +9,17 @@ from itertools import product
 from typing import Any
 
 from behaviors.profile import load_profile
-from cobodeck.campaign.campaign_file import Axis, CampaignFile, Choice
+from cobodeck.campaign.campaign_file import AxisValue, CampaignAxis, CampaignFile
 from cobodeck.campaign.cell import CampaignCell
 from cobodeck.campaign.cell_run import CellRunner
-from cobodeck.project import Catalogue, open_chart
+from cobodeck.project import open_chart
 from cobodeck.setup import open_place
 from cobodeck.terminal import Problem
 from engine.files import written_text
 from engine.files.declared import Item, gather, record
 from hw.model import load_robot
+
+Axes = tuple[CampaignAxis, ...]
 
 
 def cells_of(campaign: CampaignFile, most: int | None = None) -> list[CampaignCell]:
@@ -34,7 +36,7 @@ def cells_of(campaign: CampaignFile, most: int | None = None) -> list[CampaignCe
     return [found[n * len(found) // most] for n in range(most)]
 
 
-def value_of(cell: CampaignCell, axis: Axis) -> Any:
+def value_of(cell: CampaignCell, axis: CampaignAxis) -> Any:
     """The value that a cell has on an axis; of `sets` and `inputs` as text."""
     found = getattr(cell, axis.field)
     if axis.key is None:
@@ -43,17 +45,17 @@ def value_of(cell: CampaignCell, axis: Axis) -> Any:
     return next(value for key, _, value in pairs if key == axis.key)
 
 
-def check_campaign(item: Item, known: Catalogue) -> CampaignFile:
+def check_campaign(item: Item, runner: CellRunner) -> CampaignFile:
     """A campaign whose values all exist: each is tried alone, and in a run beside first values.
 
     Raises:
         FileError: every mistake in it, at the value.
     """
     campaign = record(item, CampaignFile)
-    runner, axes = CellRunner(known), campaign.axes()
+    axes = campaign.axes()
     for fields in (("chart", "scene", "robot", "profile"), ("sets", "user")):  # these need those
         gather(
-            partial(_refer, choice.item, partial(_open, axis, choice, axes, known, runner))
+            partial(_refer, choice.item, partial(_open, axis, choice, axes, runner))
             for axis in axes
             for choice in axis.choices
             if axis.field in fields
@@ -67,7 +69,7 @@ def check_campaign(item: Item, known: Catalogue) -> CampaignFile:
     return campaign
 
 
-def _cell(axes: tuple[Axis, ...], chosen: Iterable[Choice]) -> CampaignCell:
+def _cell(axes: Axes, chosen: Iterable[AxisValue]) -> CampaignCell:
     values: dict[str, Any] = {}
     for axis, choice in zip(axes, chosen, strict=True):
         if axis.key is None:
@@ -78,21 +80,17 @@ def _cell(axes: tuple[Axis, ...], chosen: Iterable[Choice]) -> CampaignCell:
     return CampaignCell(**values)
 
 
-def _neighbours(
-    axes: tuple[Axis, ...], first: list[Choice]
-) -> Iterator[tuple[Choice, CampaignCell]]:
+def _neighbours(axes: Axes, first: list[AxisValue]) -> Iterator[tuple[AxisValue, CampaignCell]]:
     """The cells that differ from the first one in one value."""
     for n, axis in enumerate(axes):
         for choice in axis.choices[1:]:
             yield choice, _cell(axes, [*first[:n], choice, *first[n + 1 :]])
 
 
-def _open(
-    axis: Axis, choice: Choice, axes: tuple[Axis, ...], known: Catalogue, runner: CellRunner
-) -> None:
+def _open(axis: CampaignAxis, choice: AxisValue, axes: Axes, runner: CellRunner) -> None:
     """Open what a value names; a person in the first scene, a `set` on the first profile."""
     if axis.field == "chart":
-        open_chart(choice.value, known)
+        open_chart(choice.value, runner.known)
     elif axis.field == "scene":
         open_place(choice.value)
     elif axis.field == "robot":

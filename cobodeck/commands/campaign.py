@@ -17,9 +17,24 @@ from collections.abc import Mapping, Sequence
 from contextlib import closing, redirect_stdout
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from cobodeck.campaign import EXECUTORS
+from cobodeck.campaign import (
+    EXECUTORS,
+    FOLDER,
+    CampaignCell,
+    CellResult,
+    CellRunner,
+    ResultStore,
+    cells_of,
+    check_campaign,
+    execute,
+    for_programs,
+    run_cell,
+    summarised,
+    summary_text,
+    worst_cells,
+)
 from cobodeck.project import catalogue
 from cobodeck.record.format import machine, versions
 from cobodeck.terminal import (
@@ -37,9 +52,6 @@ from cobodeck.terminal import (
 )
 from engine.files.declared import find_file, load_yaml
 from hw import missing
-
-if TYPE_CHECKING:
-    from cobodeck.campaign import CampaignCell, CellResult, ResultStore
 
 WORST = 3
 SAME = ("trace_sha256", "motion_sha256")
@@ -73,20 +85,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run, keep, count, draw."""
-    from cobodeck.campaign import (
-        FOLDER,
-        ResultStore,
-        cells_of,
-        check_campaign,
-        for_programs,
-        summarised,
-        summary_text,
-    )  # fmt: skip
-
     _warn_of_scheduler(args)
-    known = catalogue(own=args.own)
+    runner = CellRunner(catalogue(own=args.own))
     file = find_file(args.campaign, FOLDER, "campaign")
-    campaign = load_yaml(file, lambda item: check_campaign(item, known))
+    campaign = load_yaml(file, lambda item: check_campaign(item, runner))
     cells, began = cells_of(campaign, args.cells), time.perf_counter()
     with closing(ResultStore(args.out)) as store:
         there = len(store)
@@ -121,8 +123,6 @@ def _executed(
     args: argparse.Namespace, name: str, cells: Sequence[CampaignCell], store: ResultStore
 ) -> list[CellResult]:
     """The results of all cells, in their order."""
-    from cobodeck.campaign import execute
-
     found: dict[CampaignCell, CellResult] = {}
     progress = ProgressLine(name)
     results = execute(
@@ -161,8 +161,6 @@ def _draw(folder: Path, parameters: Sequence[Mapping[str, Any]]) -> None:
 
 def _look_at_worst(args: argparse.Namespace, results: Sequence[CellResult]) -> None:
     """Run the worst cells again, with records and pictures, if what these need is there."""
-    from cobodeck.campaign import run_cell, worst_cells
-
     folder: Path = args.out / "worst"
     for number, (name, result) in enumerate(worst_cells(results, args.worst), 1):
         record = folder / f"{number}_{name}_{result.address[:8]}{ENDING}"

@@ -55,13 +55,10 @@ def draw_parameter(parameter: Mapping[str, Any], path: Path) -> None:
 
 
 def _draw(axes: Axes, places: Sequence[float], points: Sequence[Point]) -> None:
-    middles = [middle for middle, _, _ in points]
-    below = [middle - low for middle, low, _ in points]
-    above = [high - middle for middle, _, high in points]
-    axes.errorbar(
-        places, middles, yerr=(below, above), fmt="o", markersize=4, capsize=3, linewidth=1,
-        color=COLOR, clip_on=False, zorder=3,
-    )  # fmt: skip
+    middles, lows, highs = zip(*points, strict=True)
+    axes.vlines(places, lows, highs, color=COLOR, linewidth=1)
+    axes.plot(places, lows, "_", places, highs, "_", color=COLOR, markersize=7)
+    axes.plot(places, middles, "o", color=COLOR, markersize=4, clip_on=False, zorder=3)
     if all(map(math.isnan, middles)):
         axes.text(0.5, 0.5, "none", transform=axes.transAxes, ha="center", fontsize=9, color=GREY)
         axes.set_yticks([])

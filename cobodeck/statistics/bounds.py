@@ -9,6 +9,8 @@ from scipy import special
 
 RESAMPLES = 9999
 """Resamples of a bootstrap."""
+AT_ONCE = 1_000_000
+"""Values that are drawn at a time."""
 
 
 def proportion_bounds(hits: int, number: int, confidence: float = 0.95) -> tuple[float, float]:
@@ -36,7 +38,10 @@ def mean_bounds(
     if not len(values):
         raise ValueError("no values, no mean")
     chance, found = np.random.default_rng(seed), np.asarray(values, dtype=np.float64)
-    means = [chance.choice(found, len(found)).mean() for _ in range(RESAMPLES)]
+    count, rows = len(found), max(1, AT_ONCE // len(found))
+    sizes = [min(rows, RESAMPLES - begin) for begin in range(0, RESAMPLES, rows)]
+    drawn = (found[chance.integers(count, size=(size, count))] for size in sizes)
+    means = np.concatenate([resamples.mean(axis=1) for resamples in drawn])
     tail = 0.5 * (1.0 - confidence)
     low, high = np.quantile(means, (tail, 1.0 - tail)).tolist()
     return low, high

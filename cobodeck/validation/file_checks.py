@@ -15,6 +15,7 @@ from engine.files.declared import Item, gather, load_yaml, notes
 
 if TYPE_CHECKING:
     from behaviors.profile import Profile
+    from cobodeck.campaign import CellRunner
     from hw.model import RobotModel
 
 
@@ -131,7 +132,14 @@ class FileChecker:
     def _campaign(self, file: Path) -> None:
         from cobodeck.campaign import check_campaign
 
-        load_yaml(file, partial(check_campaign, known=self._known))
+        load_yaml(file, lambda item: check_campaign(item, self._runner))
+
+    @cached_property
+    def _runner(self) -> CellRunner:
+        """Keeps what several campaigns have in common."""
+        from cobodeck.campaign import CellRunner
+
+        return CellRunner(self._known)
 
     def _arm(self, file: Path) -> None:
         from hw.model import load_arm

@@ -151,4 +151,4 @@ def test_a_cell_that_cannot_run_says_why_and_has_no_figures() -> None:
     assert found.figures is None
     assert found.figures_sha256 is None
     assert found.failure is not None
-    assert "code here are others" in found.failure
+    assert "other code than the client" in found.failure

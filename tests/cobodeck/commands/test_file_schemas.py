@@ -15,6 +15,7 @@ from hypothesis import given, settings, strategies as st
 
 from behaviors.profile.profile import load_profile
 from cobodeck.__main__ import main
+from cobodeck.campaign.campaign_file import load_campaign
 from cobodeck.project.named_files import KINDS, ROOT, kind_of
 from cobodeck.project.state_catalogue import catalogue
 from cobodeck.terminal.console import OK
@@ -33,6 +34,7 @@ from tests.repeats import examples
 
 READERS: dict[str, Callable[[Path], object]] = {
     "arm": load_arm,
+    "campaign": load_campaign,
     "calibration": load_calibration,
     "connection": load_connection,
     "profile": load_profile,
@@ -46,7 +48,7 @@ KNOWN = catalogue(own=False)
 SCHEMAS = {kind: json.loads(schema_for(kind, KNOWN)) for kind in READERS}
 FILES = {
     file: kind
-    for folder in ("charts", "hw", "cobodeck/template")
+    for folder in ("charts", "hw", "cobodeck/campaign", "cobodeck/template")
     for file in sorted((ROOT / folder).rglob("*.yaml"))
     if (kind := kind_of(file)) in READERS
 }
@@ -122,6 +124,7 @@ def test_every_shipped_file_is_right(file: Path) -> None:
 MISTAKES: dict[str, dict[str, Any]] = {
     "arm": {"payload": "5 m", "dh.d1": 50, "joints.shoulder_pan_joint.speed": True, "apart": 3},
     "calibration": {"chain": [], "calibration": "two words", "abut": "x", "chain.0": 5},
+    "campaign": {"scene": 3, "user": [], "tier": [1, 3], "requests": [0], "duration": "3 m"},
     "connection": {"real": "no", "plant": "mok", "told": "one", "parts": [1], "limits.speed": 99},
     "profile": {"escape.order": "best", "chase.seed": 1.5, "haptic.close": 1, "robot.arm_jerk": -1},
     "prop": {"mass": "1 m", "tcp": 4, "capsules.0.radius": 0, "parked": "away", "mas": 1},

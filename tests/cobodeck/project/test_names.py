@@ -24,6 +24,7 @@ FILES = {
     "arm": "hw/arms/ur10.yaml",
     "connection": "cobodeck/template/robot/PROJECT/rover_udp.yaml",
     "tracking": "hw/trackings/nominal.yaml",
+    "campaign": "cobodeck/campaign/files/hasty.yaml",
 }
 NO_NAMES = ["../../out", "a/b", r'"a\\b"', r'"a\e[2J"', "a b", "C:a", "-a", "9a", "..", "ä"]
 

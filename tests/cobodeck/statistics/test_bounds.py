@@ -25,9 +25,10 @@ def test_at_each_bound_what_was_seen_is_just_as_unlikely_as_allowed(seen):
     low, high = proportion_bounds(hits, number)
 
     def at_most(most, share):
-        return sum(
+        ways = (
             math.comb(number, k) * share**k * (1 - share) ** (number - k) for k in range(most + 1)
         )
+        return sum(ways)
 
     assert 0.0 <= low <= hits / number <= high <= 1.0
     if hits < number:
