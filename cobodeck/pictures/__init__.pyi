@@ -13,6 +13,9 @@ from cobodeck.pictures.envelope_picture import (
 from cobodeck.pictures.judged_picture import (
     draw_judged as draw_judged,
 )
+from cobodeck.pictures.knob_picture import (
+    draw_knobs as draw_knobs,
+)
 from cobodeck.pictures.localization_picture import (
     localized_picture as localized_picture,
 )

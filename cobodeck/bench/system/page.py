@@ -1,0 +1,116 @@
+"""The tables of `cobodeck/campaign/PRECISION.md`, made from the committed results."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from itertools import takewhile
+from pathlib import Path
+from typing import Any
+
+RESULTS = Path(__file__).parent.parent / "results"
+PAGE = Path("cobodeck/campaign/PRECISION.md")
+Compared = Mapping[str, Any]
+"""A knob with its values, as `comparison.compared` gives it."""
+_CHANGES = {"response_s": 2, "escapes_per_request": 2, "least_gap_m": 3}
+"""Which differences are told, and their decimals."""
+
+
+def precision_table(result: Mapping[str, Any]) -> str:
+    """What each value costs, and how its runs differ from ours."""
+    lines = [
+        "| | value | CPU, ms per s | to ours | response, s | Escapes per request | least gap, m "
+        "| prop, mm |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [line for knob in result["knobs"] for line in _precision_lines(knob)]
+    return "\n".join([*lines, "", _made(result)]) + "\n"
+
+
+def disturbed_table(result: Mapping[str, Any]) -> str:
+    """Up to where the robot touches nobody, and what happens at the largest disturbance."""
+    lines = [
+        "| | no touch by the robot | bound | as many served | then: by the robot | any touch "
+        "| hardest, m/s | Escapes failed | unserved |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [_holds(knob) for knob in result["knobs"]]
+    return "\n".join([*lines, "", _made(result)]) + "\n"
+
+
+TABLES = {"precision": precision_table, "disturbed": disturbed_table}
+"""The results, and the table of each."""
+
+
+def with_tables(page: str) -> str:
+    """The page's text with its tables replaced by those of the committed results."""
+    for name, table in TABLES.items():
+        before, rest = page.split(f"<!-- {name} -->\n")
+        after = rest[rest.index(f"<!-- {name} end -->") :]
+        result = json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+        page = f"{before}<!-- {name} -->\n{table(result)}{after}"
+    return page
+
+
+def _precision_lines(knob: Compared) -> Iterator[str]:
+    for number, row in enumerate(knob["values"]):
+        ours = row["value"] == knob["ours"]
+        error = row["means"]["prop_error_mm"]
+        cells = [
+            "" if number else knob["title"],
+            f"**{row['value']}**" if ours else row["value"],
+            f"{row['cpu_ms_per_s']:.1f}",
+            f"{row['cpu_ratio']:.2f}",
+            *(_own(row, name) if ours else _changed(row, name) for name in _CHANGES),
+            "–" if error is None else f"{error['mean']:.1f}",
+        ]
+        yield f"| {' | '.join(cells)} |"
+
+
+def _own(row: Mapping[str, Any], name: str) -> str:
+    mean = row["means"][name]
+    return "–" if mean is None else f"**{mean['mean']:.{_CHANGES[name]}f}**"
+
+
+def _changed(row: Mapping[str, Any], name: str) -> str:
+    change, places = row["differences"][name], _CHANGES[name]
+    if change is None:
+        return "–"
+    return (
+        f"{change['mean']:+.{places}f} [{change['low']:+.{places}f}, {change['high']:+.{places}f}]"
+    )
+
+
+def _holds(knob: Compared) -> str:
+    values = knob["values"]
+    held = list(takewhile(lambda row: not row["shares"]["touched_by_robot"]["hits"], values))
+    usual = next(
+        row["shares"]["unserved"]["high"] for row in values if row["value"] == knob["ours"]
+    )
+    served = list(takewhile(lambda row: row["shares"]["unserved"]["low"] <= usual, values))
+    last, shares = values[-1], values[-1]["shares"]
+    bound = held[-1]["shares"]["touched_by_robot"]["high"] if held else None
+    hardest = last["impact_m_s"]
+    cells = [
+        knob["title"],
+        f"to {held[-1]['value']}" if held else "nowhere",
+        "–" if bound is None else f"≤ {100.0 * bound:.0f} %",
+        f"to {served[-1]['value']}" if served else "nowhere",
+        f"at {last['value']}: {_counted(shares['touched_by_robot'])}",
+        _counted(shares["touched"]),
+        "–" if hardest is None else f"{hardest:.1f}",
+        _counted(shares["escapes_failed"]),
+        _counted(shares["unserved"]),
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def _counted(share: Mapping[str, float] | None) -> str:
+    return "–" if share is None else f"{share['hits']} of {share['of']}"
+
+
+def _made(result: Mapping[str, Any]) -> str:
+    machine = result["machine"]
+    named = f"{machine['name']}, {machine['cores']} cores, {machine['system']}, {machine['python']}"
+    runs = [row["runs"] for knob in result["knobs"] for row in knob["values"]]
+    return f"{sum(runs)} runs, {min(runs)} to {max(runs)} of each value. {result['date']}, {named}."
