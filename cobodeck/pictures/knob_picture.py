@@ -20,6 +20,8 @@ PLACE_IN, MARGIN_IN, ROW_IN = 0.36, 0.4, 1.4
 COLOUR, OURS = "#1f5fa8", "#e8edf3"
 ROOM = 0.08
 """Share of an axis that stays free at both of its ends."""
+SPAN = 8.0
+"""An axis is logarithmic if its figures are all above 0, and one is more than so many others."""
 
 
 def draw_knobs(
@@ -49,8 +51,12 @@ def draw_knobs(
         names = [row["value"] for row in knob["values"]]
         panels[-1, column].set_xticks(range(len(names)), names, rotation=60, ha="right",
                                       rotation_mode="anchor", fontsize=7)  # fmt: skip
-    for row, title in enumerate(figures):
+    for row, (title, read) in enumerate(figures.items()):
         panels[row, 0].set_ylabel(title, fontsize=8, color=INK)
+        found = [read(value)[0] for knob in knobs for value in knob["values"]]
+        if min(found) > 0.0 and max(found) > SPAN * min(found):
+            panels[row, 0].set_yscale("log")
+            panels[row, 0].yaxis.set_major_formatter("{x:g}")
     figure.align_ylabels(panels[:, 0])
     figure.suptitle(note, fontsize=8, color=GREY, x=0.01, ha="left")
     save_figure(figure, path)

@@ -58,6 +58,7 @@ FIGURES: Mapping[str, Mapping[str, Callable[[OneRow], tuple[float, float, float]
         "failed, % of\nEscapes": partial(_share, "escapes_failed"),
         "unserved, %": partial(_share, "unserved"),
         "response, s": partial(_mean, "means", "response_s"),
+        "runs with a\nstop, %": partial(_share, "stopped"),
     },
 }
 """The rows of each picture, by their titles."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import takewhile
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -28,11 +29,11 @@ def precision_table(result: Mapping[str, Any]) -> str:
 
 
 def disturbed_table(result: Mapping[str, Any]) -> str:
-    """Up to where the robot touches nobody, and what happens at the largest disturbance."""
+    """Up to where the robot touches nobody, and where the rest is worst."""
     lines = [
-        "| | no touch by the robot | bound | as many served | then: by the robot | any touch "
-        "| hardest, m/s | Escapes failed | unserved |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| | no touch by the robot | bound | as many served | Escapes per request | any touch "
+        "| hardest, m/s | stopped | Escapes failed | unserved |",
+        "|---|---|---|---|---|---|---|---|---|---|",
     ]
     lines += [_holds(knob) for knob in result["knobs"]]
     return "\n".join([*lines, "", _made(result)]) + "\n"
@@ -88,25 +89,35 @@ def _holds(knob: Compared) -> str:
         row["shares"]["unserved"]["high"] for row in values if row["value"] == knob["ours"]
     )
     served = list(takewhile(lambda row: row["shares"]["unserved"]["low"] <= usual, values))
-    last, shares = values[-1], values[-1]["shares"]
-    bound = held[-1]["shares"]["touched_by_robot"]["high"] if held else None
-    hardest = last["impact_m_s"]
+    bound = held[-1]["shares"]["touched_by_robot"]["high"] if held else 1.0
+    hardest = max((row["impact_m_s"] for row in values if row["impact_m_s"]), default=None)
     cells = [
         knob["title"],
         f"to {held[-1]['value']}" if held else "nowhere",
-        "–" if bound is None else f"≤ {100.0 * bound:.0f} %",
+        f"≤ {100.0 * bound:.0f} %",
         f"to {served[-1]['value']}" if served else "nowhere",
-        f"at {last['value']}: {_counted(shares['touched_by_robot'])}",
-        _counted(shares["touched"]),
+        _most_escapes(values),
+        _worst(values, "touched"),
         "–" if hardest is None else f"{hardest:.1f}",
-        _counted(shares["escapes_failed"]),
-        _counted(shares["unserved"]),
+        *(_worst(values, name) for name in ("stopped", "escapes_failed", "unserved")),
     ]
     return f"| {' | '.join(cells)} |"
 
 
-def _counted(share: Mapping[str, float] | None) -> str:
-    return "–" if share is None else f"{share['hits']} of {share['of']}"
+def _most_escapes(values: Sequence[Mapping[str, Any]]) -> str:
+    found = [(row["means"]["escapes_per_request"], row["value"]) for row in values]
+    most, value = max((mean["mean"], value) for mean, value in found if mean is not None)
+    return f"{most:.1f} at {value}"
+
+
+def _worst(values: Sequence[Mapping[str, Any]], name: str) -> str:
+    """The first value at which the largest share is; "0" if it is nowhere above 0."""
+    shares = [(row["shares"][name], row["value"]) for row in values]
+    told = [(share["hits"] / share["of"], share, value) for share, value in shares if share]
+    if not any(part for part, _, _ in told):
+        return "0"
+    _, share, value = max(told, key=itemgetter(0))
+    return f"{share['hits']} of {share['of']} at {value}"
 
 
 def _made(result: Mapping[str, Any]) -> str:
