@@ -47,9 +47,13 @@ format: .venv/installed-dev
 schema: .venv/installed
 	@$(BIN)/cobodeck schema -o charts/chart.schema.json
 
+# each takes some minutes, best on a machine that has nothing else to do
+BENCHES := engine navigation drives chase arm localization simulation realtime envelope
 bench: .venv/installed-dev
 	@mkdir -p out
-	@$(BIN)/cobodeck bench engine --json > out/engine.json && mv out/engine.json cobodeck/bench/
+	@for name in $(BENCHES); do \
+	  $(BIN)/cobodeck bench $$name --json > out/$$name.json && mv out/$$name.json cobodeck/bench/results/ || exit 1; done
+	@$(BIN)/cobodeck bench --show cobodeck/bench/results/*.json -o cobodeck/bench/curves.svg > out/bench.txt
 	@$(BIN)/python -m cobodeck.bench.table
 
 # what precision is worth, and which disturbances are borne: hours of CPU; goes on where it was

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 TRIES = 30
 """How many of the best free cells are tried for a path before giving up."""
 CELLS = 400
-"""Number of cells whose risk is computed."""
+"""About how many cells' risk is computed."""
 
 
 def tangent_yaw(centre: Pose2, place: Point, now: float) -> float:
@@ -44,16 +44,17 @@ def tangent_yaw(centre: Pose2, place: Point, now: float) -> float:
     return min(options, key=lambda yaw: abs(wrap(yaw - now)))
 
 
-def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
+def best_cell(now: Situation, space: ChaseSpace, most: int = CELLS) -> Point | None:
     """The reachable free cell with the largest weight (R96); None if there is none.
 
     Weights within the profile's `tie` of the largest count as equal; the shortest path decides.
+    Risk is computed of about `most` cells.
     """
     planner, chase = now.planners["chase"], now.settings.chase
     here = (now.pose.x, now.pose.y)
     cells: Iterable[ChaseCell]
     if chase.risk > 0.0:
-        cells = drives_weighed(now, out_of_the_way(now, space.all_free()))
+        cells = drives_weighed(now, out_of_the_way(now, space.all_free(), most))
     else:
         cells = space.free()
     if chase.pick == "sample":
@@ -73,14 +74,14 @@ def best_cell(now: Situation, space: ChaseSpace) -> Point | None:
     return best
 
 
-def out_of_the_way(now: Situation, cells: Array) -> Array:
-    """Every so many of the cells (n, 3), with weights that include the risk of standing there.
+def out_of_the_way(now: Situation, cells: Array, most: int = CELLS) -> Array:
+    """About `most` of the cells (n, 3), with weights that include the risk of standing there.
 
     Best first.
     """
     from behaviors.prediction import risks
 
-    some = cells[:: max(1, len(cells) // CELLS)]
+    some = cells[:: max(1, len(cells) // most)]
     return _with_costs(some, now.settings.chase.risk * risks(now, some[:, :2]))
 
 

@@ -19,6 +19,7 @@ from cobodeck.avoidable.motion_search import (
     RADIUS as RADIUS,
     Question as Question,
     RobotLimits as RobotLimits,
+    SearchGrid as SearchGrid,
     best_motion as best_motion,
 )
 from cobodeck.avoidable.motions import (

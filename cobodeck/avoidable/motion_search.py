@@ -38,8 +38,6 @@ ZONES = (2.5, math.radians(36.0), 1.5)
 NEAR = 1.27
 """Distance of centres, m, at which robot and person may touch, whatever the robot's yaw."""
 STEP_S = 0.05
-DIRECTIONS = 24
-HOLDS_S = (0.2, 0.4, 0.7, 1.1, 1.6)
 INSETS = (0.0, 0.01, 0.05, 0.2)
 """The outline is smaller for walls by the first of these that lets the robot start free, m."""
 _EXACT = 1e-9
@@ -88,13 +86,25 @@ class Walk:
 
 
 @dataclass(frozen=True, slots=True)
+class SearchGrid:
+    """Which motions are tried: time step, s, number of directions, durations of phases, s."""
+
+    step_s: float = STEP_S
+    directions: int = 24
+    holds_s: tuple[float, ...] = (0.2, 0.4, 0.7, 1.1, 1.6)
+
+
+USUAL = SearchGrid()
+
+
+@dataclass(frozen=True, slots=True)
 class Question:
     """What is asked of the search.
 
     `walls` are edges of closed rings (n, 4). The robot coasts for `delay_s`, brakes within the
     spans `blind_s`, from and to, and is judged until `horizon_s`. `aim` and `near` are the task's
     (`motions.Task.aim`, `clear`). With `one_side` only motions to the left of the person are tried:
-    enough where both sides are the same.
+    enough where both sides are the same. `grid` is how finely the search looks.
     """
 
     robot: RobotState
@@ -108,6 +118,7 @@ class Question:
     aim: int = GAP
     near: float = NEAR
     one_side: bool = False
+    grid: SearchGrid = USUAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,14 +176,14 @@ def _search(task: Task, bound: float) -> Array:
 
 
 def _task(question: Question, enough: float) -> Task:
-    robot, limits = question.robot, question.limits
-    steps = max(1, math.ceil(question.horizon_s / STEP_S - 1e-9))
-    times = STEP_S * np.arange(steps + 1)
+    robot, limits, step = question.robot, question.limits, question.grid.step_s
+    steps = max(1, math.ceil(question.horizon_s / step - 1e-9))
+    times = step * np.arange(steps + 1)
     person = question.walk.at(question.start_s + times)
     yaws = _braked_yaws(robot, limits.yaw_acceleration, times)
     headings = np.stack([np.cos(yaws), np.sin(yaws)], axis=1)
     holds = np.zeros(steps + 1, dtype=np.bool_)
-    held = np.rint(np.array(HOLDS_S) / STEP_S).astype(np.int64)
+    held = np.rint(np.array(question.grid.holds_s) / step).astype(np.int64)
     holds[held[held <= steps]] = True
     away = math.atan2(robot.y - person[0, 1], robot.x - person[0, 0])
     return Task(
@@ -180,14 +191,14 @@ def _task(question: Question, enough: float) -> Task:
         headings,
         person,
         question.walls,
-        actions(away, question.one_side),
+        actions(away, question.grid.directions, question.one_side),
         holds,
-        (limits.acceleration, limits.braking, limits.speed, STEP_S),
+        (limits.acceleration, limits.braking, limits.speed, step),
         (limits.half_length, limits.half_width, *_wall_outline(question, headings[0]), RADIUS),
         question.aim,
         question.near,
         ZONES,
-        min(steps, round(question.delay_s / STEP_S)),
+        min(steps, round(question.delay_s / step)),
         _blind(question, times[:-1]),
         enough,
     )
@@ -219,19 +230,20 @@ def _braked_yaws(robot: RobotState, braking: float, times: Any) -> Any:
     return robot.yaw + robot.wz * until - math.copysign(0.5 * braking, robot.wz) * until**2
 
 
-def actions(away: float, one_side: bool = False) -> Array:
+def actions(away: float, directions: int, one_side: bool = False) -> Array:
     """The actions: to coast, to brake, to accelerate, first of all in the direction `away`, rad."""
-    turns = [wrap(math.tau * n / DIRECTIONS) for n in range(DIRECTIONS)]
+    turns = [wrap(math.tau * n / directions) for n in range(directions)]
     turns = sorted((t for t in turns if t > -_EXACT or not one_side), key=lambda t: (abs(t), t))
     pushes = [(ACCELERATE, math.cos(away + turn), math.sin(away + turn)) for turn in turns]
     return np.array([(COAST, 0.0, 0.0), (BRAKE, 0.0, 0.0), *pushes])
 
 
 def _motion(question: Question, task: Task, best: Array) -> BestMotion:
+    step = question.grid.step_s
     ends = [(int(action), int(n)) for action, n in best[1:].reshape(-1, 2) if action >= 0.0]
     phases, chosen = [], [COASTS] * task.delay
     for action, end in ends:
-        phases.append((_name(task.actions[action]), (end - len(chosen)) * STEP_S))
+        phases.append((_name(task.actions[action]), (end - len(chosen)) * step))
         chosen += [action] * (end - len(chosen))
     x, y, vx, vy = task.start.tolist()
     states = [(x, y, vx, vy)]
@@ -240,13 +252,13 @@ def _motion(question: Question, task: Task, best: Array) -> BestMotion:
         states.append(moved(task, states[-1], task.actions[BRAKES if brakes else action]))
     places = np.array(states)[:, :2]
     yaws = np.arctan2(task.headings[:, 1], task.headings[:, 0])
-    times: Any = question.start_s + STEP_S * np.arange(len(places))
+    times: Any = question.start_s + step * np.arange(len(places))
     return BestMotion(
         float(best[0]),
         times,
         np.column_stack([places, yaws]),
         tuple(phases),
-        clear_after(places, task.person),
+        clear_after(places, task.person, step),
         _count(_holds(task), len(task.actions)),
     )
 
@@ -258,8 +270,8 @@ def _name(action: Array) -> str:
     return "coast" if kind == COAST else "brake"
 
 
-def clear_after(places: Array, person: Array) -> float | None:
-    """Time from which the robot, at `places` (n, 2) each STEP_S, is out of both zones for good.
+def clear_after(places: Array, person: Array, step_s: float = STEP_S) -> float | None:
+    """Time from which the robot, at `places` (n, 2) each `step_s`, is out of both zones for good.
 
     None if it is in one at the end.
     """
@@ -267,7 +279,7 @@ def clear_after(places: Array, person: Array) -> float | None:
     rows = zip(away.tolist(), person[:, 2].tolist(), strict=True)
     inside = [beyond_zones(ZONES, x, y, view) < 0.0 for (x, y), view in rows]
     last = max((n for n, is_in in enumerate(inside) if is_in), default=-1)
-    return None if last == len(inside) - 1 else (last + 1) * STEP_S
+    return None if last == len(inside) - 1 else (last + 1) * step_s
 
 
 def _holds(task: Task) -> tuple[int, ...]:

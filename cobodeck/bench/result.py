@@ -15,8 +15,9 @@ LARGEST_NUMBER = 1e100
 """Numbers beyond this measure nothing."""
 _TEXTS = {field.name for field in fields(BenchRow) if "str" in str(field.type)}
 _NUMBERS = {field.name for field in fields(BenchRow) if "float" in str(field.type)}
+_FLAGS = {field.name for field in fields(BenchRow) if "bool" in str(field.type)}
 _ALWAYS = {"bench", "name", "variant"}
-_LATER = {"spread", "calls_per_tick"}
+_LATER = {"spread", "calls_per_tick"} | _FLAGS
 """What older results lack."""
 
 
@@ -52,7 +53,7 @@ def _fault(found: object) -> str | None:
 
 
 def _fault_of_row(row: Mapping[str, Any]) -> str | None:
-    for name in _TEXTS | _NUMBERS:
+    for name in _TEXTS | _NUMBERS | _FLAGS:
         value = row.get(name)
         if name not in row and name not in _LATER:
             return f"has no {name!r}"
@@ -62,6 +63,8 @@ def _fault_of_row(row: Mapping[str, Any]) -> str | None:
             return f"has {name!r}: {value!r:.40}, which is no text"
         if name in _NUMBERS and not _is_number(value):
             return f"has {name!r}: {value!r:.40}, which is no number"
+        if name in _FLAGS and not isinstance(value, bool):
+            return f"has {name!r}: {value!r:.40}, which is neither true nor false"
     if (row["knob"] is None) != (row["value"] is None):
         return "has a 'knob' without a 'value', or the other way about"
     return None

@@ -12,20 +12,19 @@ from __future__ import annotations
 
 import gc
 import json
-import platform
 import statistics
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib.metadata import version
 from operator import itemgetter
 from pathlib import Path
 from types import FrameType
 
-from cobodeck.bench import peers
-from cobodeck.bench.harness import ROUNDS, WORSE, BenchRow
+from cobodeck.bench import peers, simulation_curves
+from cobodeck.bench.compare import MORE_CALLS
+from cobodeck.bench.harness import ROUNDS, BenchRow, versions
 from cobodeck.bench.simulation_cpu import HZ, least_cpu, run_cpu, shares
 from cobodeck.loop import Loop
 from cobodeck.run import simulate
@@ -40,8 +39,7 @@ TIER_0_GOAL = 1 / 10_000
 UNIT = "MuJoCo"
 KNOWN_CALLS = Path(__file__).with_name("calls.json")
 """Calls per tick by case, and the versions with which they were counted."""
-LIBRARIES = ("numpy", "scipy", "shapely", "networkx", "numba")
-GROWTH = WORSE["calls_per_tick"]
+GROWTH = MORE_CALLS
 """Known calls per tick may grow by this factor."""
 WAITING = """
 chart: waiting
@@ -85,7 +83,8 @@ CPU_GOALS = {"study": 1.1, "lab_a": 1.9, "study_tier_2": 5.5}
 
 
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
-    """Tier 0; CPU, beside simulators, and by part; then calls per tick."""
+    """Curves; tier 0; CPU, beside simulators, and by part; then calls per tick."""
+    yield from simulation_curves.rows(rounds)
     rounds = min(rounds, 5)
     yield tier_0_row(rounds)
     yield from cpu_rows(CPU, rounds)
@@ -96,24 +95,15 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
 
 
 def tier_0_row(rounds: int) -> BenchRow:
-    """Tier 0: µs per tick, and wall time over simulated time."""
+    """Tier 0: CPU per 33 ms, and relative to real time."""
     setup = open_setup(scene=SCENE)
     options = Options(tier=0, requests=REQUESTS, duration_s=DURATION_S)
-    simulate(setup, options)
-    found = [simulate(setup, options).figures for _ in range(rounds)]
-    walls = [figures["wall_s"] / figures["sim_s"] for figures in found]
-    ticks = [figures["wall_s"] / figures["ticks"] for figures in found]
+    run_cpu(setup, options)
+    taken = statistics.median(run_cpu(setup, options) for _ in range(rounds))
     return BenchRow(
-        NAME,
-        "tier_0",
-        "cobodeck",
-        "requests",
-        REQUESTS,
-        time_us=statistics.median(ticks) * 1e6,
-        ratio=statistics.median(walls),
-        ratio_to="real time",
-        goal=TIER_0_GOAL,
-    )
+        NAME, "tier_0", "cobodeck", "requests", REQUESTS, time_us=taken,
+        ratio=taken * HZ / 1e6, ratio_to="real time", goal=TIER_0_GOAL,
+    )  # fmt: skip
 
 
 def cpu_rows(cases: Mapping[str, RunCase], rounds: int) -> Iterator[BenchRow]:
@@ -124,9 +114,9 @@ def cpu_rows(cases: Mapping[str, RunCase], rounds: int) -> Iterator[BenchRow]:
     unit = found.get(UNIT)
     for name, (module, _) in peers.SIMULATORS.items():
         if name not in others:
-            yield BenchRow(NAME, "cpu", name, ratio_to=needs(module))
+            yield BenchRow(NAME, "cpu", name, ratio_to=needs(module), peer=True)
             continue
-        yield _cpu_row("cpu", name, found[name], unit)
+        yield replace(_cpu_row("cpu", name, found[name], unit), peer=True)
     for name, case in cases.items():
         requests, cpu_us = case.options.requests, found[name]
         row = _cpu_row(f"cpu_{name}", "cobodeck", cpu_us, unit)
@@ -201,9 +191,3 @@ def calls_limit(name: str) -> float | None:
     if known["versions"] != versions():
         return None
     return GROWTH * float(known["calls_per_tick"][name])
-
-
-def versions() -> dict[str, str]:
-    """What calls depend on besides our own code."""
-    python = f"{platform.python_implementation()} {sys.version_info.major}.{sys.version_info.minor}"
-    return {"python": python, **{name: version(name) for name in LIBRARIES}}

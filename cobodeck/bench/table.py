@@ -1,59 +1,133 @@
-"""The table of `cobodeck/FIGURES.md`, made from the committed JSON of a benchmark run."""
+"""The tables of `cobodeck/FIGURES.md`, made from the committed results of benchmarks."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from cobodeck.bench.result import read_result
+
 PAGE = Path("cobodeck/FIGURES.md")
-RESULT = Path(__file__).with_name("engine.json")
-BEGIN, END = "<!-- bench engine -->\n", "<!-- bench engine end -->"
-ROWS = {
-    "no new sample": "tick, no new sample",
-    "every tick recorded": "… every tick recorded",
-    "five fresh samples": "… five fresh samples",
-    "100 in parallel": "tick, 100 in parallel",
-    "edge without timeout": "edge without timeout",
-    "edge with timeout": "edge with timeout",
-    "a lock set": "edge, a lock set elsewhere",
-    "guard out of a two-leaf any": "guard out of a two-leaf `any`",
-    "guard out of a chart as in chase": "guard out of a chart as in `chase`",
-    "load and check 1000 leaves": "load and check 1000 leaves (to a C-YAML parse)",
-    "read 10000 numbers": "read an input of 10 000 numbers (to a float)",
+RESULTS = Path(__file__).with_name("results")
+CURVES = Path(__file__).with_name("curves.svg")
+BEGIN, END = "<!-- bench {} -->\n", "<!-- bench {} end -->"
+ENGINE_ROWS = {
+    ("no new sample", None): "tick, no new sample",
+    ("every tick recorded", None): "… every tick recorded",
+    ("fresh samples", 5): "… five fresh samples",
+    ("in parallel", 100): "tick, 100 in parallel",
+    ("edge without timeout", None): "edge without timeout",
+    ("edge with timeout", None): "edge with timeout",
+    ("a lock set", None): "edge, a lock set elsewhere",
+    ("guard out of a two-leaf any", None): "guard out of a two-leaf `any`",
+    ("guard out of a chart as in chase", None): "guard out of a chart as in `chase`",
+    ("load and check", 1000): "load and check 1000 leaves (to a C-YAML parse)",
+    ("read numbers", 10_000): "read an input of 10 000 numbers (to a float)",
 }
+"""By name and, where it is varied, value."""
 NOTE = (
     "py_trees makes the 1000 leaves in Python, without a file; transitions and python-statemachine "
     "read JSON."
 )
 VARIANTS = ("cobodeck", "py_trees", "transitions", "python-statemachine", "sismic")
+RUNS = {
+    "cpu_study": "`study`, tier 1",
+    "cpu_lab_a": "`lab_a`, tier 1, beside a walker",
+    "cpu_study_tier_2": "`study`, tier 2",
+}
+Row = Mapping[str, Any]
 
 
-def table(result: Mapping[str, Any]) -> str:
-    """The rows of an engine benchmark as a Markdown table, with the machine's name."""
-    ratios = {(row["name"], row["variant"]): row["ratio"] for row in result["rows"]}
-    lines = [f"| | {' | '.join(VARIANTS)} |", "|---|" + "---|" * len(VARIANTS)]
-    for name, about in ROWS.items():
-        cells = [_shown(ratios.get((name, variant))) for variant in VARIANTS]
-        lines.append(f"| {about} | {' | '.join(cells)} |")
+def engine_table(result: Mapping[str, Any]) -> str:
+    """The rows of the engine beside its peers."""
+    known = {key: row["ratio"] for row in result["rows"] for key in _engine_keys(row)}
+    return _markdown(
+        ("", *VARIANTS),
+        (
+            (about, *(_ratio(known.get((*key, variant))) for variant in VARIANTS))
+            for key, about in ENGINE_ROWS.items()
+        ),
+        f"{NOTE}\n\n{_machine(result)}",
+    )
+
+
+def _engine_keys(row: Row) -> tuple[tuple[Any, ...], ...]:
+    name, variant = row["name"], row["variant"]
+    return (name, row["value"], variant), (name, None, variant)
+
+
+def runs_table(result: Mapping[str, Any]) -> str:
+    """CPU of whole runs, and how many times as fast as real time they are."""
+    known = {(row["name"], row["variant"]): row for row in result["rows"]}
+    lines = []
+    for name, about in RUNS.items():
+        own, speed = known[name, "cobodeck"], known[name, "speed"]["ratio"]
+        beside = _ratio(own["ratio"]) if own["ratio_to"] == "MuJoCo" else "–"
+        lines.append((about, _time(own["time_us"]), f"{float(f'{speed:.2g}'):.0f}", beside))
+    return _markdown(
+        ("run", "CPU per 1/30 s", "× real time", "to MuJoCo's"), lines, _machine(result)
+    )
+
+
+def curves_table(results: Iterable[Mapping[str, Any]]) -> str:
+    """The point of each curve that we use."""
+    rows = [row for result in results for row in result["rows"] if row.get("default")]
+    lines = [
+        (
+            f"{row['bench']}: {row['name']}",
+            row["variant"] if row["knob"] is None else f"{row['variant']}, {_setting(row)}",
+            _time(row["time_us"]),
+            f"{row['ratio']:.2g}",
+            "–" if row["error"] is None else f"{row['error']:.3g} {row['error_unit']}",
+            row["reference"] or "–",
+        )
+        for row in rows
+        if row["time_us"] is not None
+    ]
+    head = ("curve", "what we use", "time", "units", "error", "against")
+    return _markdown(head, lines, "A unit is a million passes of a plain loop, timed just before.")
+
+
+def with_tables(page: str) -> str:
+    """The page's text with its tables replaced by those of the committed results."""
+    found = {file.stem: read_result(file) for file in sorted(RESULTS.glob("*.json"))}
+    made: dict[str, Callable[[], str]] = {
+        "engine": lambda: engine_table(found["engine"]),
+        "simulation": lambda: runs_table(found["simulation"]),
+        "curves": lambda: curves_table(found.values()),
+    }
+    for name, table in made.items():
+        before, rest = page.split(BEGIN.format(name))
+        after = rest[rest.index(END.format(name)) :]
+        page = before + BEGIN.format(name) + table() + after
+    return page
+
+
+def _markdown(head: Sequence[str], lines: Iterable[Sequence[str]], note: str) -> str:
+    cells = [f"| {' | '.join(line)} |" for line in (head, *lines)]
+    return "\n".join([cells[0], "|---" * len(head) + "|", *cells[1:], "", note]) + "\n"
+
+
+def _machine(result: Mapping[str, Any]) -> str:
     machine = result["machine"]
     named = f"{machine['name']}, {machine['cores']} cores, {machine['system']}, {machine['python']}"
-    return "\n".join([*lines, "", f"{NOTE}\n\nMachine: {named}."]) + "\n"
+    return f"Machine: {named}, {result['date']}."
 
 
-def _shown(ratio: float | None) -> str:
+def _ratio(ratio: float | None) -> str:
     if ratio is None:
         return "–"
     return f"{float(f'{ratio:.2g}'):.0f}" if ratio >= 10 else f"{ratio:.2f}"
 
 
-def with_table(page: str) -> str:
-    """The page's text with its table replaced by that of the committed run."""
-    before, rest = page.split(BEGIN)
-    after = rest[rest.index(END) :]
-    return before + BEGIN + table(json.loads(RESULT.read_text())) + after
+def _setting(row: Row) -> str:
+    return f"{row['knob']} {round(row['value'], 3):g}"
+
+
+def _time(time_us: float) -> str:
+    return f"{time_us:.3g} µs" if time_us < 1e3 else f"{time_us / 1e3:.3g} ms"
 
 
 if __name__ == "__main__":
-    PAGE.write_text(with_table(PAGE.read_text()))
+    PAGE.write_text(with_tables(PAGE.read_text()))

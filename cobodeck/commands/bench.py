@@ -1,6 +1,7 @@
-"""Measure run time against error, side by side with other engines where they are installed.
+"""Measure run time against error, side by side with others where they are installed.
 
-Ratios refer to work that was timed in the same round; absolute times hold for one machine only.
+Ratios refer to work that was timed in the same round: by default to a unit, a million passes of a
+plain loop. Absolute times hold for one machine only.
 `envelope` tells from where a person can be escaped at all; with records, which of their failed
 Escapes and contacts could have been avoided.
 """
@@ -10,11 +11,11 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterable, Mapping
+from datetime import UTC, datetime
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from cobodeck.bench import WORSE
 from cobodeck.terminal import (
     FAILED,
     OK,
@@ -30,6 +31,8 @@ from cobodeck.terminal import (
 BENCHES = {
     "engine": "cobodeck.bench.engine.engine_bench",
     "navigation": "cobodeck.bench.navigation.navigation_bench",
+    "drives": "cobodeck.bench.navigation.drives",
+    "chase": "cobodeck.bench.navigation.chase_bench",
     "arm": "cobodeck.bench.arm.arm_bench",
     "localization": "cobodeck.bench.localization.localization_bench",
     "simulation": "cobodeck.bench.simulation_bench",
@@ -44,8 +47,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     about = f"of {', '.join(BENCHES)}; after envelope also records, X.mcap"
     parser.add_argument("names", nargs="*", metavar="NAME|RECORD", help=about)
     parser.add_argument(
-        "--compare", type=Path, metavar="FILE", help="an earlier --json; 1 if worse"
-    )
+        "--compare", type=Path, nargs="+", default=(), metavar="FILE",
+        help="earlier --json; 1 if slower or less exact",
+    )  # fmt: skip
     parser.add_argument(
         "--logs", type=Path, nargs="+", metavar="FILE",
         help="localization on these logs with corrected poses, beside a particle filter and others",
@@ -56,8 +60,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "(scans), late=-0.2 (s, of the wheels); default: the logs as they are, and all of these",
     )  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, help="of the variants; default 0")
-    parser.add_argument("--rounds", type=positive, default=9, help="medians of so many; default 9")
-    parser.add_argument("--show", type=Path, metavar="FILE", help="measure nothing, show a --json")
+    parser.add_argument("--rounds", type=positive, default=5, help="medians of so many; default 5")
+    parser.add_argument(
+        "--show", type=Path, nargs="+", metavar="FILE", help="measure nothing, show earlier --json"
+    )
     parser.add_argument(
         "-o",
         "--output",
@@ -87,32 +93,34 @@ def run(args: argparse.Namespace) -> int:
     """Measure, print, compare."""
     if any(map(is_record, args.names)):
         return _judge(args)
-    from cobodeck.bench import read_result
+    from cobodeck.bench import read_result, worse
 
-    before = read_result(args.compare)["rows"] if args.compare else ()
-    names = args.names or list(BENCHES)
+    before = [row for file in args.compare for row in read_result(file)["rows"]]
     if args.show:
-        result = read_result(args.show)
+        results = [read_result(file) for file in args.show]
     else:
-        result = _measure_logs(args) if args.logs else _measure(names, args.rounds)
-    if args.json:
-        show_json(result)
+        results = [_measure_logs(args) if args.logs else _measure(args)]
+    rows = [row for result in results for row in result["rows"]]
+    if not args.json:
+        show("\n\n".join(map(text, results)))
+    elif len(results) == 1:
+        show_json(results[0])
     else:
-        show(text(result))
+        raise Problem("--json shows one file at a time")
     if args.output is not None:
-        _draw(args, result)
-    worse = list(slower(result["rows"], before))
-    for line in worse:
+        _draw(args, rows)
+    found = list(worse(rows, before))
+    for line in found:
         show(line)
-    return FAILED if worse else OK
+    return FAILED if found else OK
 
 
-def _draw(args: argparse.Namespace, result: Mapping[str, Any]) -> None:
+def _draw(args: argparse.Namespace, rows: Iterable[Mapping[str, Any]]) -> None:
     """Draw time against error; of `envelope` alone, the distances that it is about."""
     if args.names != [ENVELOPE] or args.show is not None:
         from cobodeck.pictures import draw_bench
 
-        draw_bench(result["rows"], args.output)
+        draw_bench(list(rows), args.output)
         return
     from cobodeck.pictures import draw_envelope
 
@@ -149,29 +157,39 @@ def _judge(args: argparse.Namespace) -> int:
     return OK
 
 
-def _measure(names: Iterable[str], rounds: int) -> dict[str, Any]:
-    from cobodeck.bench import machine
-
+def _measure(args: argparse.Namespace) -> dict[str, Any]:
     rows = []
     progress = ProgressLine("bench", 0.0)
-    wanted = list(names)
-    for done, name in enumerate(wanted):
+    wanted = args.names or list(BENCHES)
+    for name in wanted:
         if name not in BENCHES:
             from engine.files import did_you_mean
 
             raise Problem(f"no bench {name!r}; {did_you_mean(name, BENCHES)}")
-        for row in import_module(BENCHES[name]).rows(rounds):
-            progress.at(f"{row.name} {row.variant}", done / len(wanted))
+    for done, name in enumerate(wanted):
+        progress.at(name, done / len(wanted))
+        for row in import_module(BENCHES[name]).rows(args.rounds):
+            progress.at(f"{name}: {row.name} {row.variant}", done / len(wanted))
             rows.append(row.plain())
     progress.done()
-    return {"machine": machine(), "rows": rows}
+    return _result(rows)
+
+
+def _result(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    from cobodeck.bench import machine, own_version, versions
+
+    return {
+        "date": datetime.now(UTC).date().isoformat(),
+        "machine": machine(),
+        "versions": {"cobodeck": own_version(), **versions()},
+        "rows": rows,
+    }
 
 
 def _measure_logs(args: argparse.Namespace) -> dict[str, Any]:
     """Localize logs by all peers."""
     if args.names not in ([], ["localization"]):
         raise Problem("--logs are for `cobodeck bench localization`, alone")
-    from cobodeck.bench import machine
     from cobodeck.bench.localization import rows
 
     found = []
@@ -180,7 +198,7 @@ def _measure_logs(args: argparse.Namespace) -> dict[str, Any]:
         found.append(row.plain())
         progress.at(f"{row.name} {row.knob or ''} {row.variant}")
     progress.done()
-    return {"machine": machine(), "rows": found}
+    return _result(found)
 
 
 HEAD = ("what", "variant", "knob", "time", "ratio", "to", "error", "of", "calls", "goal")
@@ -204,7 +222,8 @@ def text(result: Mapping[str, Any]) -> str:
 
 def _machine(result: Mapping[str, Any]) -> str:
     machine = result["machine"]
-    return f"{machine['name']}, {machine['cores']} cores, {machine['system']}, {machine['python']}"
+    told = f"{machine['name']}, {machine['cores']} cores, {machine['system']}, {machine['python']}"
+    return f"{told}, {result['date']}" if "date" in result else told
 
 
 def _cells(row: Mapping[str, Any]) -> tuple[str, ...]:
@@ -257,17 +276,3 @@ def _number(value: float | None) -> str:
     if value is None:
         return ""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
-
-
-def slower(rows: Iterable[Mapping[str, Any]], before: Iterable[Mapping[str, Any]]) -> Iterable[str]:
-    """A line per grown figure, of our rows only: those of peers have no goal."""
-    keys = ("bench", "name", "variant", "knob", "value")
-    known = {tuple(row[key] for key in keys): row for row in before}
-    for row in rows:
-        old = known.get(tuple(row[key] for key in keys))
-        if old is None or (row["variant"] != "cobodeck" and row["goal"] is None):
-            continue
-        for figure, growth in WORSE.items():
-            now, then = row.get(figure), old.get(figure)
-            if now is not None and then is not None and now > growth * then:
-                yield f"worse: {row['bench']} {row['name']}: {figure} {now:.3g}, was {then:.3g}"

@@ -1,54 +1,50 @@
-"""Benchmark of the arm: inverse kinematics, plans and moves on seeded problems, with peers.
+"""Benchmark of the arm: inverse kinematics, lines, plans and moves on seeded problems, with peers.
 
-Times of inverse kinematics are relative to forward kinematics of as many poses. Plans are for 500
-DEEPs 0.5 to 1.6 m high and 0.8 to 1.2 m ahead of the rover, each with a person behind it and a
-pillar. Peers (`arm_peers`) are included if they are installed.
+Inverse kinematics is measured against forward kinematics. That of a calibrated chain is iterated;
+its knob is the number of steps. Durations of lines are measured against their exact timing, over
+the samples along a line. Contacts along lines are measured against very fine samples, over the
+step between samples; ours sweeps, without one. Plans are for 500 DEEPs 0.5 to 1.6 m high and 0.8
+to 1.2 m ahead of the rover, each with a person behind it and a pillar. Peers (`arm_peers`) are
+included if they are installed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from time import perf_counter
+from typing import Any
 
 import numpy as np
 
 import states.arm
 from behaviors.profile import load_profile
-from cobodeck.bench.arm.arm_peers import IK_PEERS, found
-from cobodeck.bench.engine import times
-from cobodeck.bench.harness import ROUNDS, BenchCase, BenchRow, Work, measure, seconds_of
+from cobodeck.bench.arm.arm_lines import contact_rows, duration_rows
+from cobodeck.bench.arm.arm_peers import IK_PEERS, found, solutions
+from cobodeck.bench.arm.arm_problems import ReachProblem, limits_of, parked, problems
+from cobodeck.bench.harness import ROUNDS, BenchRow, TimedPoint, Work, timed, timed_each, times
 from hw import compile_examples
-from hw.model import MotionLimits, load_robot
+from hw.model import load_calibration, load_robot
 from hw.scene import Room
 from states.arm.description import manipulator_of
 from states.arm.kinematics import (
     Array,
     CollisionChecker,
     Manipulator,
-    Surroundings,
+    descended,
     deviation,
     forward,
     inverse,
+    inverse_near,
     inverted,
 )
-from states.arm.planning import (
-    ANGLES,
-    NoPlan,
-    Plan,
-    Planner,
-    Query,
-    goals_at,
-    lines_first,
-    plan,
-    planner,
-)
+from states.arm.planning import NoPlan, Plan, Planner, Query, goals_at, lines_first, plan, planner
 
 NAME = "arm"
-POSES, PROBLEMS = 10_000, 500
-PEER_POSES = 50
-"""Number of poses for packages that need milliseconds per pose."""
+POSES, PROBLEMS, TIMED_PROBLEMS = 10_000, 500, 100
+SINGLE_POSES, PEER_POSES = 200, 50
+"""Number of poses solved one by one, and by packages that need milliseconds for each."""
+STEPS = (1, 2, 3, 5, 10, 50)
 SEED = 42
 SETS = ("anywhere", "wrist", "elbow", "shoulder")
 EXACT = 1e-9
@@ -62,55 +58,101 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     arm, environment = manipulator_of(robot), load_profile("tuned").environment(Room(()), robot)
     compile_examples((states.arm,), workspace=environment.workspace)
     yield from ik_rows(arm, rounds)
+    yield from single_rows(arm, rounds)
     asked = problems(PROBLEMS)
+    yield from duration_rows(arm, asked, rounds)
+    yield from contact_rows(arm, asked, rounds)
     for profile in ("tuned", "paper"):
-        yield from plan_rows(arm, profile, asked)
+        yield from plan_rows(arm, profile, asked, rounds)
 
 
 # inverse kinematics
 
 
 def ik_rows(arm: Manipulator, rounds: int = ROUNDS, poses: int = POSES) -> Iterator[BenchRow]:
-    """Batch and single times, worst position error, and share of poses without a solution."""
-    sets = {name: joint_sets(arm, name, poses) for name in SETS}
-    for name, joints in sets.items():
-        targets = forward(arm, joints)
+    """Many poses at once: time per pose, worst position error, share without a solution."""
+    points: list[TimedPoint] = []
+    missing = []
+    for name in SETS:
+        targets = forward(arm, joint_sets(arm, name, poses))
         missed, error = ik_errors(arm, targets)
-        case = BenchCase(
-            f"ik {name}",
-            Work(times(partial(forward, arm, joints))),
-            "forward kinematics",
-            {"cobodeck": Work(times(partial(inverse, arm, targets)))},
-        )
-        (timed,) = measure(NAME, case, rounds)
-        assert timed.time_us is not None
-        yield BenchRow(
-            NAME, case.name, "cobodeck", "poses", poses,
-            time_us=timed.time_us / poses, ratio=timed.ratio, ratio_to=timed.ratio_to,
-            error=float(f"{error:.2g}"), error_unit="m, worst", reference="forward kinematics",
-            goal=EXACT,
+        row = BenchRow(
+            NAME, f"inverse kinematics of many, {name}", "cobodeck", error=float(f"{error:.2g}"),
+            error_unit="m, worst", reference="forward kinematics", goal=EXACT,
         )  # fmt: skip
-        yield BenchRow(
-            NAME, f"ik {name} unsolved", "cobodeck", "poses", poses,
-            error=100.0 * missed, error_unit="%", reference="the joints asked from", goal=0.0,
+        points.append((row, Work(times(partial(inverse, arm, targets)), items=poses)))
+        missing.append(
+            replace(
+                row, name=f"{row.name}: unsolved", error=100.0 * missed, error_unit="%",
+                reference="the joints asked from", goal=0.0,
+            )
         )  # fmt: skip
-    yield from _single_rows(arm, sets["anywhere"], rounds)
+    yield from timed(points, rounds)
+    yield from missing
 
 
-def _single_rows(arm: Manipulator, joints: Array, rounds: int) -> Iterator[BenchRow]:
-    targets = forward(arm, joints)
+def single_rows(
+    arm: Manipulator, rounds: int = ROUNDS, poses: int = SINGLE_POSES
+) -> Iterator[BenchRow]:
+    """Poses one by one, of the nominal chain beside peers, and of a calibrated one by its steps."""
+    targets = forward(arm, joint_sets(arm, SETS[0], poses))
     flanges = inverted(arm.base) @ targets @ inverted(arm.tip)
-    solvers = {"cobodeck": (lambda pose: inverse(arm, pose), targets)}
+    points = [_single(arm, "cobodeck", partial(inverse, arm), targets, _branches)]
     for name in found(IK_PEERS):
-        solvers[name] = (IK_PEERS[name](arm), flanges)
-    for name, (solve, poses) in solvers.items():
-        taken = sorted(
-            min(seconds_of(Work(times(partial(solve, pose))), 1) for _ in range(min(rounds, 3)))
-            for pose in poses[: 1000 if name in ("cobodeck", "ur-analytic-ik") else PEER_POSES]
-        )
-        for quantile in (0.5, 0.99):
-            took = float(np.quantile(taken, quantile)) * 1e6
-            yield BenchRow(NAME, "ik single", name, "quantile", quantile, time_us=took)
+        few = slice(None) if name == "ur-analytic-ik" else slice(PEER_POSES)
+        solve = IK_PEERS[name](arm)
+        points.append(_single(arm, name, solve, flanges[few], solutions, targets[few]))
+    yield from timed(points, rounds)
+    measured = replace(arm, placements=load_calibration())
+    targets = forward(measured, joint_sets(arm, SETS[0], poses))
+    seeds = inverse_near(arm, targets).joints
+    yield from timed([_iterated(measured, seeds, targets, steps) for steps in STEPS], rounds)
+
+
+def _branches(answer: Any) -> Array:
+    found: Array = answer.branches()
+    return found
+
+
+def _single(
+    arm: Manipulator,
+    name: str,
+    solve: Callable[[Array], Any],
+    asked: Array,
+    joints: Callable[[Any], Array],
+    wanted: Array | None = None,
+) -> TimedPoint:
+    """A solver of one pose at a time; its error is that of its best solution of the worst pose."""
+    wanted = asked if wanted is None else wanted
+    error = max(
+        float(deviation(forward(arm, joints(solve(pose))), target[None])[0].min())
+        for pose, target in zip(asked, wanted, strict=True)
+    )
+    row = BenchRow(
+        NAME, "inverse kinematics", name, error=float(f"{error:.2g}"), error_unit="m, worst",
+        reference="forward kinematics", default=name == "cobodeck", peer=name != "cobodeck",
+    )  # fmt: skip
+    return row, Work(partial(_each, solve, asked), items=len(asked))
+
+
+def _each(solve: Callable[[Array], Any], poses: Array, count: int) -> None:
+    for _ in range(count):
+        for pose in poses:
+            solve(pose)
+
+
+def _iterated(measured: Manipulator, seeds: Array, targets: Array, steps: int) -> TimedPoint:
+    """A calibrated chain: the branches of the nominal one, improved so many times."""
+    branches = seeds.shape[1]
+    wanted, first = np.repeat(targets, branches, axis=0), seeds.reshape(-1, 6)
+    improve = partial(descended, measured, first, wanted, steps)
+    distance, _ = deviation(forward(measured, improve()[0]), wanted)
+    error = float(distance.reshape(-1, branches).min(axis=1).max())
+    row = BenchRow(
+        NAME, "inverse kinematics", "calibrated", "steps", steps, error=float(f"{error:.2g}"),
+        error_unit="m, worst", reference="forward kinematics",
+    )  # fmt: skip
+    return row, Work(times(improve), items=len(targets))
 
 
 def ik_errors(arm: Manipulator, targets: Array) -> tuple[float, float]:
@@ -148,44 +190,11 @@ def joint_sets(arm: Manipulator, kind: str, count: int) -> Array:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ReachProblem:
-    """A planning problem: rover_from_deep (4, 4) and the obstacles."""
-
-    deep: Array
-    around: Surroundings
-
-
-def problems(count: int) -> list[ReachProblem]:
-    """Seeded DEEPs ahead of the rover, from the paper's seven directions."""
-    rng = np.random.default_rng(SEED)
-    return [_problem(rng) for _ in range(count)]
-
-
-def _problem(rng: np.random.Generator) -> ReachProblem:
-    height, distance = rng.uniform(0.5, 1.6), rng.uniform(0.8, 1.2)
-    yaw, pitch = np.pi - rng.choice(ANGLES), rng.uniform(-np.radians(20), np.radians(20))
-    (cy, sy), (cp, sp) = (np.cos(yaw), np.sin(yaw)), (np.cos(pitch), np.sin(pitch))
-    deep = np.eye(4)
-    deep[:3, :3] = [[cy * cp, -sy, cy * sp], [sy * cp, cy, sy * sp], [-sp, 0.0, cp]]
-    deep[:3, 3] = distance, 0.0, height
-    person = deep[:2, 3] - 0.85 * np.array([cy, sy])
-    while True:
-        radius, angle, away = rng.uniform(0.05, 0.15), rng.uniform(-1.7, 1.7), rng.uniform(0.7, 1.2)
-        pillar = away * np.array([np.cos(angle), np.sin(angle)])
-        outside = np.maximum(np.abs(pillar) - [0.565, 0.455], 0.0)
-        if np.hypot(*outside) > radius + 0.02 and np.hypot(*(pillar - deep[:2, 3])) > radius + 0.2:
-            break
-    cylinders = np.array([[*person, 0.5, 0.0, 1.8], [*pillar, radius, 0.0, 2.5]])
-    return ReachProblem(deep, Surroundings(np.zeros((0, 6)), cylinders))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class ArmOutcome:
-    """The solution of one problem, and the times of inverse kinematics and planning, s."""
+    """The solution of one problem."""
 
     query: Query
     answer: Plan | NoPlan
-    seconds: float
 
     @property
     def reachable(self) -> bool:
@@ -194,41 +203,53 @@ class ArmOutcome:
         return bool(len(goals) and self.query.checker.free(goals).any())
 
 
-def plan_rows(arm: Manipulator, profile: str, asked: list[ReachProblem]) -> Iterator[BenchRow]:
-    """Planning and moving times; shares of plans missing, in contact, and not reproducible."""
-    yield from _rows_of(arm, profile, asked, "cobodeck", lines_first)
+def plan_rows(
+    arm: Manipulator, profile: str, asked: Sequence[ReachProblem], rounds: int = ROUNDS
+) -> Iterator[BenchRow]:
+    """Planning times, durations of moves, shares of plans missing, touching, not reproducible."""
+    yield from _rows_of(arm, profile, asked, "cobodeck", lines_first, rounds)
     if found(["ompl"]):
-        yield from _rows_of(arm, profile, asked, "ompl", planner("ompl"))
+        yield from _rows_of(arm, profile, asked, "ompl", planner("ompl"), rounds)
 
 
 def _rows_of(
-    arm: Manipulator, profile: str, asked: list[ReachProblem], variant: str, solver: Planner
+    arm: Manipulator,
+    profile: str,
+    asked: Sequence[ReachProblem],
+    variant: str,
+    solver: Planner,
+    rounds: int,
 ) -> Iterator[BenchRow]:
     outcomes = [solved(arm, profile, problem, solver) for problem in asked]
-    taken = [outcome.seconds for outcome in outcomes if outcome.reachable]
-    for quantile in (0.5, 0.99):
-        took = float(np.quantile(taken, quantile)) * 1e6
-        yield BenchRow(NAME, f"plan {profile}", variant, "quantile", quantile, time_us=took)
-    yield from _figures(profile, outcomes, variant, solver)
+    works = [
+        Work(times(partial(solved, arm, profile, problem, solver)))
+        for problem, outcome in zip(asked, outcomes, strict=True)
+        if outcome.reachable
+    ][:TIMED_PROBLEMS]
+    row = BenchRow(NAME, f"plan {profile}", variant, peer=variant != "cobodeck")
+    yield from timed_each(row, works, rounds, 0.99)
+    yield from _figures(row, outcomes, solver)
     moves = durations(outcomes)
-    yield BenchRow(NAME, f"move {profile} mean", variant, time_us=float(np.mean(moves)) * 1e6)
-    for quantile in (0.5, 0.95):
-        took = float(np.quantile(moves, quantile)) * 1e6
-        yield BenchRow(NAME, f"move {profile}", variant, "quantile", quantile, time_us=took)
+    for name, took in (
+        ("mean", float(np.mean(moves))),
+        *((f"{share:.0%} quantile", float(np.quantile(moves, share))) for share in (0.5, 0.95)),
+    ):
+        yield replace(
+            row, name=f"move {profile}, {name}", error=round(took, 4), error_unit="s",
+            reference="has none: how long the arm moves",
+        )  # fmt: skip
 
 
-def _figures(
-    profile: str, outcomes: list[ArmOutcome], variant: str, solver: Planner
-) -> Iterator[BenchRow]:
+def _figures(row: BenchRow, outcomes: list[ArmOutcome], solver: Planner) -> Iterator[BenchRow]:
     figures: Mapping[str, tuple[float, str, str, float]] = {
         "unsolved": (100.0 * unsolved(outcomes), "% of reachable", "goals that touch nothing", 2.0),
         "touching": (touching(outcomes), "plans", f"looked at every {STEP} rad", 0.0),
         "differing": (differing(outcomes[:100], solver), "plans of 100", "planned again", 0.0),
     }
     for name, (error, unit, reference, goal) in figures.items():
-        yield BenchRow(
-            NAME, f"plan {profile} {name}", variant, "problems", len(outcomes),
-            error=round(error, 3), error_unit=unit, reference=reference, goal=goal,
+        yield replace(
+            row, name=f"{row.name}: {name}", error=round(error, 3), error_unit=unit,
+            reference=reference, goal=goal,
         )  # fmt: skip
 
 
@@ -236,23 +257,10 @@ def solved(
     arm: Manipulator, profile: str, problem: ReachProblem, solver: Planner = lines_first
 ) -> ArmOutcome:
     """Solve one problem with the limits and the parked pose of a profile."""
-    limits, start = _limits(profile), _parked(arm, profile)
+    limits, start = limits_of(profile), parked(arm, profile)
     checker = CollisionChecker.of(arm, problem.around)
-    begin = perf_counter()
     query = Query(checker, limits, start, goals_at(arm, problem.deep, start))
-    answer = plan(query, solver)
-    return ArmOutcome(query, answer, perf_counter() - begin)
-
-
-def _limits(profile: str) -> MotionLimits:
-    robot = load_profile(profile).robot
-    tool = np.inf if robot.tool_speed is None else robot.tool_speed
-    return MotionLimits(arm_acceleration=robot.arm_acceleration, tool_speed=tool)
-
-
-def _parked(arm: Manipulator, profile: str) -> Array:
-    own = load_profile(profile).robot.parked(arm.name)
-    return np.array(arm.tool.parked if own is None else own)
+    return ArmOutcome(query, plan(query, solver))
 
 
 def durations(outcomes: list[ArmOutcome]) -> list[float]:

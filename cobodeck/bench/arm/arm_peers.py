@@ -74,6 +74,12 @@ def _dh(arm: Manipulator) -> list[tuple[float, float, float]]:
     ]
 
 
+def solutions(answer: Any) -> Array:
+    """The joints (n, 6) in what a package answers: several, one, or one with more about it."""
+    joints = answer[0] if isinstance(answer, tuple) else answer
+    return np.atleast_2d(np.asarray(joints, dtype=np.float64))[:, :6]
+
+
 IK_PEERS: dict[str, Callable[[Manipulator], Callable[[Array], Any]]] = {
     "ur-analytic-ik": _analytic,
     "roboticstoolbox-python": _toolbox,

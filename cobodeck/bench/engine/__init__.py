@@ -1,5 +1,1 @@
 """Benchmarks of the engine, beside peers."""
-
-from engine.faces import face
-
-__getattr__, __dir__ = face(__name__)

@@ -1,7 +1,8 @@
 """Overhead of the engine over the bare work of its states, compared with other engines.
 
 The lower limit is a loop that only calls the states' own steps one after another; see
-`engine_works`.
+`engine_works`. There is no error to weigh against time: tests count each step and each transition.
+So curves are over sizes.
 """
 
 from __future__ import annotations
@@ -9,7 +10,9 @@ from __future__ import annotations
 import subprocess
 import sys
 import tracemalloc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import yaml
@@ -17,11 +20,30 @@ import yaml
 from cobodeck.bench import harness
 from cobodeck.bench.engine import engine_works as works
 from cobodeck.bench.engine.engine_works import started, ticking
-from cobodeck.bench.harness import BenchCase, BenchRow, Work
+from cobodeck.bench.harness import BenchRow, Work, timed, times
 from engine.chart import load_text
 from engine.machine import Machine
 
 NAME = "engine"
+PARALLEL = (10, 30, 100)
+FRESH = (1, 5, 20)
+BOXES = (1, 3, 10)
+"""Guarded sequences of the chart to load, of 100 leaves each."""
+NUMBERS = (100, 1000, 10_000)
+EXACT = "exact: steps and transitions are counted"
+
+
+@dataclass(frozen=True, slots=True)
+class BenchCase:
+    """Engines that do the same work; their times are divided by that of `limit`."""
+
+    name: str
+    limit: Work
+    limit_name: str
+    variants: Mapping[str, Work]
+    knob: str | None = None
+    value: float | None = None
+    goal: float | None = None
 
 
 def rows(rounds: int = harness.ROUNDS) -> Iterator[BenchRow]:
@@ -29,29 +51,42 @@ def rows(rounds: int = harness.ROUNDS) -> Iterator[BenchRow]:
     from cobodeck.bench import peers
 
     for case in cases(peers.found()):
-        yield from harness.measure(NAME, case, rounds)
+        yield from timed(
+            [(_row(case, variant), work) for variant, work in case.variants.items()],
+            rounds, limit=case.limit, limit_name=case.limit_name,
+        )  # fmt: skip
     yield from costs(peers.found())
+
+
+def _row(case: BenchCase, variant: str) -> BenchRow:
+    ours = variant == "cobodeck"
+    return BenchRow(
+        NAME, case.name, variant, case.knob, case.value,
+        reference=EXACT, goal=case.goal if ours else None, peer=not ours,
+    )  # fmt: skip
 
 
 def cases(others: dict[str, Any]) -> Iterator[BenchCase]:
     """The timed comparisons; `others` are the installed peers."""
 
-    def beside(kind: str, own: Work) -> dict[str, Work]:
+    def beside(kind: str, own: Work, *size: int) -> dict[str, Work]:
         made = {name: getattr(peer, kind, None) for name, peer in others.items()}
-        return {"cobodeck": own} | {name: make() for name, make in made.items() if make}
+        return {"cobodeck": own} | {name: make(*size) for name, make in made.items() if make}
 
     yield from _ticks(beside)
     yield from _edges(beside)
-    yield _loading(beside)
+    for boxes in BOXES:
+        yield _loading(beside, boxes)
     small = started(works.READING.replace("SIZE", "1"))
-    large = started(works.READING.replace("SIZE", "10000"))
-    own = {"cobodeck": ticking(large)}
-    yield BenchCase(
-        "read 10000 numbers", ticking(small), "reading a float", own, "numbers", 10_000, 1.1
-    )
+    for size in NUMBERS:
+        large = started(works.READING.replace("SIZE", str(size)))
+        own = {"cobodeck": ticking(large)}
+        yield BenchCase(
+            "read numbers", ticking(small), "reading a float", own, "numbers", size, 1.1
+        )
 
 
-Beside = Callable[[str, Work], dict[str, Work]]
+Beside = Callable[..., dict[str, Work]]
 
 
 def _ticks(beside: Beside) -> Iterator[BenchCase]:
@@ -62,13 +97,17 @@ def _ticks(beside: Beside) -> Iterator[BenchCase]:
     yield BenchCase("no new sample", bare, name, own, "signals", works.SIGNALS, 3.5)
     recorded = {"cobodeck": works.recording(run)}
     yield BenchCase("every tick recorded", bare, name, recorded, "signals", works.SIGNALS, 6)
-    run = started(works.PAIR)
-    bare = works.loop(works.steps_of(run))
-    sampled = {"cobodeck": works.sampling(run)}
-    yield BenchCase("five fresh samples", bare, name, sampled, "samples", works.FRESH, 20)
-    run = started(works.HUNDRED)
-    bare = works.loop(works.steps_of(run))
-    yield BenchCase("100 in parallel", bare, name, beside("hundred", ticking(run)), "nodes", 100, 3)
+    for fresh in FRESH:
+        run = started(works.PAIR)
+        bare = works.loop(works.steps_of(run))
+        sampled = {"cobodeck": works.sampling(run, fresh)}
+        goal = 20 if fresh == 5 else None
+        yield BenchCase("fresh samples", bare, name, sampled, "samples", fresh, goal)
+    for count in PARALLEL:
+        run = started(works.parallel(count))
+        bare = works.loop(works.steps_of(run))
+        own, goal = beside("parallel", ticking(run), count), 3 if count == 100 else None
+        yield BenchCase("in parallel", bare, name, own, "nodes", count, goal)
 
 
 def _edges(beside: Beside) -> Iterator[BenchCase]:
@@ -89,30 +128,20 @@ def _edges(beside: Beside) -> Iterator[BenchCase]:
     yield BenchCase("guard out of a chart as in chase", bare, name, own, "states", 6, 9)
 
 
-def _loading(beside: Beside) -> BenchCase:
+def _loading(beside: Beside, boxes: int) -> BenchCase:
     from engine.check import check
 
-    text = works.large_chart()
+    text, leaves = works.large_chart(boxes), 100 * boxes
 
     def ours() -> None:
         library = load_text(text)
         found = list(library.findings) + list(check(library, works.INTERFACES))
         assert not found, found[0]
 
-    bare = Work(times(lambda: yaml.load(text, yaml.CSafeLoader)))
-    variants = beside("loading", Work(times(ours)))
-    name, parse = "load and check 1000 leaves", "C-YAML parse of the file"
-    return BenchCase(name, bare, parse, variants, "leaves", 1000, 1.5)
-
-
-def times(function: Callable[[], Any]) -> Callable[[int], None]:
-    """A function that calls `function` n times."""
-
-    def run(count: int) -> None:
-        for _ in range(count):
-            function()
-
-    return run
+    bare = Work(times(partial(yaml.load, text, yaml.CSafeLoader)))
+    variants = beside("loading", Work(times(ours)), leaves)
+    parse = "C-YAML parse of the file"
+    return BenchCase("load and check", bare, parse, variants, "leaves", leaves, 1.5)
 
 
 def costs(others: dict[str, Any]) -> Iterator[BenchRow]:
@@ -121,11 +150,16 @@ def costs(others: dict[str, Any]) -> Iterator[BenchRow]:
     modules |= {name: peer.MODULES for name, peer in others.items()}
     for variant, names in modules.items():
         seconds, megabytes = _import_cost(names)
-        yield BenchRow(NAME, "import", variant, "MB", megabytes, seconds * 1e6)
+        yield BenchRow(
+            NAME, "import", variant, "MB", megabytes, seconds * 1e6, peer=variant != "cobodeck"
+        )  # fmt: skip
     loads = {"cobodeck": lambda: Machine(*_large_machine())}
     loads |= {name: peer.load for name, peer in others.items() if hasattr(peer, "load")}
     for variant, load in loads.items():
-        yield BenchRow(NAME, "machine of 1000 leaves", variant, "MB", _kept_megabytes(load))
+        yield BenchRow(
+            NAME, "machine of 1000 leaves", variant, "MB", _kept_megabytes(load),
+            peer=variant != "cobodeck",
+        )  # fmt: skip
 
 
 def _large_machine() -> tuple[Any, ...]:

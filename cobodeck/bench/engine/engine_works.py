@@ -20,7 +20,6 @@ from engine.signals import Board, Measured, declare
 
 GRID = TickGrid(30)
 SIGNALS = 20
-FRESH = 5
 INTERFACES = {cls.__name__: interface(cls) for cls in STATES}  # type: ignore[arg-type]
 NOWS = [GRID.instant(n) for n in range(1 << 17)]
 
@@ -31,9 +30,6 @@ any:
   guard: {watch: Watch, next: {seen: .done}}
   work: {do: Working, next: {done: .done}}
 """
-HUNDRED = "chart: hundred\noutcomes: [done]\nany:\n" + "".join(
-    f"  a{n}: {{do: Working, next: {{done: .done}}}}\n" for n in range(100)
-)
 STEPS = """
 chart: steps
 outcomes: [done]
@@ -142,9 +138,9 @@ def recording(run: ChartRun) -> Work:
     return Work(work, run.trace.raw.clear)
 
 
-def sampling(run: ChartRun) -> Work:
-    """Ticks of a run, each after `FRESH` signals got a new sample."""
-    names = [f"signal_{n}" for n in range(FRESH)]
+def sampling(run: ChartRun, fresh: int) -> Work:
+    """Ticks of a run, each after `fresh` signals got a new sample."""
+    names = [f"signal_{n}" for n in range(fresh)]
 
     def work(count: int) -> None:
         tick, put = run.tick, run.board.put
@@ -227,6 +223,12 @@ def bare_chase(count: int) -> None:
             danger, request, late = trip().run(ctx), watch().run(ctx), watch().run(ctx)
             stand, crowded, go = watch().run(ctx), watch().run(ctx), work().run(ctx)
             next(danger), next(request), next(late), next(stand), next(crowded), next(go)
+
+
+def parallel(count: int) -> str:
+    """A chart of so many actions at once."""
+    leaves = (f"  a{n}: {{do: Working, next: {{done: .done}}}}\n" for n in range(count))
+    return "chart: parallel\noutcomes: [done]\nany:\n" + "".join(leaves)
 
 
 def large_chart(boxes: int = 10, steps: int = 99) -> str:

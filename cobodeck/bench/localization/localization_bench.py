@@ -2,25 +2,25 @@
 
 A shipped robot drives through `lab_a` in the full simulation: two scanners, slipping wheels, an
 inertial sensor, no trackers. Errors are taken over one minute, after the first two seconds;
-matching and particles are given the start pose. Times are medians, ratios are to the budget.
+matching and particles are given the start pose. Times are of one scan.
 """
 
 from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
-from time import perf_counter
+from functools import cache, cached_property, partial
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from cobodeck.bench.engine import times
-from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
+from cobodeck.bench.harness import ROUNDS, BenchRow, TimedPoint, Work, timed, times
+from cobodeck.bench.localization.localization_peers import Correlation
 from hw import Odometry, Pose2, Pose3, Sample, Scan, Twist2
-from hw.model import MotionLimits, SensorErrors, SensorModel, Tracking, load_robot
+from hw.model import MotionLimits, RobotModel, SensorErrors, SensorModel, Tracking, load_robot
 from hw.motion import PoseHistory
 from hw.scene import load_scene
 from hw.sim import World
@@ -60,14 +60,18 @@ PERIOD_NS = 20_000_000
 START = np.diag([0.1**2, 0.1**2, 0.05**2])
 PREDICTED = np.diag([0.05**2, 0.05**2, 0.03**2])
 
-PARTICLES = (100, 500, 2000, 5000)
+PARTICLES = (50, 100, 500, 2000, 5000)
 BEAMS = (15, 30, 60, 120)
 SIGMAS = (0.2, 0.1, 0.05)
-RESOLUTIONS = (0.025, 0.05, 0.1)
-MATCHED_BEAMS = (30, 60, 180, 541)
+RESOLUTIONS = (0.025, 0.05, 0.1, 0.2)
+MATCHED_BEAMS = (15, 30, 60, 180, 541)
 SCALES = (0.05, 0.1, 0.25)
-MOST_US = {"match": 100.0, "particles": 300.0, "planar": 10.0, "spatial": 40.0, "lookup": 25.0}
-"""Budgets of one step, µs."""
+CACHES_S = (10.0, 100.0, 1000.0)
+MOST_ROUNDS = 5
+TRUTH, NO_ERROR = "the simulated pose", "has no error"
+
+
+SeenCloud = tuple[Cloud, Pose2, Pose2]
 
 
 @dataclass(frozen=True)
@@ -87,17 +91,26 @@ class Ride:
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     """All rows of the benchmark."""
     drawn = room_field(load_scene(SCENE).room)
-    yield from particle_rows(drawn)
-    yield from match_rows(drawn)
-    yield localizer_row(drawn)
+    some = min(rounds, MOST_ROUNDS)
+    yield from timed(list(particle_points(drawn)), some)
+    yield from timed(list(match_points(drawn)), some)
+    yield from timed([localizer_point(drawn)], some)
     yield from step_rows(rounds)
 
 
-@cache
-def ride(seconds: float = SECONDS, seed: int = 0) -> Ride:
+def robot_with(beams: int | None = None) -> RobotModel:
+    """The robot; with so many beams of each scanner."""
+    robot = load_robot(ROBOT)
+    if beams is None:
+        return robot
+    lidars = {name: replace(one, beams=beams) for name, one in robot.sensing.lidars.items()}
+    return replace(robot, sensing=replace(robot.sensing, lidars=MappingProxyType(lidars)))
+
+
+def ride(seconds: float = SECONDS, seed: int = 0, beams: int | None = None) -> Ride:
     """One drive from stop to stop, turning all the while."""
     scene = replace(load_scene(SCENE), robot_start=Pose2(*STOPS[0], -1.571))
-    robot, limits = load_robot(ROBOT), MotionLimits(SPEED, ACCELERATION)
+    robot, limits = robot_with(beams), MotionLimits(SPEED, ACCELERATION)
     model = SensorModel(seed=seed)
     world = World(scene, robot, None, limits, sensing=SensorErrors(), sensors=model)
     samples: list[Sample] = []
@@ -123,9 +136,19 @@ def _towards(pose: Pose2, stop: tuple[float, float], time: float) -> Twist2:
     return Twist2(turned.vx, turned.vy, TURN * math.sin(0.5 * time))
 
 
-def clouds(beams: int) -> Iterator[tuple[Cloud, Pose2, Pose2]]:
+@cache
+def _ride() -> Ride:
+    return ride()
+
+
+@cache
+def clouds(beams: int) -> tuple[SeenCloud, ...]:
     """Each scan as points, with the odometry pose and the true pose at its stamp."""
-    sensing, trail, found = load_robot(ROBOT).sensing, Trail(), ride()
+    return tuple(_clouds(beams))
+
+
+def _clouds(beams: int) -> Iterator[SeenCloud]:
+    sensing, trail, found = load_robot(ROBOT).sensing, Trail(), _ride()
     for _, stamp, value in found.samples:
         if isinstance(value, Odometry):
             trail.add_odometry(stamp, value.pose)
@@ -141,83 +164,127 @@ def clouds(beams: int) -> Iterator[tuple[Cloud, Pose2, Pose2]]:
 # particles
 
 
-def particle_rows(field: Field) -> Iterator[BenchRow]:
-    """Particle filter rows, one parameter varied at a time."""
+def particle_points(field: Field) -> Iterator[TimedPoint]:
+    """Particle filters, one parameter varied at a time; and the usual one, of varying size."""
     usual = AmclValues(min_particles=500, max_particles=500)
     for count in PARTICLES:
         values = replace(usual, min_particles=count, max_particles=count)
-        yield _particle_row("particles", count, field, values)
+        yield _particle_point("particles", count, field, values)
     for beams in BEAMS:
-        yield _particle_row("beams", beams, field, replace(usual, laser_max_beams=beams))
+        yield _particle_point("beams", beams, field, replace(usual, laser_max_beams=beams))
     for sigma in SIGMAS:
-        yield _particle_row("sigma_hit", sigma, field, replace(usual, sigma_hit=sigma))
+        yield _particle_point("sigma_hit", sigma, field, replace(usual, sigma_hit=sigma))
     for resolution in RESOLUTIONS:
-        yield _particle_row("resolution", resolution, field, replace(usual, resolution=resolution))
+        values = replace(usual, resolution=resolution)
+        yield _particle_point("resolution", resolution, field, values)
+    yield _particle_point(None, None, field, AmclValues())
 
 
-def _particle_row(knob: str, value: float, field: Field, values: AmclValues) -> BenchRow:
-    particles = Amcl(field, values)
-    took, errors = [], []
-    for number, (cloud, wheels, true) in enumerate(clouds(values.laser_max_beams)):
-        if number == 0:
-            particles.start(true, START)
-        begin = perf_counter()
-        if particles.update(wheels, cloud.points):
-            took.append(perf_counter() - begin)
-        errors.append(particles.estimate(wheels).map_from_base.distance_to(true))
+def _particle_point(
+    knob: str | None, value: float | None, field: Field, values: AmclValues
+) -> TimedPoint:
+    seen = clouds(values.laser_max_beams)
+    follow = partial(_by_particles, field, values, seen)
+    row = _row("particle filter", "adaptive" if knob is None else "cobodeck", knob, value, follow())
     goal = {0.2: 6.0, 0.05: 3.0}.get(values.sigma_hit)
-    return _compared(_timed("amcl", took, "particles"), knob, value, _rmse(errors), goal)
+    return replace(row, goal=goal, default=knob is None), Work(times(follow), items=len(seen))
+
+
+def _by_particles(field: Field, values: AmclValues, seen: tuple[SeenCloud, ...]) -> list[float]:
+    """Follow the drive; returns the error at each scan, m."""
+    particles, errors = Amcl(field, values), []
+    particles.start(seen[0][2], START)
+    for cloud, wheels, true in seen:
+        particles.update(wheels, cloud.points)
+        errors.append(particles.estimate(wheels).map_from_base.distance_to(true))
+    return errors
 
 
 # matching
 
 
-def match_rows(drawn: Field) -> Iterator[BenchRow]:
-    """Scan matching rows, on a drawn field and on fields of cells."""
+def match_points(drawn: Field) -> Iterator[TimedPoint]:
+    """Scan matching on a drawn field and on fields of cells; beside it correlative matching."""
     usual = TrackerValues()
     for beams in MATCHED_BEAMS:
-        yield _match_row("beams", beams, drawn, replace(usual, beams=beams), 1.5)
+        point = _match_point("beams", beams, drawn, replace(usual, beams=beams))
+        yield replace(point[0], default=beams == usual.beams), point[1]
     for scale in SCALES:
-        yield _match_row("scale", scale, drawn, replace(usual, scale=scale), 1.5)
+        yield _match_point("scale", scale, drawn, replace(usual, scale=scale))
     room = load_scene(SCENE).room
     for resolution in RESOLUTIONS:
         cells = map_field(room_map(room.outer, room.obstacles, resolution))
-        yield _match_row("resolution", resolution, cells, usual, None)
+        row, work = _match_point("resolution", resolution, cells, usual)
+        yield replace(row, goal=None), work
+    for resolution in RESOLUTIONS:
+        seen = clouds(AmclValues().laser_max_beams)
+        follow = partial(_by_correlation, Correlation(drawn, resolution), seen)
+        row = _row("scan matching", "correlative", "cell", resolution, follow())
+        yield replace(row, peer=True), Work(times(follow), items=len(seen))
 
 
-def _match_row(
-    knob: str, value: float, field: Field, values: TrackerValues, goal: float | None
-) -> BenchRow:
-    took, errors = [], []
-    pose: Pose2 | None = None
-    before = Pose2(0.0, 0.0)
-    for cloud, wheels, true in clouds(values.beams):
-        predicted = true if pose is None else pose @ (before.inverse() @ wheels)
-        begin = perf_counter()
-        pose = match(field, cloud.points, predicted, PREDICTED, values).map_from_base
-        took.append(perf_counter() - begin)
+def _match_point(knob: str, value: float, field: Field, values: TrackerValues) -> TimedPoint:
+    seen = clouds(values.beams)
+    follow = partial(_by_matching, field, values, seen)
+    row = _row("scan matching", "cobodeck", knob, value, follow())
+    return replace(row, goal=1.5), Work(times(follow), items=len(seen))
+
+
+def _by_matching(field: Field, values: TrackerValues, seen: tuple[SeenCloud, ...]) -> list[float]:
+    """Follow the drive; returns the error at each scan, m."""
+    pose, before, errors = seen[0][2], seen[0][1], []
+    for cloud, wheels, true in seen:
+        predicted = pose @ (before.inverse() @ wheels)
+        pose, before = (
+            match(field, cloud.points, predicted, PREDICTED, values).map_from_base,
+            wheels,
+        )
         errors.append(pose.distance_to(true))
-        before = wheels
-    return _compared(_timed("match", took, "match"), knob, value, _rmse(errors), goal)
+    return errors
 
 
-def localizer_row(field: Field) -> BenchRow:
+def _by_correlation(matcher: Correlation, seen: tuple[SeenCloud, ...]) -> list[float]:
+    """Follow the drive; returns the error at each scan, m."""
+    pose, before, errors = seen[0][2], seen[0][1], []
+    for cloud, wheels, true in seen:
+        pose, before = matcher.match(pose, before.inverse() @ wheels, cloud.points), wheels
+        errors.append(pose.distance_to(true))
+    return errors
+
+
+def localizer_point(field: Field) -> TimedPoint:
     """The whole localizer: computing time per second of the drive, error of the published pose."""
-    robot, found = load_robot(ROBOT), ride()
-    localizer = Localizer(field, robot.sensing, Tracking.of(robot.sensing), found.poses[0])
-    errors, took = [], 0.0
+    found = _ride()
+    follow = partial(by_localizer, field, found)
+    row = _row("localizer", "cobodeck", None, None, follow())
+    return replace(row, goal=3.0), Work(times(follow), items=round(found.stamps[-1] * 1e-9))
+
+
+def by_localizer(field: Field, found: Ride, beams: int | None = None) -> list[float]:
+    """Follow the drive of a robot with so many beams; returns the error after each sample, m."""
+    sensing, errors = robot_with(beams).sensing, []
+    localizer = Localizer(field, sensing, Tracking.of(sensing), found.poses[0])
     for sample in found.samples:
-        begin = perf_counter()
         localizer.update(*sample)
-        took += perf_counter() - begin
         if localizer.pose is not None and localizer.stamp_ns is not None:
             true = found.truth.extended(localizer.stamp_ns)
             errors.append(localizer.pose.distance_to(true))
-    seconds = found.stamps[-1] * 1e-9
+    return errors
+
+
+def _row(
+    name: str, variant: str, knob: str | None, value: float | None, errors: list[float]
+) -> BenchRow:
     return BenchRow(
-        NAME, "localizer", "cobodeck", time_us=took / seconds * 1e6, ratio=took / seconds,
-        ratio_to="real time", error=round(100.0 * _rmse(errors), 3), error_unit="cm rmse", goal=3.0,
+        NAME, name, variant, knob, value, error=rmse_cm(errors),
+        error_unit="cm rmse", reference=TRUTH,
     )  # fmt: skip
+
+
+def rmse_cm(errors: Sequence[float], seconds: float = SECONDS) -> float:
+    """Root mean square of errors, m, of a drive of so many seconds, once settled; cm."""
+    settled = errors[round(len(errors) * SETTLED / seconds) :]
+    return round(100.0 * math.sqrt(statistics.fmean(error**2 for error in settled)), 3)
 
 
 # single steps
@@ -231,17 +298,24 @@ def step_rows(rounds: int) -> Iterator[BenchRow]:
             MeasurementSource("scan", POSE),
         )
     )
-    yield _step_row("filter planar", "planar", _filtering(planar, "scan", 3), rounds)
     axes = ("x", "y", "z", "roll", "pitch", "yaw")
     none, some = (0.0,) * len(AXES), (1e-3,) * len(AXES)
     noise = ProcessNoise(some, none, none)
     spatial = SpatialFilter(
         FilterConfig((MeasurementSource("pose", axes),), noise, (1.0,) * len(AXES))
     )
-    yield _step_row("filter 15 states", "spatial", _filtering(spatial, "pose", 6), rounds)
-    for cache_s in (10.0, 1000.0):
-        row = _step_row("lookup 5 edges", "lookup", _looking(cache_s), rounds)
-        yield replace(row, knob="cache", value=cache_s)
+    points = [
+        (_step("filter planar"), Work(times(_filtering(planar, "scan", 3)))),
+        (_step("filter 15 states"), Work(times(_filtering(spatial, "pose", 6)))),
+    ]
+    for cache_s in CACHES_S:
+        row = replace(_step("lookup 5 edges"), knob="cache", value=cache_s)
+        points.append((row, Work(times(_looking(cache_s)))))
+    yield from timed(points, rounds)
+
+
+def _step(name: str) -> BenchRow:
+    return BenchRow(NAME, name, "cobodeck", reference=NO_ERROR)
 
 
 def _filtering(filter_: Any, source: str, axes: int) -> Callable[[], object]:
@@ -266,30 +340,3 @@ def _looking(cache_s: float) -> Callable[[], object]:
     buffer.fix("flange", "tool", Pose3(0.1, 0.0, 0.0))
     at = round(0.5 * cache_s * 1e9) + 5_000_000
     return lambda: buffer.lookup("map", "tool", at)
-
-
-def _step_row(name: str, most: str, step: Callable[[], object], rounds: int) -> BenchRow:
-    work = Work(times(step))
-    seconds_of(work, 100)
-    took = [seconds_of(work, 500) / 500 for _ in range(rounds)]
-    return _timed(name, took, most)
-
-
-def _timed(name: str, took: Iterable[float], most: str) -> BenchRow:
-    time = statistics.median(took) * 1e6
-    limit = MOST_US[most]
-    return BenchRow(
-        NAME, name, "cobodeck", time_us=time, ratio=time / limit, ratio_to=f"{limit:g} µs"
-    )
-
-
-def _compared(
-    timed: BenchRow, knob: str, value: float, rmse: float, goal: float | None
-) -> BenchRow:
-    error = round(100.0 * rmse, 3)
-    return replace(timed, knob=knob, value=value, error=error, error_unit="cm rmse", goal=goal)
-
-
-def _rmse(errors: list[float]) -> float:
-    settled = errors[round(len(errors) * SETTLED / SECONDS) :]
-    return math.sqrt(statistics.fmean(error**2 for error in settled))

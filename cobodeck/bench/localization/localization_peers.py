@@ -88,15 +88,15 @@ class Correlation:
 
     Maximised is the log-likelihood of the beams, as of particles, less half the squared distance
     from the prediction in standard deviations. After Olson, Real-Time Correlative Scan Matching,
-    ICRA 2009.
+    ICRA 2009. `cell` is the size of the cells of its likelihood table, m.
     """
 
-    def __init__(self, field: Field) -> None:
-        self._field, self._values = field, AmclValues()
+    def __init__(self, field: Field, cell: float = CELL_M) -> None:
+        self._field, self._values, self._cell = field, AmclValues(), cell
         values = self._values
         self._likelihoods = log_likelihoods(
             field.table,
-            CELL_M,
+            cell,
             math.hypot(values.sigma_hit, field.sigma),
             values.laser_likelihood_max_dist,
             values.z_hit,
@@ -117,7 +117,7 @@ class Correlation:
         for finer in FINER:
             grid = best + _grid(half, finer * step)
             fits = np.empty(len(grid))
-            weigh(grid, some, self._likelihoods, CELL_M, fits)
+            weigh(grid, some, self._likelihoods, self._cell, fits)
             off = (grid - predicted) / spread
             best = grid[np.argmax(self._values.likelihood_power * fits - 0.5 * (off**2).sum(1))]
             half = finer * step

@@ -10,12 +10,14 @@ user), until within 5 cm of the goal and slower than 0.1 m/s.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from hw import STILL, Pose2, Twist2, wrap
 from hw.scene import Disc, Ring
 from states.navigation.local import LocalPlanner
+
+SLOW = 0.1
+"""Speed below which a robot at its goal has arrived, m/s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +31,23 @@ class Trial:
     least_time: float
 
 
+def slow_enough(distance: float, speed: float, acceleration: float, slow: float = SLOW) -> float:
+    """The least time from rest over a straight distance, m, to a speed of `slow` or less, s.
+
+    Up at full acceleration to the peak p, along, down to `slow`: the ramps cover p^2 / 2a and
+    (p^2 - slow^2) / 2a. On a short way the peak is where both ramps meet.
+    """
+    peak = min(speed, math.sqrt(acceleration * distance + 0.5 * slow**2))
+    ramps = (2.0 * peak**2 - slow**2) / (2.0 * acceleration)
+    return (2.0 * peak - slow) / acceleration + (distance - ramps) / peak
+
+
 @dataclass(slots=True)
 class DriveOutcome:
     """Result of a drive: the time it took, s, and worst values.
 
-    `intrusion` is the depth of the robot's centre in the user's disc, m, negative outside;
-    `cycles_ns` the computing time of each cycle, if a clock was given.
+    `intrusion` is the depth of the robot's centre in the user's disc, m, negative outside; `places`
+    are those after each cycle but the last.
     """
 
     time: float = 0.0
@@ -45,7 +58,11 @@ class DriveOutcome:
     turn_rate: float = 0.0
     turn_acceleration: float = 0.0
     places: list[tuple[float, float]] = field(default_factory=list)
-    cycles_ns: list[int] = field(default_factory=list)
+
+    @property
+    def cycles(self) -> int:
+        """Number of control cycles."""
+        return len(self.places) + self.arrived
 
 
 def _polar(radius: float, degrees: float) -> Pose2:
@@ -72,16 +89,12 @@ def drive(
     dt: float = 0.05,
     *,
     longest: float = 40.0,
-    clock: Callable[[], int] | None = None,
 ) -> DriveOutcome:
-    """Drive a trial with a command every dt s; `clock` returns ns, to time each cycle."""
+    """Drive a trial with a command every dt s."""
     driver.go_to(trial.goal)
     pose, velocity, outcome = trial.start, STILL, DriveOutcome()
     while outcome.time < longest:
-        begin = clock() if clock else 0
         command = driver.command(pose, velocity.rotated(-pose.yaw), trial.user, dt)
-        if clock:
-            outcome.cycles_ns.append(clock() - begin)
         outcome.arrived = driver.status == "arrived"
         if outcome.arrived:
             break

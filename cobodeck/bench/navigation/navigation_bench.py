@@ -1,17 +1,18 @@
-"""Benchmark of navigation: run time against error, of every global and local planner.
+"""Benchmark of navigation: run time against error of every global planner, and decisions.
 
 Paths are compared with the shortest ones. Those of `exact` are compared with a visibility graph
 over inflated outlines, which shares no code with the planner; its paths are shorter by up to
-0.01 %, because its round corners are polygons. Drives are compared with the least time that the
-limits allow. Maps are converted to polygons, so that all planners have the same floor.
+0.01 %, because its round corners are polygons. Maps are converted to polygons, so that all planners
+have the same floor. Of the planners on cells `theta_star` is led by a heuristic, the distance as
+the crow flies; `navfn` by none. Peers (`path_peers`) search the same cells.
 """
 
 from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,9 +21,9 @@ import numpy as np
 import shapely
 from scipy import ndimage, sparse
 
-from cobodeck.bench.engine import times
-from cobodeck.bench.harness import ROUNDS, BenchRow, Work, seconds_of
-from cobodeck.bench.navigation import decisions, drives
+from cobodeck.bench.harness import ROUNDS, BenchRow, TimedPoint, Work, timed
+from cobodeck.bench.navigation import decisions
+from cobodeck.bench.navigation.path_peers import PATH_PEERS
 from cobodeck.terminal import complain
 from hw import Pose2, compile_examples
 from hw.scene import Point, load_scene
@@ -37,7 +38,6 @@ from states.navigation.grid import (
     StaticLayer,
     ThetaStarPlanner,
 )
-from states.navigation.local import profile_planner, teb_planner
 
 NAME = "navigation"
 ROOMS = ("lab_a", "lab_b", "hall")
@@ -45,7 +45,7 @@ MAPS = {"ipa-kitchen": 0.35, "lse_arena": 0.3}
 """Real maps, and the distance kept from their walls, m."""
 MAP_FOLDER = Path(__file__).resolve().parents[4] / "shared" / "data" / "maps"
 INFLATION = 0.77
-RESOLUTIONS = (0.1, 0.05, 0.025)
+RESOLUTIONS = (0.2, 0.1, 0.05, 0.025)
 CELL_PLANNERS = {"theta_star": ThetaStarPlanner, "navfn": NavfnPlanner}
 QUERIES = 40
 SHORTEST = 1.0
@@ -53,6 +53,7 @@ SHORTEST = 1.0
 SEED = 3
 
 Ring = Sequence[Point]
+PathEnds = tuple[Point, Point]
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,10 +82,9 @@ class BenchFloor:
 
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
     """All rows of the benchmark."""
+    compile_examples((visibility,))
     for floor in floors():
         yield from path_rows(floor, rounds=rounds)
-    compile_examples((visibility, profile_planner, teb_planner))
-    yield from drives.rows(rounds)
     yield from decisions.rows(rounds)
 
 
@@ -143,60 +143,100 @@ def path_rows(
     queries: int = QUERIES,
     rounds: int = ROUNDS,
 ) -> Iterator[BenchRow]:
-    """For every planner: median time of a query, mean and largest excess length."""
+    """For every planner: mean time of a query, mean and largest excess length."""
     exact = floor.planner("exact")
-    on_cells = [
+    own = [("exact", None, exact)] + [
         (name, resolution, floor.planner(name, resolution))
         for name in GLOBAL_PLANNERS
         if name != "exact"
         for resolution in resolutions
     ]
-    asked = answered([exact, *(planner for _, _, planner in on_cells)], floor, queries)
+    asked = answered([planner for _, _, planner in own], floor, queries)
+    points, worst = [], []
     shortest = [exact.plan(*query).length for query in asked]
-    taken = query_times(exact, asked, rounds)
-    if floor.map is None:  # outlines of cells have too many corners for the reference
-        reference = outline_lengths(floor, asked)
-        over = [abs(own / least - 1.0) for own, least in zip(shortest, reference, strict=True)]
-        yield from _path_rows(floor, "exact", None, taken, taken, over, "outlines, within 0.01 %")
-    else:
-        yield from _path_rows(floor, "exact", None, taken, taken, None, None)
-    for name, resolution, planner in on_cells:
-        lengths = [planner.plan(*query).length for query in asked]
-        over = [own / least - 1.0 for own, least in zip(lengths, shortest, strict=True)]
-        own = query_times(planner, asked, rounds)
-        yield from _path_rows(floor, name, resolution, own, taken, over, "exact")
+    for name, resolution, planner in own:
+        over = _reference_excess(floor, asked, shortest)
+        if name != "exact":
+            lengths = (planner.plan(*query).length for query in asked)
+            over = [own / least - 1.0 for own, least in zip(lengths, shortest, strict=True)]
+        row = _path_row(floor, name, resolution, over)
+        points.append((row, _asking(planner, asked)))
+        if over:
+            worst.append(_worst_row(row, over))
+    if floor.name == ROOMS[0]:
+        points += list(_peer_points(floor, resolutions, asked, shortest))
+    yield from timed(points, rounds)
+    yield from worst
 
 
-def _path_rows(
+def _reference_excess(
+    floor: BenchFloor, asked: Sequence[PathEnds], shortest: Sequence[float]
+) -> list[float]:
+    """By how much `exact` differs from the reference; of cells there is none: too many corners."""
+    if floor.map is not None:
+        return []
+    reference = outline_lengths(floor, asked)
+    return [abs(own / least - 1.0) for own, least in zip(shortest, reference, strict=True)]
+
+
+def _peer_points(
     floor: BenchFloor,
-    name: str,
-    resolution: float | None,
-    taken: Sequence[float],
-    exact: Sequence[float],
-    over: Sequence[float] | None,
-    reference: str | None,
-) -> Iterator[BenchRow]:
-    knob = None if resolution is None else "resolution"
-    yield BenchRow(
+    resolutions: Iterable[float],
+    asked: Sequence[PathEnds],
+    shortest: Sequence[float],
+) -> Iterator[TimedPoint]:
+    for name, (make, finest) in PATH_PEERS.items():
+        for resolution in resolutions:
+            if resolution < finest:
+                continue
+            planner = floor.planner("theta_star", resolution)
+            length = make(planner.costs < planner.lethal_cost, planner.grid)
+            lengths = (length(*query) for query in asked)
+            over = [own / least - 1.0 for own, least in zip(lengths, shortest, strict=True)]
+            row = _path_row(floor, name, resolution, over)
+            work = Work(partial(_ask_all, length, asked), items=len(asked))
+            yield replace(row, peer=True, goal=None), work
+
+
+def _asking(planner: Any, asked: Sequence[PathEnds]) -> Work:
+    return Work(partial(_ask_all, planner.plan, asked), items=len(asked))
+
+
+def _ask_all(plan: Callable[..., Any], asked: Sequence[PathEnds], count: int) -> None:
+    for _ in range(count):
+        for query in asked:
+            plan(*query)
+
+
+def _path_row(
+    floor: BenchFloor, name: str, resolution: float | None, over: Sequence[float]
+) -> BenchRow:
+    return BenchRow(
         NAME,
-        floor.name,
+        f"paths in {floor.name}",
         name,
-        knob,
-        resolution,
-        time_us=statistics.median(taken) * 1e6,
-        ratio=statistics.median(a / b for a, b in zip(taken, exact, strict=True)),
-        ratio_to="exact",
-        error=None if over is None else round(100.0 * statistics.fmean(over), 3),
-        error_unit=None if over is None else "% longer, mean",
-        reference=reference,
-        goal=None if over is None else _goal(name, resolution),
+        knob=None if resolution is None else "resolution",
+        value=resolution,
+        error=round(100.0 * statistics.fmean(over), 4) if over else None,
+        error_unit="% longer, mean" if over else None,
+        reference=_reference(name, over),
+        goal=_goal(name, resolution) if over else None,
+        default=name == "exact",
     )
-    if over is not None:
-        worst, unit = round(100.0 * max(over), 3), "% longer, worst"
-        yield BenchRow(
-            NAME, f"{floor.name} worst", name, knob, resolution,
-            error=worst, error_unit=unit, reference=reference,
-        )  # fmt: skip
+
+
+def _reference(name: str, over: Sequence[float]) -> str:
+    if name != "exact":
+        return "exact"
+    return "visibility graph of outlines, within 0.01 %" if over else "is the reference"
+
+
+def _worst_row(row: BenchRow, over: Sequence[float]) -> BenchRow:
+    worst = round(100.0 * max(over), 3)
+    name = f"{row.name}, worst"
+    return replace(
+        row, name=name, error=worst, error_unit="% longer, worst", goal=None, default=False
+    )
 
 
 def _goal(name: str, resolution: float | None) -> float | None:
@@ -205,11 +245,11 @@ def _goal(name: str, resolution: float | None) -> float | None:
     return 1.0 if (name, resolution) == ("theta_star", 0.05) else None
 
 
-def answered(planners: Sequence[Any], floor: BenchFloor, count: int) -> list[tuple[Point, Point]]:
+def answered(planners: Sequence[Any], floor: BenchFloor, count: int) -> list[PathEnds]:
     """Starts and goals, m, from a fixed seed, between which every planner finds a path."""
     rng = np.random.default_rng(SEED)
     low, high = np.min(floor.outer, axis=0), np.max(floor.outer, axis=0)
-    found: list[tuple[Point, Point]] = []
+    found: list[PathEnds] = []
     for _ in range(1000 * count):
         start, goal = ((float(x), float(y)) for x, y in rng.uniform(low, high, (2, 2)))
         free = (planner.is_free(place) for planner in planners for place in (start, goal))
@@ -222,13 +262,7 @@ def answered(planners: Sequence[Any], floor: BenchFloor, count: int) -> list[tup
     return found
 
 
-def query_times(planner: Any, queries: Sequence[tuple[Point, Point]], rounds: int) -> list[float]:
-    """Time of each query, s: the least of a few repetitions."""
-    works = (Work(times(partial(planner.plan, *query))) for query in queries)
-    return [min(seconds_of(work, 1) for _ in range(min(rounds, 3))) for work in works]
-
-
-def outline_lengths(floor: BenchFloor, queries: Sequence[tuple[Point, Point]]) -> list[float]:
+def outline_lengths(floor: BenchFloor, queries: Sequence[PathEnds]) -> list[float]:
     """Lengths of shortest paths by a visibility graph over inflated outlines, m."""
     walls = shapely.union_all([shapely.Polygon(ring) for ring in floor.obstacles])
     free = shapely.Polygon(floor.outer).difference(walls).buffer(-floor.inflation, quad_segs=32)

@@ -55,10 +55,10 @@ class PyTrees:
         return work(cls._parallel(calls, [None, None]).tick_once, calls)
 
     @classmethod
-    def hundred(cls) -> Work:
-        """A hundred at once."""
+    def parallel(cls, count: int = 100) -> Work:
+        """So many at once."""
         calls = Calls()
-        return work(cls._parallel(calls, [None] * 100).tick_once, calls)
+        return work(cls._parallel(calls, [None] * count).tick_once, calls)
 
     @classmethod
     def steps(cls) -> Work:
@@ -77,21 +77,21 @@ class PyTrees:
         return work(root.tick_once, calls)
 
     @classmethod
-    def load(cls) -> Any:
-        """A tree of 1000 leaves, made by Python code; its own XML reader is experimental."""
+    def load(cls, leaves: int = LEAVES) -> Any:
+        """A tree of so many leaves, made by Python code; its own XML reader is experimental."""
         import py_trees
 
         calls = Calls()
         root = py_trees.composites.Sequence("large", memory=True)
         for box in range(10):
             inner = py_trees.composites.Sequence(f"box_{box}", memory=True)
-            for step in range(LEAVES // 10):
+            for step in range(leaves // 10):
                 inner.add_child(cls._behaviour(calls, f"step_{box}_{step}", 1))
             root.add_child(inner)
         root.setup_with_descendants()
         return root
 
     @classmethod
-    def loading(cls) -> Work:
+    def loading(cls, leaves: int = LEAVES) -> Work:
         """Making it anew each time."""
-        return work(cls.load, Calls())
+        return work(lambda: cls.load(leaves), Calls())

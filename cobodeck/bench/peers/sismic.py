@@ -46,9 +46,9 @@ class Sismic:
         return cls._work("    parallel states:\n" + leaves)
 
     @classmethod
-    def hundred(cls) -> Work:
-        """A hundred at once."""
-        leaves = "".join(cls._state(f"a{n}", "busy") for n in range(100))
+    def parallel(cls, count: int = 100) -> Work:
+        """So many at once."""
+        leaves = "".join(cls._state(f"a{n}", "busy") for n in range(count))
         return cls._work("    parallel states:\n" + leaves)
 
     @classmethod
@@ -68,26 +68,30 @@ class Sismic:
         return cls._work(root)
 
     @classmethod
-    def load(cls) -> Any:
-        """1000 states and their transitions from YAML, checked as it does."""
+    def load(cls, leaves: int = LEAVES) -> Any:
+        """So many states and their transitions from YAML, checked as it does."""
+        return cls._read(_text(leaves))
+
+    @staticmethod
+    def _read(text: str) -> Any:
         from sismic.io import import_from_yaml
 
-        return import_from_yaml(_SISMIC)
+        return import_from_yaml(text)
 
     @classmethod
-    def loading(cls) -> Work:
+    def loading(cls, leaves: int = LEAVES) -> Work:
         """Reading it anew each time."""
-        return work(cls.load, Calls())
+        text = _text(leaves)
+        return work(lambda: cls._read(text), Calls())
 
 
-_SISMIC = (
-    "statechart:\n  name: large\n  root state:\n    name: root\n    initial: s0\n    states:\n"
-    + "".join(
+def _text(leaves: int) -> str:
+    states = "".join(
         f"      - name: s{n}\n        transitions:\n"
-        f"          - {{event: arrived, target: s{(n + 1) % LEAVES}}}\n"
+        f"          - {{event: arrived, target: s{(n + 1) % leaves}}}\n"
         "          - {event: blocked, target: failed}\n"
         "          - {event: timeout, target: failed}\n"
-        for n in range(LEAVES)
+        for n in range(leaves)
     )
-    + "      - name: failed\n"
-)
+    root = "statechart:\n  name: large\n  root state:\n    name: root\n    initial: s0\n"
+    return f"{root}    states:\n{states}      - name: failed\n"

@@ -43,9 +43,9 @@ class StateMachine:
         return cls._regions(Calls(), 2)
 
     @classmethod
-    def hundred(cls) -> Work:
-        """A hundred at once."""
-        return cls._regions(Calls(), 100)
+    def parallel(cls, count: int = 100) -> Work:
+        """So many at once."""
+        return cls._regions(Calls(), count)
 
     @classmethod
     def steps(cls) -> Work:
@@ -68,27 +68,31 @@ class StateMachine:
         return cls._work(calls, states)
 
     @classmethod
-    def load(cls) -> Any:
-        """1000 states and their transitions from JSON."""
-        return cls._class(json.loads(_DEFINITION))()
+    def load(cls, leaves: int = LEAVES) -> Any:
+        """So many states and their transitions from JSON."""
+        return cls._read(_text(leaves))
 
     @classmethod
-    def loading(cls) -> Work:
+    def _read(cls, text: str) -> Any:
+        return cls._class(json.loads(text))()
+
+    @classmethod
+    def loading(cls, leaves: int = LEAVES) -> Work:
         """Reading it anew each time."""
-        return work(cls.load, Calls())
+        text = _text(leaves)
+        return work(lambda: cls._read(text), Calls())
 
 
-_DEFINITION = json.dumps(
-    {
+def _text(leaves: int) -> str:
+    states: dict[str, Any] = {
         f"s{n}": {
             "initial": n == 0,
             "on": {
-                "arrived": [{"target": f"s{(n + 1) % LEAVES}"}],
+                "arrived": [{"target": f"s{(n + 1) % leaves}"}],
                 "blocked": [{"target": "failed"}],
                 "timeout": [{"target": "failed"}],
             },
         }
-        for n in range(LEAVES)
+        for n in range(leaves)
     }
-    | {"failed": {"final": True}}
-)
+    return json.dumps(states | {"failed": {"final": True}})

@@ -47,10 +47,10 @@ class Transitions:
         return work(cls._machine(calls, states, "p", moves).tick, calls)
 
     @classmethod
-    def hundred(cls) -> Work:
-        """A hundred at once."""
+    def parallel(cls, count: int = 100) -> Work:
+        """So many at once."""
         calls = Calls()
-        names = [f"a{n}" for n in range(100)]
+        names = [f"a{n}" for n in range(count)]
         moves = [cls._move(f"p_{name}", None, "busy") for name in names]
         return work(cls._machine(calls, [{"name": "p", "parallel": names}], "p", moves).tick, calls)
 
@@ -76,28 +76,30 @@ class Transitions:
         return work(cls._machine(calls, states, "one", moves).tick, calls)
 
     @classmethod
-    def load(cls) -> Any:
-        """1000 states and their transitions from JSON."""
-        definition = json.loads(_JSON)
+    def load(cls, leaves: int = LEAVES) -> Any:
+        """So many states and their transitions from JSON."""
+        return cls._read(_text(leaves))
+
+    @classmethod
+    def _read(cls, text: str) -> Any:
+        definition = json.loads(text)
         return cls._machine(Calls(), definition["states"], "s0", definition["moves"])
 
     @classmethod
-    def loading(cls) -> Work:
+    def loading(cls, leaves: int = LEAVES) -> Work:
         """Reading it anew each time."""
-        return work(cls.load, Calls())
+        text = _text(leaves)
+        return work(lambda: cls._read(text), Calls())
 
 
-_JSON = json.dumps(
-    {
-        "states": [f"s{n}" for n in range(LEAVES)] + ["failed"],
-        "moves": [
-            {"trigger": trigger, "source": f"s{n}", "dest": target}
-            for n in range(LEAVES)
-            for trigger, target in (
-                ("arrived", f"s{(n + 1) % LEAVES}"),
-                ("blocked", "failed"),
-                ("timeout", "failed"),
-            )
-        ],
-    }
-)
+def _text(leaves: int) -> str:
+    moves = [
+        {"trigger": trigger, "source": f"s{n}", "dest": target}
+        for n in range(leaves)
+        for trigger, target in (
+            ("arrived", f"s{(n + 1) % leaves}"),
+            ("blocked", "failed"),
+            ("timeout", "failed"),
+        )
+    ]
+    return json.dumps({"states": [*(f"s{n}" for n in range(leaves)), "failed"], "moves": moves})

@@ -4,6 +4,7 @@ from states.arm.motion.joint_path import (
     rounded as rounded,
 )
 from states.arm.motion.timing import (
+    LINE_SAMPLES as LINE_SAMPLES,
     line_durations as line_durations,
     time_path as time_path,
 )

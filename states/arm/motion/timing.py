@@ -60,12 +60,13 @@ def line_durations(
     goals: Array,
     limits: MotionLimits,
     slow: SlowZone | None = None,
+    samples: int = LINE_SAMPLES,
 ) -> Array:
     """Durations (k,) of straight joint lines from starts (6,) or (k, 6) to goals (k, 6), s.
 
-    Exact without a tool limit, good to about 1 % with one; a jerk limit is not considered. A line's
-    share runs from 0 to 1 at a rate <= v with a gain <= a: a trapezoid with the peak p = min(v,
-    sqrt(a)) takes 1 / p + p / a.
+    Exact without a tool limit, good to about 1 % with one and the usual `samples` along a line; a
+    jerk limit is not considered. A line's share runs from 0 to 1 at a rate <= v with a gain <= a: a
+    trapezoid with the peak p = min(v, sqrt(a)) takes 1 / p + p / a.
     """
     steps = goals - starts
     size = np.maximum(np.abs(steps), 1e-9)
@@ -75,10 +76,10 @@ def line_durations(
         peak = np.minimum(rate, np.sqrt(gain))
         found = 1.0 / peak + peak / gain
     else:
-        most = np.repeat(rate[:, None], LINE_SAMPLES, axis=1)
-        shares = np.linspace(0.0, 1.0, LINE_SAMPLES)[:, None]
+        most = np.repeat(rate[:, None], samples, axis=1)
+        shares = np.linspace(0.0, 1.0, samples)[:, None]
         q = (goals[:, None] + (shares - 1.0) * steps[:, None]).reshape(-1, 6)
-        cap = _point_rates(arm, q, np.repeat(steps, LINE_SAMPLES, axis=0), limits, slow)
+        cap = _point_rates(arm, q, np.repeat(steps, samples, axis=0), limits, slow)
         most = np.minimum(most, cap.reshape(most.shape))
         found = np.zeros(len(goals))
         line_times(most * most, gain, found)

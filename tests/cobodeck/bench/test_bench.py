@@ -11,24 +11,24 @@ import cobodeck.__main__
 import cobodeck.commands.bench
 from cobodeck.__main__ import main
 from cobodeck.bench import harness, peers
+from cobodeck.bench.compare import LESS_EXACT, SLOWER, SPREADS, worse
 from cobodeck.bench.engine import engine_bench, engine_works as works
-from cobodeck.bench.harness import BenchCase, BenchRow, Work
-from cobodeck.commands.bench import slower
+from cobodeck.bench.harness import BenchRow, Work
 from cobodeck.terminal.console import FAILED, OK, USAGE
 
-STEPS_PER_TICK = {"pair": 2, "hundred": 100, "steps": 3, "guarded": 4}
+STEPS_PER_TICK = {"pair": 2, "parallel": 100, "steps": 3, "guarded": 4}
 NAMES = {
     "no new sample",
     "every tick recorded",
-    "five fresh samples",
-    "100 in parallel",
+    "fresh samples",
+    "in parallel",
     "edge without timeout",
     "edge with timeout",
     "a lock set",
     "guard out of a two-leaf any",
     "guard out of a chart as in chase",
-    "load and check 1000 leaves",
-    "read 10000 numbers",
+    "load and check",
+    "read numbers",
 }
 
 
@@ -46,7 +46,7 @@ def test_peers_step_no_oftener_than_ours_and_at_least_what_ends(kind: str) -> No
 
         steps = (calls.count - before) / 100
         assert 1 <= steps <= STEPS_PER_TICK[kind], name
-        if kind in ("pair", "hundred"):
+        if kind in ("pair", "parallel"):
             assert steps == STEPS_PER_TICK[kind], name
 
 
@@ -54,7 +54,7 @@ def test_peers_step_no_oftener_than_ours_and_at_least_what_ends(kind: str) -> No
     ("charts", "transitions"),
     [
         ((works.PAIR,), 0),
-        ((works.HUNDRED,), 0),
+        ((works.parallel(100),), 0),
         ((works.STEPS,), 1),
         ((works.TIMED,), 1),
         ((works.GUARDED,), 1),
@@ -85,13 +85,13 @@ def test_a_lock_is_set_while_edges_are_taken() -> None:
 def test_five_signals_are_fresh_in_each_tick() -> None:
     run = works.started(works.PAIR)
 
-    works.sampling(run).run(10)
+    works.sampling(run, 5).run(10)
 
     assert sorted(slot.evaluated for slot in run.board.inlets.values())[-6:] == [0, *[10] * 5]
 
 
 def test_the_limit_steps_the_very_generators_of_the_chart() -> None:
-    run = works.started(works.HUNDRED)
+    run = works.started(works.parallel(100))
 
     generators = [leaf.generator for leaf in run.running]
 
@@ -119,9 +119,9 @@ def test_times_are_medians_and_ratios_are_of_the_same_round(
     durations = iter([1.0, 2.0, 1.0, 3.0, 10.0, 50.0, 2.0, 8.0])  # first two: `_prepare`
     monkeypatch.setattr(harness, "seconds_of", lambda work, count: next(durations) * count)
     nothing = Work(lambda count: None)
-    case = BenchCase("x", nothing, "bare", {"cobodeck": nothing}, goal=3.5)
+    asked = BenchRow("b", "x", "cobodeck", goal=3.5)
 
-    (row,) = harness.measure("b", case, rounds=3, round_s=1.0)
+    (row,) = harness.timed([(asked, nothing)], 3, 1.0, limit=nothing, limit_name="bare")
 
     assert row.time_us == pytest.approx(8e6)
     assert row.ratio == pytest.approx(4.0)  # of 3, 5 and 4
@@ -132,7 +132,8 @@ def test_times_are_medians_and_ratios_are_of_the_same_round(
 def result(ratio: float) -> dict[str, object]:
     row = BenchRow("b", "x", "cobodeck", ratio=ratio, ratio_to="bare", time_us=1.0, goal=4.0)
     machine = {"name": "M", "cores": 2, "system": "S", "python": "P"}
-    return {"machine": machine, "rows": [row.plain(), {**row.plain(), "variant": "peer"}]}
+    peer = {**row.plain(), "variant": "other", "peer": True}
+    return {"machine": machine, "rows": [row.plain(), peer]}
 
 
 def test_a_ratio_that_has_grown_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -143,7 +144,71 @@ def test_a_ratio_that_has_grown_is_told(tmp_path: Path, capsys: pytest.CaptureFi
     assert main(["bench", "--show", now, "--compare", before]) == FAILED
     assert "worse: b x: ratio 3, was 2" in capsys.readouterr().out
     assert main(["bench", "--show", before, "--compare", now]) == OK
-    assert not list(slower(result(2.4)["rows"], result(2.0)["rows"]))  # type: ignore[arg-type]
+    assert not list(worse(result(2.4)["rows"], result(2.0)["rows"]))  # type: ignore[arg-type]
+
+
+def point(**figures: float) -> dict[str, object]:
+    return BenchRow("b", "x", "cobodeck", "step", 0.1, ratio_to="unit", **figures).plain()  # type: ignore[arg-type]
+
+
+@given(
+    ratio=st.floats(1e-6, 1e3), spread=st.floats(0.0, 1e3), other=st.floats(0.0, 1e3),
+    growth=st.floats(1.0, 3.0),
+)  # fmt: skip
+def test_noise_is_no_slowness(ratio: float, spread: float, other: float, growth: float) -> None:
+    """Within the spread of either result nothing is told, beyond it and the threshold all is."""
+    before, now = point(ratio=ratio, spread=spread), point(ratio=growth * ratio, spread=other)
+    limit = max(SLOWER * ratio, ratio + SPREADS * max(spread, other))
+
+    told = list(worse([now], [before]))
+
+    assert len(told) == (growth * ratio > limit)
+    assert all(line.startswith("worse: b x, step 0.1: ratio") for line in told)
+    assert not list(worse([before], [before]))
+
+
+@given(error=st.floats(0.0, 1e3), growth=st.floats(1.0, 2.0))
+def test_an_error_that_has_grown_is_told_but_rounding_is_not(error: float, growth: float) -> None:
+    told = list(worse([point(error=growth * error)], [point(error=error)]))
+
+    assert len(told) == (growth * error > max(LESS_EXACT * error, 1e-9))
+    assert not list(worse([point(error=1e-15)], [point(error=0.0)]))
+    assert list(worse([point(error=1e-3)], [point(error=0.0)]))
+
+
+def test_ratios_to_different_work_are_not_compared() -> None:
+    before = {**point(ratio=1.0), "ratio_to": "another unit"}
+
+    assert not list(worse([point(ratio=9.0)], [before]))
+
+
+def test_several_results_are_shown_as_one_but_not_as_one_object(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [str(tmp_path / f"{name}.json") for name in "ab"]
+    for file, ratio in zip(files, (2.0, 3.0), strict=True):
+        Path(file).write_text(json.dumps(result(ratio)))
+
+    assert main(["bench", "--show", *files]) == OK
+    assert capsys.readouterr().out.count("M, 2 cores, S, P") == 2
+    assert main(["bench", "--show", *files, "--json"]) == USAGE
+
+
+def test_a_unit_is_a_million_passes() -> None:
+    work = harness.UNIT
+
+    assert harness._pass() == sum(i & 7 for i in range(1_000_000))
+    assert work.items == 1
+
+
+def test_the_quantile_of_several_works_is_above_their_mean() -> None:
+    row = BenchRow("b", "x", "cobodeck", error=1.0, error_unit="m")
+    works = [Work(harness.times(lambda n=n: sum(range(n)))) for n in (10, 10, 10, 20_000)]  # type: ignore[misc]
+
+    mean, late = harness.timed_each(row, works, 1, 0.95)
+
+    assert (mean.name, mean.error, late.name, late.error) == ("x", 1.0, "x, 95% quantile", None)
+    assert late.ratio > mean.ratio > 0.0  # type: ignore[operator]
 
 
 RESULT = result(3.0)

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from cobodeck.bench.compare import worse
 from cobodeck.bench.harness import BenchRow
 from cobodeck.bench.simulation_bench import (
     CALLS,
@@ -21,7 +22,7 @@ from cobodeck.bench.simulation_bench import (
     calls_row,
     versions,
 )
-from cobodeck.commands.bench import slower, text
+from cobodeck.commands.bench import text
 from cobodeck.run import simulation as simulate
 
 COUNT = """
@@ -105,11 +106,11 @@ def test_more_calls_are_told_and_rows_of_before_they_were_counted_are_shown() ->
     old = {key: value for key, value in row.items() if key != "calls_per_tick"}
     machine = {"name": "M", "cores": 2, "system": "S", "python": "P"}
 
-    told = list(slower([row], [plain_row(100.0)]))
+    told = list(worse([row], [plain_row(100.0)]))
 
     assert told == ["worse: simulation calls_x: calls_per_tick 102, was 100"]
-    assert not list(slower([plain_row(101.9)], [plain_row(100.0)]))
-    assert not list(slower([row], [old]))
-    assert not list(slower([old], [row]))
+    assert not list(worse([plain_row(101.9)], [plain_row(100.0)]))
+    assert not list(worse([row], [old]))
+    assert not list(worse([old], [row]))
     assert "102" in text({"machine": machine, "rows": [row]})
     assert "calls_x" in text({"machine": machine, "rows": [old]})

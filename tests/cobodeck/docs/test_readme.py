@@ -9,7 +9,10 @@ from pathlib import Path
 import pytest
 
 from cobodeck.__main__ import COMMANDS, main
-from cobodeck.bench.table import PAGE, RESULT, with_table
+from cobodeck.bench.result import read_result
+from cobodeck.bench.table import CURVES, PAGE, RESULTS, with_tables
+from cobodeck.commands.bench import BENCHES
+from cobodeck.pictures.benched import draw_bench
 from cobodeck.terminal.console import OK
 from hw.connection.driver_names import our_drivers
 
@@ -17,10 +20,24 @@ ROOT = Path(__file__).resolve().parents[3]
 README = (ROOT / "README.md").read_text()
 
 
-def test_the_table_is_that_of_the_committed_run():
-    assert RESULT.exists(), "make bench writes it"
+def test_the_tables_are_those_of_the_committed_results():
     page = (ROOT / PAGE).read_text()
-    assert with_table(page) == page, "python -m cobodeck.bench.table writes it"
+    assert with_tables(page) == page, "python -m cobodeck.bench.table writes it"
+
+
+def test_every_bench_has_a_committed_result():
+    assert {file.stem for file in RESULTS.glob("*.json")} >= set(BENCHES)
+    (renewed,) = re.findall(r"^BENCHES := (.*)", (ROOT / "Makefile").read_text(), flags=re.M)
+    assert set(renewed.split()) == set(BENCHES)
+
+
+def test_the_page_of_curves_is_that_of_the_committed_results(tmp_path):
+    rows = [row for file in sorted(RESULTS.glob("*.json")) for row in read_result(file)["rows"]]
+    draw_bench(rows, tmp_path / "curves.svg")
+    texts = [re.findall(r"<text.*?>(.*?)</text>", file.read_text(), flags=re.S)
+             for file in (tmp_path / "curves.svg", CURVES)]  # fmt: skip
+    assert texts[0] == texts[1], "make bench draws it"
+    assert len(texts[0]) > 100
 
 
 @pytest.mark.parametrize("page", ["README.md", "charts/README.md"])

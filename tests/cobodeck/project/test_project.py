@@ -213,7 +213,9 @@ def test_without_projects_no_code_of_theirs_is_imported(
     folder: Path, call: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(folder)
-    (folder / "results.json").write_bytes((ROOT / "cobodeck/bench/engine.json").read_bytes())
+    (folder / "results.json").write_bytes(
+        (ROOT / "cobodeck/bench/results/engine.json").read_bytes()
+    )
     seen = " ".join(["2.5"] * 181)
     drive = [f"FLASER 181 {seen} {n} 0 0 {n} 0 0 {n} host {n}" for n in range(1, 9)]
     (folder / "drive.log").write_text("\n".join(drive))

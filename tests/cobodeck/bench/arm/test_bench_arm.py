@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,11 +14,14 @@ from cobodeck.bench.arm.arm_bench import (
     ik_rows,
     joint_sets,
     plan_rows,
-    problems,
+    single_rows,
     touching,
     unsolved,
 )
-from cobodeck.bench.arm.arm_peers import IK_PEERS, found
+from cobodeck.bench.arm.arm_lines import contact_rows, duration_rows
+from cobodeck.bench.arm.arm_peers import IK_PEERS, found, solutions
+from cobodeck.bench.arm.arm_problems import problems
+from cobodeck.bench.table import RESULTS
 from hw.model.robot import load_robot
 from states.arm.description.robot_arm import manipulator_of
 from states.arm.kinematics.collision import CollisionChecker, Surroundings
@@ -81,11 +83,12 @@ def test_what_is_not_solved_is_counted(arm):
 
 @pytest.mark.requirement(43, 45)
 def test_rows_of_kinematics_and_plans_have_times_and_errors(arm):
-    rows = [*ik_rows(arm, rounds=1, poses=20), *plan_rows(arm, "paper", problems(FEW))]
+    rows = [*ik_rows(arm, rounds=1, poses=20), *plan_rows(arm, "paper", problems(FEW), 1)]
     own = [row for row in rows if row.variant == "cobodeck"]
     names = {row.name for row in own}
-    assert {f"ik {kind}{end}" for kind in bench.SETS for end in ("", " unsolved")} <= names
-    assert {"ik single", "plan paper", "move paper", "move paper mean"} <= names
+    many = [f"inverse kinematics of many, {kind}" for kind in bench.SETS]
+    assert {f"{name}{end}" for name in many for end in ("", ": unsolved")} <= names
+    assert {"plan paper", "plan paper, 99% quantile", "move paper, mean"} <= names
     for row in own:
         if row.goal is not None:
             assert row.error <= row.goal, row
@@ -133,9 +136,7 @@ def test_a_peer_solves_the_same_arm(arm, name):
         pytest.skip(f"{name} is not installed")
     q = np.array([0.3, -1.0, 1.0, -0.5, 1.2, 0.3])
     flange = inverted(arm.base) @ forward(arm, q) @ inverted(arm.tip)
-    answer = IK_PEERS[name](arm)(flange)
-    several = np.atleast_2d(answer if name != "roboticstoolbox-python" else answer[0])
-    reached = forward(arm, several[:, :6])
+    reached = forward(arm, solutions(IK_PEERS[name](arm)(flange)))
     wanted = arm.base @ flange @ arm.tip
     assert np.abs(reached - wanted).max(axis=(1, 2)).min() < 1e-3
 
@@ -148,18 +149,43 @@ def test_plans_start_where_the_profile_parks_the_arm(arm, profile, own):
 
 @pytest.mark.skipif(not found(["ompl"]), reason="needs the extra 'ompl'")
 def test_ompl_is_asked_for_the_same_ways(arm):
-    rows = list(plan_rows(arm, "tuned", problems(FEW)))
+    rows = list(plan_rows(arm, "tuned", problems(FEW), 1))
     names = {row.name for row in rows if row.variant == "cobodeck"}
     assert {row.name for row in rows if row.variant == "ompl"} == names
     assert not any(row.error for row in rows if row.variant == "ompl" and row.goal is not None)
 
 
+def errors_of(rows, variant):
+    return [row.error for row in rows if row.variant == variant and row.time_us is not None]
+
+
+@pytest.mark.requirement(43)
+def test_more_steps_bring_a_calibrated_chain_nearer(arm):
+    rows = list(single_rows(arm, rounds=1, poses=10))
+    found = errors_of(rows, "calibrated")
+    assert found == sorted(found, reverse=True)
+    assert found[0] > 1e-4
+    assert found[-1] < 1e-9
+    assert errors_of(rows, "cobodeck")[0] < 1e-9
+
+
+def test_finer_samples_along_lines_are_more_exact(arm):
+    asked = problems(FEW)
+    by_samples = [row.error for row in duration_rows(arm, asked, 1, (3, 9, 33))]
+    assert by_samples == sorted(by_samples, reverse=True)
+    assert by_samples[-1] < 1.5
+    rows = list(contact_rows(arm, asked, 1, (0.4, 0.1), count=12))
+    by_step = errors_of(rows, "sampled")
+    assert by_step == sorted(by_step, reverse=True)
+    missed = {row.variant: row.error for row in rows if row.name.endswith("missed")}
+    assert missed["cobodeck"] == 0.0
+
+
 def test_the_committed_result_keeps_the_goals_of_errors_and_times():
-    rows = json.loads(Path(bench.__file__).with_name("arm.json").read_text())["rows"]
+    rows = json.loads((RESULTS / "arm.json").read_text())["rows"]
     own = [row for row in rows if row["variant"] == "cobodeck"]
     assert all(row["error"] <= row["goal"] for row in own if row["goal"] is not None)
-    moves = {row["name"]: row["time_us"] / 1e6 for row in own if row["name"].endswith("mean")}
-    assert 3.2 <= moves["move paper mean"] <= 5.3
-    quick = {row["value"]: row["time_us"] / 1e6 for row in own if row["name"] == "move tuned"}
-    assert quick[0.5] <= 2.3
-    assert quick[0.95] <= 3.5
+    moves = {row["name"]: row["error"] for row in own if row["name"].startswith("move")}
+    assert 3.2 <= moves["move paper, mean"] <= 5.3
+    assert moves["move tuned, 50% quantile"] <= 2.3
+    assert moves["move tuned, 95% quantile"] <= 3.5

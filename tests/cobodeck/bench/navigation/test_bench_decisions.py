@@ -20,16 +20,18 @@ def place(request):
 
 
 @pytest.mark.requirement(40, 109)
-def test_every_behaviour_has_a_row_by_profile_and_escape_a_goal_of_5_ms():
+def test_every_behaviour_has_a_row_by_profile_and_escape_a_goal():
     rows = list(decisions.rows(rounds=1, count=4))
-    names = [f"{behaviour} decision" for behaviour in ("chase", "haptic", "escape")]
+    names = [
+        f"{behaviour} decision{late}"
+        for behaviour in ("chase", "haptic", "escape")
+        for late in ("", ", 95% quantile")
+    ]
     assert [(row.name, row.variant) for row in rows] == [
         (name, profile) for profile in ("paper", "tuned") for name in names
     ]
-    assert [row.goal for row in rows] == [None, None, 5.0] * 2
-    for row in rows:
-        assert row.error >= row.time_us * 1e-3 - 1e-3  # a 95th percentile is above the median
-        assert row.ratio == pytest.approx(row.error / 5.0, abs=1e-3)
+    assert [row.goal for row in rows] == [None] * 5 + [0.1] + [None] * 5 + [0.1]
+    assert all(row.time_us > 0.0 for row in rows)
 
 
 def test_in_every_situation_the_user_walks_up_to_a_robot_that_stands_free(place):

@@ -1,3 +1,0 @@
-from cobodeck.bench.engine.engine_bench import (
-    times as times,
-)
