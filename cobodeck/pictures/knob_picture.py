@@ -47,6 +47,7 @@ def draw_knobs(
     for column, knob in enumerate(knobs):
         for row, read in enumerate(figures.values()):
             _draw(panels[row, column], knob, read)
+            panels[row, column].label_outer(remove_inner_ticks=True)
         panels[0, column].set_title(knob["title"], fontsize=8, color=INK)
         names = [row["value"] for row in knob["values"]]
         panels[-1, column].set_xticks(range(len(names)), names, rotation=60, ha="right",

@@ -4,8 +4,8 @@
     …
     python -m cobodeck.bench.system DIR
 
-Reads `DIR/X.json` of each campaign X in `knobs`; writes `cobodeck/bench/results/precision.json` and
-`disturbed.json`, a picture of each in `.github`, and the tables of the page.
+Reads `DIR/X.json` of each campaign X in `knobs`; writes `precision` and `disturbed` with their
+pictures to `cobodeck/campaign/results`, and the tables of the page.
 """
 
 from __future__ import annotations
@@ -25,8 +25,6 @@ from cobodeck.bench.system.page import PAGE, RESULTS, with_tables
 from cobodeck.pictures import draw_knobs
 from cobodeck.record.format import versions
 
-PICTURES = Path(".github")
-
 
 def main() -> None:
     """Read, compare, write, draw."""
@@ -36,7 +34,7 @@ def main() -> None:
     for name, knobs in (("precision", PRECISION), ("disturbed", DISTURBED)):
         result = _result(folder, knobs)
         (RESULTS / f"{name}.json").write_text(f"{json.dumps(result, indent=1)}\n", encoding="utf-8")
-        draw_knobs(result["knobs"], FIGURES[name], NOTES[name], PICTURES / f"{name}.svg")
+        draw_knobs(result["knobs"], FIGURES[name], NOTES[name], RESULTS / f"{name}.svg")
     PAGE.write_text(with_tables(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
 
 

@@ -38,6 +38,7 @@ MEASURES: Mapping[str, Callable[[RunFigures], float | None]] = {
     "response_s": _response,
     "escapes_per_request": _escapes,
     "least_gap_m": lambda run: run["min_gap_m"],
+    "served": lambda run: float(run["served"]),
     "prop_error_mm": _prop_error,
     "pose_error_mm": _pose_error,
 }

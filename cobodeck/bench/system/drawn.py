@@ -55,7 +55,6 @@ FIGURES: Mapping[str, Mapping[str, Callable[[OneRow], tuple[float, float, float]
         "runs with any\ntouch, %": partial(_share, "touched"),
         "hardest touch, m/s": _hardest,
         "Escapes\nper request": partial(_mean, "means", "escapes_per_request"),
-        "failed, % of\nEscapes": partial(_share, "escapes_failed"),
         "unserved, %": partial(_share, "unserved"),
         "response, s": partial(_mean, "means", "response_s"),
         "runs with a\nstop, %": partial(_share, "stopped"),

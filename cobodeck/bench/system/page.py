@@ -9,7 +9,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-RESULTS = Path(__file__).parent.parent / "results"
+RESULTS = Path(__file__).parents[2] / "campaign" / "results"
 PAGE = Path("cobodeck/campaign/PRECISION.md")
 Compared = Mapping[str, Any]
 """A knob with its values, as `comparison.compared` gives it."""
@@ -21,8 +21,8 @@ def precision_table(result: Mapping[str, Any]) -> str:
     """What each value costs, and how its runs differ from ours."""
     lines = [
         "| | value | CPU, ms per s | to ours | response, s | Escapes per request | least gap, m "
-        "| prop, mm |",
-        "|---|---|---|---|---|---|---|---|",
+        "| prop, mm | pose, mm |",
+        "|---|---|---|---|---|---|---|---|---|",
     ]
     lines += [line for knob in result["knobs"] for line in _precision_lines(knob)]
     return "\n".join([*lines, "", _made(result)]) + "\n"
@@ -56,16 +56,19 @@ def with_tables(page: str) -> str:
 def _precision_lines(knob: Compared) -> Iterator[str]:
     for number, row in enumerate(knob["values"]):
         ours = row["value"] == knob["ours"]
-        error = row["means"]["prop_error_mm"]
         cells = [
             "" if number else knob["title"],
             f"**{row['value']}**" if ours else row["value"],
             f"{row['cpu_ms_per_s']:.1f}",
             f"{row['cpu_ratio']:.2f}",
             *(_own(row, name) if ours else _changed(row, name) for name in _CHANGES),
-            "–" if error is None else f"{error['mean']:.1f}",
+            *(_plain(row["means"][name]) for name in ("prop_error_mm", "pose_error_mm")),
         ]
         yield f"| {' | '.join(cells)} |"
+
+
+def _plain(mean: Mapping[str, float] | None) -> str:
+    return "–" if mean is None else f"{mean['mean']:.1f}"
 
 
 def _own(row: Mapping[str, Any], name: str) -> str:
@@ -85,23 +88,28 @@ def _changed(row: Mapping[str, Any], name: str) -> str:
 def _holds(knob: Compared) -> str:
     values = knob["values"]
     held = list(takewhile(lambda row: not row["shares"]["touched_by_robot"]["hits"], values))
-    usual = next(
-        row["shares"]["unserved"]["high"] for row in values if row["value"] == knob["ours"]
-    )
-    served = list(takewhile(lambda row: row["shares"]["unserved"]["low"] <= usual, values))
     bound = held[-1]["shares"]["touched_by_robot"]["high"] if held else 1.0
     hardest = max((row["impact_m_s"] for row in values if row["impact_m_s"]), default=None)
     cells = [
         knob["title"],
         f"to {held[-1]['value']}" if held else "nowhere",
         f"≤ {100.0 * bound:.0f} %",
-        f"to {served[-1]['value']}" if served else "nowhere",
+        _served(values),
         _most_escapes(values),
         _worst(values, "touched"),
         "–" if hardest is None else f"{hardest:.1f}",
         *(_worst(values, name) for name in ("stopped", "escapes_failed", "unserved")),
     ]
     return f"| {' | '.join(cells)} |"
+
+
+def _served(values: Sequence[Mapping[str, Any]]) -> str:
+    """Up to where the same people are served as often, as far as can be told."""
+    changes = [(row["differences"]["served"], row["value"]) for row in values]
+    if any(change is None for change, _ in changes):
+        return "–"
+    held = list(takewhile(lambda found: found[0]["high"] >= 0.0, changes))
+    return f"to {held[-1][1]}" if held else "nowhere"
 
 
 def _most_escapes(values: Sequence[Mapping[str, Any]]) -> str:
