@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from cobodeck.pictures.drawing import save_figure
 from engine.draw import GREY, INK
@@ -20,12 +21,14 @@ PLACE_IN, MARGIN_IN, ROW_IN = 0.36, 0.4, 1.4
 COLOUR, OURS = "#1f5fa8", "#e8edf3"
 ROOM = 0.08
 """Share of an axis that stays free at both of its ends."""
-SPAN = 8.0
-"""An axis is logarithmic if its figures are all above 0, and one is more than so many others."""
 
 
 def draw_knobs(
-    knobs: Sequence[Mapping[str, Any]], figures: Mapping[str, ReadBounded], note: str, path: Path
+    knobs: Sequence[Mapping[str, Any]],
+    figures: Mapping[str, ReadBounded],
+    note: str,
+    path: Path,
+    logarithmic: Container[str] = (),
 ) -> None:
     """Draw every figure of every knob's values, with bounds, to a file; what is ours is shaded.
 
@@ -34,6 +37,7 @@ def draw_knobs(
         figures: what to read, by the title of the row.
         note: stands above.
         path: `X.svg`, `.png` or `.pdf`.
+        logarithmic: titles of rows whose axis is.
 
     Raises:
         Problem: there is no such format.
@@ -52,12 +56,16 @@ def draw_knobs(
         names = [row["value"] for row in knob["values"]]
         panels[-1, column].set_xticks(range(len(names)), names, rotation=60, ha="right",
                                       rotation_mode="anchor", fontsize=7)  # fmt: skip
-    for row, (title, read) in enumerate(figures.items()):
+    for row, title in enumerate(figures):
         panels[row, 0].set_ylabel(title, fontsize=8, color=INK)
-        found = [read(value)[0] for knob in knobs for value in knob["values"]]
-        if min(found) > 0.0 and max(found) > SPAN * min(found):
+        if title in logarithmic:
             panels[row, 0].set_yscale("log")
+            panels[row, 0].yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             panels[row, 0].yaxis.set_major_formatter("{x:g}")
+            panels[row, 0].yaxis.set_minor_formatter(NullFormatter())
+        else:
+            for panel in panels[row]:
+                panel.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
     figure.align_ylabels(panels[:, 0])
     figure.suptitle(note, fontsize=8, color=GREY, x=0.01, ha="left")
     save_figure(figure, path)
@@ -74,7 +82,6 @@ def _draw(axes: Axes, knob: Mapping[str, Any], read: ReadBounded) -> None:
         range(len(points)), middles, yerr=bounds, fmt="o", markersize=3.5, capsize=2.5,
         linewidth=1, color=COLOUR, zorder=3,
     )  # fmt: skip
-    axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1)
     axes.grid(visible=True, axis="y", color=GREY, linewidth=0.3, alpha=0.5)
     axes.margins(y=ROOM)
     for spine in axes.spines.values():

@@ -19,7 +19,7 @@ from typing import Any
 
 from cobodeck.bench.harness import machine
 from cobodeck.bench.system.comparison import compared
-from cobodeck.bench.system.drawn import FIGURES, NOTES
+from cobodeck.bench.system.drawn import COST, FIGURES, NOTES
 from cobodeck.bench.system.knobs import DISTURBED, PRECISION, SystemKnob
 from cobodeck.bench.system.page import PAGE, RESULTS, with_tables
 from cobodeck.pictures import draw_knobs
@@ -34,7 +34,8 @@ def main() -> None:
     for name, knobs in (("precision", PRECISION), ("disturbed", DISTURBED)):
         result = _result(folder, knobs)
         (RESULTS / f"{name}.json").write_text(f"{json.dumps(result, indent=1)}\n", encoding="utf-8")
-        draw_knobs(result["knobs"], FIGURES[name], NOTES[name], RESULTS / f"{name}.svg")
+        picture = RESULTS / f"{name}.svg"
+        draw_knobs(result["knobs"], FIGURES[name], NOTES[name], picture, {COST})
     PAGE.write_text(with_tables(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
 
 

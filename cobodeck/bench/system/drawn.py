@@ -9,6 +9,7 @@ from typing import Any
 
 OneRow = Mapping[str, Any]
 """A value of a knob, as `comparison.compared` gives it."""
+COST = "CPU, ms per s"
 NONE = (math.nan, math.nan, math.nan)
 NOTES = {
     "precision": (
@@ -42,7 +43,7 @@ def _share(name: str, row: OneRow) -> tuple[float, float, float]:
 
 FIGURES: Mapping[str, Mapping[str, Callable[[OneRow], tuple[float, float, float]]]] = {
     "precision": {
-        "CPU, ms per s": _cost,
+        COST: _cost,
         "response, s,\nless ours": partial(_mean, "differences", "response_s"),
         "Escapes per\nrequest, less ours": partial(_mean, "differences", "escapes_per_request"),
         "least gap, m,\nless ours": partial(_mean, "differences", "least_gap_m"),

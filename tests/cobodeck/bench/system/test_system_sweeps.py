@@ -14,7 +14,7 @@ from hypothesis import given, settings, strategies as st
 from scipy import stats
 
 from cobodeck.bench.system.comparison import compared
-from cobodeck.bench.system.drawn import FIGURES, NOTES
+from cobodeck.bench.system.drawn import COST, FIGURES, NOTES
 from cobodeck.bench.system.knobs import DISTURBED, PRECISION, SystemKnob
 from cobodeck.bench.system.page import PAGE, RESULTS, TABLES, with_tables
 from cobodeck.campaign import (
@@ -153,7 +153,7 @@ def test_results_are_of_the_campaigns_and_make_the_pictures(
 ) -> None:
     result = json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
     picture = tmp_path / f"{name}.svg"
-    draw_knobs(result["knobs"][:1], FIGURES[name], NOTES[name], picture)
+    draw_knobs(result["knobs"][:1], FIGURES[name], NOTES[name], picture, {COST})
     text = picture.read_text(encoding="utf-8")
 
     assert [one["campaign"] for one in result["knobs"]] == [knob.campaign for knob in knobs]
