@@ -56,6 +56,7 @@ PRECISION = (
     ),
     SystemKnob("precision_beams", "beams matched", "localizer.beams", "180"),
     SystemKnob("precision_particles", "particles of AMCL", "localizer.particles", "null"),
+    SystemKnob("precision_window", "velocity over, 5 cm noise", "user.window", "0.3 s"),
     SystemKnob("precision_tier", "tier", "tier", "1"),
 )  # fmt: skip
 _PACES = tuple(f"{speed:g} m/s" for speed in (0.5, 1.0, 1.5, 2.0, 2.5))
