@@ -48,7 +48,7 @@ schema: .venv/installed
 	@$(BIN)/cobodeck schema -o charts/chart.schema.json
 
 # each takes some minutes, best on a machine that has nothing else to do
-BENCHES := engine navigation drives chase arm localization simulation realtime envelope
+BENCHES := engine navigation drives chase arm localization simulation reference realtime stability envelope
 bench: .venv/installed-dev
 	@mkdir -p out
 	@for name in $(BENCHES); do \
@@ -83,5 +83,5 @@ INSTALL = @echo "installing into .venv, some minutes the first time"; \
 	@touch $@
 
 .venv/installed-dev: .venv/bin/python pyproject.toml
-	$(INSTALL) -e ".[dev,peers,all]"
+	$(INSTALL) -e ".[dev,peers,all,reference,cluster]"
 	@touch $@ .venv/installed

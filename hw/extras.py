@@ -22,7 +22,7 @@ EXTRAS: Mapping[str, str] = {
     "websockets": "robot",
     "matplotlib": "plots",
     "ompl": "ompl",
-    "mujoco": "sim-peers",
+    "mujoco": "reference",
     "irsim": "sim-peers",
     "dask": "cluster",
     "distributed": "cluster",

@@ -1,4 +1,5 @@
 from cobodeck.avoidable.envelope import (
+    HALF_LENGTH as HALF_LENGTH,
     STANDING as STANDING,
     WALL_M as WALL_M,
     Oncoming as Oncoming,
@@ -28,7 +29,13 @@ from cobodeck.avoidable.motions import (
     ZONES as ZONES,
 )
 from cobodeck.avoidable.recorded_escapes import (
+    EscapeProfile as EscapeProfile,
     RecordedRun as RecordedRun,
+)
+from cobodeck.avoidable.safety_envelope import (
+    EscapePoint as EscapePoint,
+    boundary as boundary,
+    separation as separation,
 )
 from cobodeck.avoidable.shapes import (
     Array as Array,

@@ -52,6 +52,7 @@ class Oncoming:
         delay_s: from the start of the walk until the robot moves and shows the sign.
         reaction_s: from the sign until the person slows down; None: they do not heed it.
         wall: whether there is a wall WALL_M behind the robot.
+        limits: of the robot; None: those of this module, with `acceleration`.
     """
 
     speed: float = 1.5
@@ -59,6 +60,7 @@ class Oncoming:
     delay_s: float = 0.2
     reaction_s: float | None = None
     wall: bool = False
+    limits: RobotLimits | None = None
 
 
 def least_distance(approach: Oncoming, aim: int) -> float | None:
@@ -89,7 +91,7 @@ def asked(approach: Oncoming, distance: float, yaw: float = 0.0, aim: int = GAP)
     """What can be done about an approach that starts at this distance of centres, m."""
     return Question(
         RobotState(0.0, 0.0, yaw),
-        _limits(approach.acceleration),
+        approach.limits or _limits(approach.acceleration),
         approaching(approach, distance),
         horizon_s=HORIZON_S,
         delay_s=approach.delay_s,

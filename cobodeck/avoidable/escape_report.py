@@ -10,6 +10,7 @@ from typing import Any
 from cobodeck.avoidable.judged import EARLIER_S, JudgedEvent, avoidable_contacts, judge
 from cobodeck.avoidable.motion_search import BestMotion
 from cobodeck.avoidable.recorded_escapes import RecordedRun, read_run
+from cobodeck.avoidable.safety_envelope import EscapePoint, escape_points
 from cobodeck.record.read import Record
 from cobodeck.terminal import table
 
@@ -20,6 +21,11 @@ HEAD = (
 NUMBERS = frozenset((0, 2, 4, 5, 6, 7, 8))
 """The columns that are aligned to the right."""
 ESCAPE = "failed Escape"
+POINTS_HEAD = ("record", "at", "what", "person", "distance", "least", "inside", "way out")
+POINTS_NOTE = (
+    "least: distance of centres from which a robot at rest can escape somebody who walks straight "
+    "at it\nat this speed, on open floor · way out: of the search, had they walked straight on"
+)
 NOTE = (
     "decision, latest: s relative to the event and to the decision · gaps in m: of the best motion "
     "from\nthe decision on, without the stop sign and with the person's recorded future; of what "
@@ -29,11 +35,12 @@ NOTE = (
 
 @dataclass(frozen=True, slots=True)
 class JudgedRun:
-    """A record with its judged events, in order of time; `broken` says where it breaks off."""
+    """A record with its judged events and its Escapes, in order; `broken`: where it breaks off."""
 
     path: Path
     run: RecordedRun
     events: tuple[JudgedEvent, ...]
+    escapes: tuple[EscapePoint, ...] = ()
     broken: str | None = None
 
     def plain(self) -> dict[str, Any]:
@@ -44,6 +51,7 @@ class JudgedRun:
             "broken": self.broken,
             **counts(self.events),
             "events": [event.plain() for event in self.events],
+            "escapes": [point.plain() for point in self.escapes],
         }
 
 
@@ -55,7 +63,8 @@ def judged_run(path: Path) -> JudgedRun:
     """
     record = Record(path)
     run = read_run(record)
-    return JudgedRun(path, run, tuple(judge(run)), record.broken)
+    events, escapes = tuple(judge(run)), tuple(escape_points(run))
+    return JudgedRun(path, run, events, escapes, record.broken)
 
 
 def counts(events: Iterable[JudgedEvent]) -> dict[str, int]:
@@ -86,7 +95,16 @@ def text(runs: Sequence[JudgedRun]) -> str:
     events = [event for found in runs for event in found.events]
     if events:
         parts.append(NOTE)
-    parts.append(_sum(events))
+    points = [point for found in runs for point in found.escapes]
+    rows = [
+        _point_cells(found.path.stem, point)
+        for found in runs
+        for point in found.escapes
+        if not (point.inside and point.free)
+    ]
+    if rows:
+        parts += [table([POINTS_HEAD, *rows], frozenset((1, 3, 4, 5))), POINTS_NOTE]
+    parts.append(_sum(events, points))
     return "\n\n".join(parts)
 
 
@@ -129,13 +147,35 @@ def _gap(motion: BestMotion | None) -> str:
     return "wall" if motion is None else f"{motion.gap:.2f}"
 
 
-def _sum(events: Iterable[JudgedEvent]) -> str:
+def _point_cells(record: str, point: EscapePoint) -> tuple[str, ...]:
+    return (
+        record,
+        f"{point.at_s:.2f} s",
+        f"Escape: {point.outcome or 'broken off'}",
+        f"{point.speed:.2f} m/s",
+        f"{point.distance:.2f} m",
+        "-" if point.least is None else f"{point.least:.2f} m",
+        "yes" if point.inside else "no",
+        "yes" if point.free else "no",
+    )
+
+
+def _sum(events: Iterable[JudgedEvent], points: Sequence[EscapePoint]) -> str:
     n = counts(events)
     rows = [
         ("failed Escapes", _share(n["escape_failures"], n["escape_failures_avoidable"])),
         ("contacts", _share(n["contacts"], n["contacts_avoidable"])),
+        ("Escapes", _escaped(points)),
     ]
     return table(rows)
+
+
+def _escaped(points: Sequence[EscapePoint]) -> str:
+    late = [point for point in points if not point.inside]
+    shut = sum(not point.free for point in points)
+    failed = sum(point.outcome == "failed" for point in late)
+    outside = f"outside of the envelope {len(late)} ({failed} failed)"
+    return f"{len(points)}, {outside}, without a way out {shut}"
 
 
 def _share(count: int, avoidable: int) -> str:

@@ -41,12 +41,39 @@ class EscapeVisit:
     outcome: str | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class EscapeProfile:
+    """What a profile says about Escape; m, s, m/s2.
+
+    Attributes:
+        name: of the profile.
+        acceleration: of the base.
+        ahead: reach of the zone in the person's view; `around`: elsewhere.
+        reaction_s: what it reckons with until the robot moves; `latency_s`: of a simulated robot.
+    """
+
+    name: str
+    acceleration: float
+    ahead: float
+    around: float
+    reaction_s: float
+    latency_s: float = 0.0
+
+    @classmethod
+    def of(cls, name: str, values: Mapping[str, Any]) -> EscapeProfile:
+        """From the values of a profile by their dotted keys, as a record's header has them."""
+        keys = ("robot.base_acceleration", "escape.ahead", "escape.around", "escape.reaction")
+        acceleration, ahead, around, reaction_s = (_si(values[key]) for key in keys)
+        latency_s = _si(values.get("plant.latency", 0.0))
+        return cls(name, acceleration, ahead, around, reaction_s, latency_s)
+
+
 @dataclass(frozen=True)
 class RecordedRun:
     """A run as its record tells it; map frame, m, s, rad.
 
     Attributes:
-        name: what was run, in words.
+        name: what was run, in words; `profile`: with which values of Escape.
         limits: those of an Escape, and the outline.
         rings: outlines of the floor, first the outer one; `walls` are their edges (n, 4).
         times: (n,); `robot` x, y, yaw and `person` x, y, direction of view at these, (n, 3).
@@ -56,6 +83,7 @@ class RecordedRun:
     """
 
     name: str
+    profile: EscapeProfile
     limits: RobotLimits
     rings: tuple[Ring, ...]
     walls: Array
@@ -171,10 +199,13 @@ def read_run(record: Record) -> RecordedRun:
         rings, outline = _rings(reading.scene), _outline(reading.scene)
     with record.usable("what limits an Escape"):
         limits = _limits(record, *outline)
+        told = record.header["profile"]
+        profile = EscapeProfile.of(told["name"], told["values"])
     robot, person = rows[:, 1:4], rows[:, 4:7]
     robot[:, 2], person[:, 2] = np.unwrap(robot[:, 2]), np.unwrap(person[:, 2])
     return RecordedRun(
         _name(record.header),
+        profile,
         limits,
         rings,
         edges(rings),

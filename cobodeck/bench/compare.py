@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-SLOWER, SPREADS = 1.4, 3.0
+SLOWER, SPREADS = 1.6, 3.0
 """A ratio is worse if it has grown by more than this factor, and by more than so many times the
 larger of both interquartile ranges."""
 LESS_EXACT, ROUNDING = 1.05, 1e-9

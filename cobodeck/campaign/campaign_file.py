@@ -101,7 +101,7 @@ def _limit(item: Item) -> Limit:
 
 _ONE = Count(1)
 _Count = Annotated[int, Range(1, MOST)]
-_Tier = Literal[0, 1, 2]
+_Tier = Literal[0, 1, 2, 3]
 _Span = Annotated[Duration, above_0(1e7)]
 _NAMES, _COUNTS = _either(Item.target), _either(reader_of(_Count))
 _TIERS, _SPANS = _either(reader_of(_Tier)), _either(reader_of(_Span))
@@ -117,7 +117,7 @@ Tiers = Annotated[
         {
             "type": ["integer", "array"],
             "minimum": 0,
-            "maximum": 2,
+            "maximum": 3,
             "minItems": 1,
             "items": {"enum": [0, 1, 2]},
         }

@@ -73,13 +73,16 @@ def _client(open_until: ExitStack, workers: int, scheduler: str | None) -> Any:
             return open_until.enter_context(Client(scheduler, timeout=CONNECT_S))
         except (OSError, ValueError) as error:
             raise Problem(f"--scheduler {scheduler}: no Dask scheduler answers: {error}") from None
-    once = {"distributed.scheduler.allowed-failures": DEATHS - 1}
-    open_until.enter_context(dask.config.set(once))
+    of_deaths = {
+        "distributed.scheduler.allowed-failures": DEATHS - 1,
+        "distributed.deploy.lost-worker-timeout": "1 day",  # else who dies often is not begun again
+    }
+    open_until.enter_context(dask.config.set(of_deaths))
     cluster = LocalCluster(
         n_workers=workers,
         threads_per_worker=1,
         host=LOOPBACK,
-        dashboard_address=None,
+        dashboard_address=f"{LOOPBACK}:0",  # None would take 8787, and warn where it is taken
         silence_logs=logging.CRITICAL,  # deaths are told with their cells
     )
     open_until.enter_context(cluster)

@@ -18,7 +18,7 @@ from hw.model import RobotModel
 if TYPE_CHECKING:
     from behaviors.profile import Profile
     from cobodeck.checks.floor_space import FloorReport
-    from cobodeck.setup import RunPlace, Setup
+    from cobodeck.setup import Options, RunPlace, Setup
     from hw.model import TrackingFile
 
 PRINTED = 60
@@ -46,6 +46,27 @@ def enough_for_chart(setup: Setup) -> Iterator[CheckResult]:
         remedy = f"to run all the same, {enough}"
         what = f"scene {setup.scene.name}"
         yield CheckResult(what, BAD, lack, remedy, f"{what}: {lack}\n{remedy}", FAILED)
+
+
+def fits_on_cells(setup: Setup, options: Options) -> Iterator[CheckResult]:
+    """Whether the room is not too large for costmaps, where scanners or planners need them."""
+    from cobodeck.setup import FULL
+    from states import SUBSYSTEMS
+    from states.maps import grid_over
+
+    if setup.scene is None or "base" not in setup.uses().commands:
+        return
+    used = [setup.environment.navigation.named(name) for name in SUBSYSTEMS]
+    exact = all(subsystem.planner == "exact" for subsystem in used)
+    if exact and options.tier != FULL and options.connection is None:
+        return
+    try:
+        grid_over([setup.scene.room.outer], min(one.costmap.resolution for one in used))
+    except ValueError as error:
+        about = f"the room is too large for costmaps: {error}"
+        remedy = "draw the part of it that is used, or run it at tier 1 with the planner exact"
+        what = f"scene {setup.scene.name}"
+        yield CheckResult(what, BAD, about, remedy, f"{what}: {about}\n{remedy}", FAILED)
 
 
 def small_floor(setup: Setup) -> str | None:

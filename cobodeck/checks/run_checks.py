@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from cobodeck.fitness import BAD, NOTE, CheckResult
@@ -11,6 +12,7 @@ from cobodeck.real import WORDS, PriorRuns
 from cobodeck.terminal import FAILED, REFUSED
 from engine import TickGrid
 from engine.signals import roots
+from hw import needs
 
 if TYPE_CHECKING:
     from cobodeck.setup import Options, Setup, Uses
@@ -23,14 +25,31 @@ def localized(setup: Setup, options: Options) -> Iterator[CheckResult]:
     """Whether a robot with all sensors has a room to localize in, and wheels that measure."""
     from cobodeck.setup import FULL
 
-    if options.tier != FULL:
+    if options.tier < FULL:
         return
     if setup.scene is None:
-        about = "tier 2 needs a room to localize in"
+        about = f"tier {options.tier} needs a room to localize in"
         yield CheckResult("scene", BAD, about, "give one with --scene")
     elif setup.robot.sensing.odometry is None:
-        about = f"robot {setup.robot.name}: tier 2 needs wheels that measure"
+        about = f"robot {setup.robot.name}: tier {options.tier} needs wheels that measure"
         yield CheckResult("sensing", BAD, about, "its file has no sensing.odometry")
+
+
+def embodied(setup: Setup, options: Options) -> Iterator[CheckResult]:
+    """Whether physics can move the robot: Mecanum wheels, and an arm whose masses are known."""
+    from cobodeck.setup import REFERENCE
+
+    if options.tier != REFERENCE:
+        return
+    arm = setup.robot.arm
+    if find_spec("mujoco") is None:
+        yield CheckResult("tier 3", BAD, f"tier 3 {needs('mujoco')}")
+    if "omni" not in setup.robot.base.modes:
+        about = f"robot {setup.robot.name}: tier 3 needs Mecanum wheels"
+        yield CheckResult("base", BAD, about, "its file has no mode omni in base.modes")
+    if arm is not None and not arm.model.masses:
+        about = f"arm {arm.model.name}: tier 3 needs the masses of its links"
+        yield CheckResult("arm", BAD, about, "its file has no masses")
 
 
 def provided(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import import_module
 from pathlib import Path
@@ -36,10 +36,12 @@ BENCHES = {
     "arm": "cobodeck.bench.arm.arm_bench",
     "localization": "cobodeck.bench.localization.localization_bench",
     "simulation": "cobodeck.bench.simulation_bench",
+    "reference": "cobodeck.bench.reference_bench",
     "realtime": "cobodeck.bench.engine.realtime",
+    "stability": "cobodeck.bench.stability",
     "envelope": "cobodeck.bench.envelope_bench",
 }
-ENVELOPE = "envelope"
+ENVELOPE, STABILITY = "envelope", "stability"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -115,12 +117,20 @@ def run(args: argparse.Namespace) -> int:
     return FAILED if found else OK
 
 
-def _draw(args: argparse.Namespace, rows: Iterable[Mapping[str, Any]]) -> None:
-    """Draw time against error; of `envelope` alone, the distances that it is about."""
+def _draw(args: argparse.Namespace, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Draw time against error; of `envelope` alone, the distances that it is about.
+
+    Errors of `stability` alone are drawn over what they depend on.
+    """
+    if {row["bench"] for row in rows} == {STABILITY}:
+        from cobodeck.pictures import draw_stability
+
+        draw_stability(rows, args.output)
+        return
     if args.names != [ENVELOPE] or args.show is not None:
         from cobodeck.pictures import draw_bench
 
-        draw_bench(list(rows), args.output)
+        draw_bench(rows, args.output)
         return
     from cobodeck.pictures import draw_envelope
 
@@ -151,9 +161,10 @@ def _judge(args: argparse.Namespace) -> int:
     else:
         show(told(runs))
     if args.output is not None:
-        from cobodeck.pictures import draw_judged
+        from cobodeck.pictures import draw_envelope
 
-        draw_judged(runs, args.output)
+        draw_envelope(args.output, progress.at, runs)
+        progress.done()
     return OK
 
 

@@ -114,7 +114,7 @@ def _warn_of_scheduler(args: argparse.Namespace) -> None:
         return
     if args.executor != "dask":
         raise Problem("--scheduler needs --executor dask")
-    host = args.scheduler.partition("://")[2].rpartition(":")[0]
+    host = args.scheduler.rpartition("://")[2].rpartition(":")[0]
     if host not in NEAR:
         complain(f"whoever reaches the scheduler at {args.scheduler} runs code on all its workers")
 
@@ -124,7 +124,7 @@ def _executed(
 ) -> list[CellResult]:
     """The results of all cells, in their order."""
     found: dict[CampaignCell, CellResult] = {}
-    progress = ProgressLine(name)
+    progress, there, began = ProgressLine(name), len(store), time.perf_counter()
     results = execute(
         cells, args.executor, args.workers, scheduler=args.scheduler, store=store, own=args.own
     )
@@ -132,7 +132,10 @@ def _executed(
         with closing(results):
             for result in results:
                 found[result.cell] = result
-                progress.at(f"{len(found)} of {len(cells)} cells", len(found) / len(cells))
+                ran = len(store) - there  # the others had results, and took no time
+                rate = ran / (time.perf_counter() - began)
+                share = ran / max(len(cells) - len(found) + ran, 1)
+                progress.at(f"{len(found)} of {len(cells)} cells, {rate:.1f} per s", share)
     except KeyboardInterrupt:
         complain(f"{len(found)} of {len(cells)} cells are kept; the same command goes on")
         raise
@@ -162,7 +165,7 @@ def _draw(folder: Path, parameters: Sequence[Mapping[str, Any]]) -> None:
 def _look_at_worst(args: argparse.Namespace, results: Sequence[CellResult]) -> None:
     """Run the worst cells again, with records and pictures, if what these need is there."""
     folder: Path = args.out / "worst"
-    for number, (name, result) in enumerate(worst_cells(results, args.worst), 1):
+    for number, (name, result) in enumerate(worst_cells(results, max(args.worst, 0)), 1):
         record = folder / f"{number}_{name}_{result.address[:8]}{ENDING}"
         if record.exists():
             continue

@@ -209,14 +209,15 @@ def _scenes(_args: argparse.Namespace) -> list[dict[str, Any]]:
 
 
 def _users(_args: argparse.Namespace) -> list[dict[str, Any]]:
-    from hw.people.walking import MANNERS, load_script, script_names, wanderer
+    from hw.people.walking import MANNERS, load_script, route, script_names, wanderer
 
     scripts = [{"user": name, "about": load_script(name).about} for name in script_names()]
     kinds = [
         {"user": f"{wanderer.NAME}:{name}", "about": manner.about}
         for name, manner in MANNERS.items()
     ]
-    return [*scripts, {"user": wanderer.NAME, "about": wanderer.ABOUT}, *kinds]
+    chance = [{"user": source.NAME, "about": source.ABOUT} for source in (route, wanderer)]
+    return [*scripts, *chance, *kinds]
 
 
 def _profiles(_args: argparse.Namespace) -> list[dict[str, Any]]:

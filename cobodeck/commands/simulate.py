@@ -65,7 +65,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--user",
         type=word,
-        metavar="NAME|random|FILE[#id][@x,y,yaw][:KIND][ at SPEED]",
+        metavar="NAME|random|route|FILE[#id][@x,y,yaw][:KIND][ at SPEED]",
         help="X.mcap: the person of a record; :KIND: how they treat the robot, by default "
         "attentive (`list users`); at SPEED: of random people, 0.5 to 1.5 m/s else; default: "
         "the scene's",
@@ -76,8 +76,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--tier",
         type=int,
         default=1,
-        choices=(0, 1, 2),
-        help="0: logic alone, leaves end by chance; 1: reduced; 2: with all sensors; default 1",
+        choices=(0, 1, 2, 3),
+        help="0: logic alone, leaves end by chance; 1: reduced; 2: with all sensors; 3: base and "
+        "arm moved by physics, too (needs the extra `reference`); default 1",
     )
     parser.add_argument("--seed", type=int, default=0, help="of all random numbers; default 0")
     parser.add_argument(

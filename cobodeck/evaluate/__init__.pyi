@@ -11,6 +11,7 @@ from cobodeck.evaluate.evaluators import (
 from cobodeck.evaluate.figures import (
     NOTHING as NOTHING,
     escape_figures as escape_figures,
+    spread as spread,
 )
 from cobodeck.evaluate.localization import (
     LocalizationWatch as LocalizationWatch,

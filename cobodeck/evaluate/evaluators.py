@@ -23,7 +23,8 @@ from hw.model import RobotModel
 from hw.scene import Scene
 
 STILL = 0.01
-"""Measured poses of a base that stands differ by up to this, m and rad."""
+"""Poses of a base that stands differ by up to this, m and rad, if they are measured, or if physics
+moves it, as the arm shakes it."""
 
 
 def watchers(plant: Plant, wired: Wired, robot: RobotModel, scene: Scene | None) -> list[Observer]:
@@ -51,7 +52,8 @@ def _by_truth(plant: Plant, robot: RobotModel, person: bool) -> Evaluator:
     outline = robot.footprint
     if not person or robot.arm is None:
         return Evaluator(plant, person, walking_gap=WalkingGap(outline))
-    requests = RequestWatch(prop_of(robot), base=DriveWatch(outline))
+    still = STILL if getattr(plant, "shaken", False) else 0.0
+    requests = RequestWatch(prop_of(robot), base=DriveWatch(outline, still))
     arm = ArmWatch(arm_outline(robot))
     return Evaluator(plant, person, requests, arm, walking_gap=WalkingGap(outline))
 

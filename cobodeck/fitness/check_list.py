@@ -30,6 +30,9 @@ CHECKS = (
     FitnessCheck(
         "Is the floor large enough for this chart?", "room_checks:enough_for_chart", ("simulate",)
     ),
+    FitnessCheck(
+        "Is the room small enough for costmaps?", "room_checks:fits_on_cells", ("localize",)
+    ),
     FitnessCheck("How much of the floor can be used?", "room_checks:usable", ("doctor",)),
     FitnessCheck(
         "How far from a wall does a user have to stand?", "room_checks:facing_a_wall", ("doctor",)
@@ -82,6 +85,7 @@ CHECKS = (
     ),
     FitnessCheck("Have the chart's inputs values?", "run_checks:given", ("begin",)),
     FitnessCheck("Can the robot localize itself?", "run_checks:localized", ("localize",)),
+    FitnessCheck("Can physics move the robot?", "run_checks:embodied", ("localize",)),
     FitnessCheck("Do velocities come often enough?", "run_checks:tick_rate", ("start",)),
     FitnessCheck("Is the latency shorter than a tick?", "run_checks:latency", ("start",)),
 )

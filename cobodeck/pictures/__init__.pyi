@@ -10,9 +10,6 @@ from cobodeck.pictures.campaign_picture import (
 from cobodeck.pictures.envelope_picture import (
     draw_envelope as draw_envelope,
 )
-from cobodeck.pictures.judged_picture import (
-    draw_judged as draw_judged,
-)
 from cobodeck.pictures.knob_picture import (
     draw_knobs as draw_knobs,
 )
@@ -24,4 +21,7 @@ from cobodeck.pictures.reach_plot import (
 )
 from cobodeck.pictures.space_plot import (
     space_picture as space_picture,
+)
+from cobodeck.pictures.stability_picture import (
+    draw_stability as draw_stability,
 )

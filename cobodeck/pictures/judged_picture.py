@@ -7,13 +7,12 @@ each half second, and the robot's outline where it is nearest to the person.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
 
@@ -26,8 +25,6 @@ from cobodeck.avoidable import (
     RobotLimits,
     way_distance,
 )
-from cobodeck.pictures.drawing import save_figure
-from cobodeck.terminal import Problem
 from engine.draw import GREY, INK, RED
 
 REAL, BEST, PERSON, RECORDED = "#c77700", "#2e7d32", "#123f8c", "#7fb2f0"
@@ -36,19 +33,28 @@ MARK_S = 0.5
 _MARGIN_M = 0.9
 
 
-def draw_judged(runs: Sequence[JudgedRun], path: Path) -> None:
-    """Draw the events of judged runs to a file; the first MOST of them.
+Event = tuple[RecordedRun, JudgedEvent]
 
-    Raises:
-        Problem: there are none, or the file's format is unknown.
-    """
-    events = [(found.run, event) for found in runs for event in found.events][:MOST]
-    if not events:
-        raise Problem("no failed Escape and no contact to draw")
+
+def events_of(runs: Iterable[JudgedRun]) -> list[Event]:
+    """The events of judged runs that are drawn: the first MOST."""
+    return [(found.run, event) for found in runs for event in found.events][:MOST]
+
+
+def size_of(events: Sequence[Event]) -> tuple[float, float]:
+    """Width and height of their picture, in."""
+    rows, columns = _panels(events)
+    return PANEL_IN * columns, (PANEL_IN + 0.45) * rows + 0.5
+
+
+def _panels(events: Sequence[Event]) -> tuple[int, int]:
     columns = min(COLUMNS, len(events))
-    rows = math.ceil(len(events) / columns)
-    size = (PANEL_IN * columns, (PANEL_IN + 0.45) * rows + 0.5)
-    figure = Figure(figsize=size, layout="constrained", facecolor="white")
+    return math.ceil(len(events) / columns), columns
+
+
+def draw_events(figure: Figure | SubFigure, events: Sequence[Event]) -> None:
+    """A panel for each event, of which there is at least one."""
+    rows, columns = _panels(events)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for panel in panels[len(events) :]:
         panel.set_axis_off()
@@ -64,7 +70,6 @@ def draw_judged(runs: Sequence[JudgedRun], path: Path) -> None:
         list(signs.values()), list(signs), loc="outside lower left", ncols=min(columns, 4),
         frameon=False, fontsize=7, labelcolor=INK,
     )  # fmt: skip
-    save_figure(figure, path)
 
 
 def draw_event(axes: Axes, run: RecordedRun, event: JudgedEvent) -> None:

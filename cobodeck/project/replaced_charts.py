@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from cobodeck.project.chart_files import is_replacement
-from cobodeck.project.state_catalogue import CHARTS
+from cobodeck.project.state_catalogue import shipped_charts
 from engine.chart import Chart, Node, mark_of
 from engine.files import Finding, Place
 
@@ -27,7 +27,7 @@ def name_place(chart: Chart) -> Place:
 
 def is_shipped(chart: Chart) -> bool:
     """Whether it is one of the shipped charts."""
-    return Path(chart.file).resolve().parent == CHARTS.resolve()
+    return Path(chart.file).resolve() in {file.resolve() for file in shipped_charts()}
 
 
 def told_of_replacements(

@@ -193,7 +193,7 @@ def places_of(scenes: Iterable[str]) -> KnownPlaces:
 
 def shipped_charts() -> list[Path]:
     """The shipped chart files."""
-    return sorted(CHARTS.glob("*.yaml"))
+    return [*sorted(CHARTS.glob("*.yaml")), *sorted((CHARTS / "paper").glob("*.yaml"))]
 
 
 def _add(classes: dict[str, type[State]], module: ModuleType) -> list[str]:

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from cobodeck.project import CHARTS, kind_of, reached
+from cobodeck.project import kind_of, reached, shipped_charts
 from cobodeck.real.release_stages import (
     SERVED,
     WORDS,
@@ -123,4 +123,4 @@ def _command(setup: Setup, stage: Stage) -> str:
 def _chart(setup: Setup) -> str:
     """The chart as a command line names it: shipped ones by name."""
     file = Path(setup.chart.file)
-    return setup.chart.name if file.parent == CHARTS else str(file)
+    return setup.chart.name if file in shipped_charts() else str(file)

@@ -23,7 +23,7 @@ from cobodeck.loop import (
 )
 from cobodeck.project import made
 from cobodeck.real import Connected, connect, finds_itself, is_needed
-from cobodeck.setup import FULL, Options, Setup, Uses
+from cobodeck.setup import FULL, REFERENCE, Options, Setup, Uses
 from cobodeck.terminal import Problem, behind_record, complain
 from engine import TickGrid
 from hw import Pose2
@@ -113,9 +113,9 @@ def localizing(setup: Setup, options: Options) -> Setup:
     if connection is not None:
         require("import", connection=connection, packages=setup.catalogue.packages)
     require("localize", setup=setup, options=options)
-    if options.tier != FULL and (connection is None or setup.scene is None):
+    if options.tier < FULL and (connection is None or setup.scene is None):
         return setup
-    if options.tier != FULL and connection is not None and not finds_itself(connection):
+    if options.tier < FULL and connection is not None and not finds_itself(connection):
         return setup
     return replace(setup, localizing=options.seed)
 
@@ -262,16 +262,23 @@ def _world(setup: Setup, person: Person | None, options: Options) -> World:
     safety = setup.profile.safety.limits(setup.robot, limits)
     if options.mock:
         return mock_world(setup.scene, setup.body, person, safety, options.console is None)
-    base = None
+    scene, arm = setup.scene, None
+    base: SimBase | None = None
+    start = Pose2(0.0, 0.0) if scene is None else scene.robot_start
     if options.frozen_base:
-        start = Pose2(0.0, 0.0) if setup.scene is None else setup.scene.robot_start
         base = FrozenBase(setup.robot, limits, start)
+    elif options.tier == REFERENCE:
+        from hw.sim.physics import physical_robot
+
+        slip = setup.profile.plant.sensing.slip
+        base, arm = physical_robot(setup.body, limits, start, slip)
     return World(
         setup.scene,
         setup.body,
         person,
         limits,
         base,
+        arm,
         safety=safety,
         latency_ns=round(setup.profile.plant.latency * 1e9),
         sensors=setup.profile.plant.sensors(options.seed),

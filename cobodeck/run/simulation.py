@@ -23,7 +23,7 @@ from cobodeck.fitness import require
 from cobodeck.loop import Clock, Loop, Wired
 from cobodeck.project import reached
 from cobodeck.run.build_run import localizing, stage
-from cobodeck.setup import Options, Setup, warm_up
+from cobodeck.setup import FULL, Options, Setup, warm_up
 from engine.run import Raised
 from engine.signals import Usage
 from hw.people import with_manner
@@ -186,7 +186,7 @@ def _chart_values(setup: Setup) -> dict[str, dict[str, Any]]:
 
 def _mount_error(setup: Setup, options: Options) -> dict[str, list[float]]:
     """Where mounts differ from the files, [x, y, yaw], m and rad, in a run with sensors."""
-    off = setup.profile.plant.sensing.mount_error if options.tier == 2 else {}
+    off = setup.profile.plant.sensing.mount_error if options.tier >= FULL else {}
     return {name: [pose.x, pose.y, pose.yaw] for name, pose in off.items()}
 
 

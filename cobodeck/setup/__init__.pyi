@@ -14,6 +14,7 @@ from cobodeck.setup.open_scene import (
 )
 from cobodeck.setup.options import (
     FULL as FULL,
+    REFERENCE as REFERENCE,
     Options as Options,
     longest_s as longest_s,
 )

@@ -10,7 +10,9 @@ from hw.connection import Connection
 from hw.people.recorded import Heading, Up
 
 FULL = 2
-"""The tier with all sensors: the base localizes itself."""
+"""From this tier on there are all sensors: the base localizes itself."""
+REFERENCE = 3
+"""The tier that moves base and arm by physics."""
 LONGEST_S = 3600.0
 """A run ends after this time if its user never finishes, s."""
 

@@ -10,7 +10,7 @@ from scipy import special
 RESAMPLES = 9999
 """Resamples of a bootstrap."""
 AT_ONCE = 1_000_000
-"""Values that are drawn at a time."""
+"""Values that are drawn at once."""
 
 
 def proportion_bounds(hits: int, number: int, confidence: float = 0.95) -> tuple[float, float]:
@@ -38,10 +38,9 @@ def mean_bounds(
     if not len(values):
         raise ValueError("no values, no mean")
     chance, found = np.random.default_rng(seed), np.asarray(values, dtype=np.float64)
-    count, rows = len(found), max(1, AT_ONCE // len(found))
-    sizes = [min(rows, RESAMPLES - begin) for begin in range(0, RESAMPLES, rows)]
-    drawn = (found[chance.integers(count, size=(size, count))] for size in sizes)
-    means = np.concatenate([resamples.mean(axis=1) for resamples in drawn])
+    rows = max(1, AT_ONCE // len(found))
+    sizes = [min(rows, RESAMPLES - done) for done in range(0, RESAMPLES, rows)]
+    means = [chance.choice(found, (size, len(found))).mean(axis=1) for size in sizes]
     tail = 0.5 * (1.0 - confidence)
-    low, high = np.quantile(means, (tail, 1.0 - tail)).tolist()
+    low, high = np.quantile(np.concatenate(means), (tail, 1.0 - tail)).tolist()
     return low, high

@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 from scipy import special, stats
 
-Group = Sequence[float]
 Array = np.ndarray[Any, np.dtype[np.float64]]
 LARGEST_EXACT = 10_000_000
-"""The exact distribution is computed up to so many (group sizes placed) x (values of 2 J)."""
+"""Largest number of (ways to fill the groups) x (values of 2 J) for the exact distribution."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +56,7 @@ class Trend:
     r: float
 
 
-def kruskal_wallis(groups: Sequence[Group]) -> KruskalWallis:
+def kruskal_wallis(groups: Sequence[Sequence[float]]) -> KruskalWallis:
     """Compare two or more groups.
 
     Raises:
@@ -70,7 +69,7 @@ def kruskal_wallis(groups: Sequence[Group]) -> KruskalWallis:
     return KruskalWallis(float(h), k - 1, float(p), effect)
 
 
-def jonckheere_terpstra(groups: Sequence[Group]) -> Trend:
+def jonckheere_terpstra(groups: Sequence[Sequence[float]]) -> Trend:
     """Test groups in the predicted order, from the least values to the largest.
 
     With two groups it is the Mann-Whitney test.
@@ -107,7 +106,7 @@ def holm(values: Mapping[str, float]) -> dict[str, float]:
     return {name: adjusted[name] for name in values}
 
 
-def _checked(groups: Sequence[Group]) -> Array:
+def _checked(groups: Sequence[Sequence[float]]) -> Array:
     """All values of the groups together."""
     if len(groups) < 2 or not all(map(len, groups)):
         raise ValueError("needs two groups or more, none of them empty")
@@ -119,7 +118,7 @@ def _checked(groups: Sequence[Group]) -> Array:
     return pooled
 
 
-def _pairs_in_order(groups: Sequence[Group]) -> float:
+def _pairs_in_order(groups: Sequence[Sequence[float]]) -> float:
     """Number of pairs, the first of an earlier group, that rise; half of those that are equal."""
     found = 0
     for later in range(1, len(groups)):

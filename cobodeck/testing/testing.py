@@ -106,7 +106,7 @@ class ChartTester:
             user: the person in the scene; by default the scene's own.
             requests: number of touches that the user asks for.
             profile: by default `tuned`.
-            tier: 1, or 2 with all sensors.
+            tier: 1, 2 with all sensors, or 3 with physics, too.
 
         Raises:
             AssertionError, Problem: the chart has errors, an input has no value, or something is

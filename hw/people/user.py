@@ -1,8 +1,9 @@
-"""Opens a person by its source: `NAME`, `FILE[#id][@x,y,yaw]`, `random` or `live`.
+"""Opens a person by its source: `NAME`, `FILE[#id][@x,y,yaw]`, `random`, `route` or `live`.
 
-`NAME` is a script, `FILE` a recorded walk, `random` a seeded random walk. `:KIND` behind any of
-these three is the person's manner (`manner.py`), by default attentive: `random:hasty`, `demo:deaf`.
-Random people walk at a chosen speed: `random at 2 m/s`, `random:deaf at 1 m/s`.
+`NAME` is a script, `FILE` a recorded walk, `random` a seeded random walk, `route` the script
+`study` at random poses. `:KIND` behind any of these four is the person's manner (`manner.py`), by
+default attentive: `random:hasty`, `demo:deaf`. Random people walk at a chosen speed:
+`random at 2 m/s`, `random:deaf at 1 m/s`.
 
 `@x,y,yaw` moves the centre of the recording's bounding box to (x, y) and rotates the walk by yaw
 about it; the walk itself must stay on the free floor. By default the box is centred on the largest
@@ -31,6 +32,7 @@ from hw.people.walking import (
     at_speed,
     load_script,
     manner_named,
+    route,
     wanderer,
 )
 from hw.samples import USER_RADIUS
@@ -97,12 +99,12 @@ def open_user(
     """The person that a source names, in a scene; in an `Interaction` if it has touchable surfaces.
 
     Args:
-        source: a script's name or file, a recording, or `random`, with `:KIND` or without;
-            or `live`.
+        source: a script's name or file, a recording, `random` or `route`, with `:KIND` or
+            without; or `live`.
         scene: gives the room and the start.
         requests: number of touches to request; None: what the script says, none in a
-            recording, endless for `random`. With touchable surfaces: end after this many that
-            walking up to them has caused.
+            recording, endless for `random` and `route`. With touchable surfaces: end after this
+            many that walking up to them has caused.
         size: scale a recording to this longer side of its bounding box, m.
         seed: of all that a person does by chance.
         heading: how the headings of a recording are computed.
@@ -171,7 +173,10 @@ def _open(
     if bare == wanderer.NAME:
         start = scene.user_start or _middle(scene.room)
         return wanderer.Wanderer(scene.room, start, seed, requests, manner)
-    script = load_script(bare, also=(wanderer.NAME, LIVE))
+    if bare == route.NAME:
+        script = route.route(scene.room, scene.robot_start, seed)
+    else:
+        script = load_script(bare, also=(wanderer.NAME, route.NAME, LIVE))
     return Walker(script, scene.room, scene.user_start, requests, manner, seed)
 
 

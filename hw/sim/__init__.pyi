@@ -1,3 +1,6 @@
+from hw.sim.contact import (
+    MovingBase as MovingBase,
+)
 from hw.sim.external_world import (
     DRIVES as DRIVES,
     EVALUATOR as EVALUATOR,
@@ -12,6 +15,9 @@ from hw.sim.mock import (
 )
 from hw.sim.sim_base import (
     SimBase as SimBase,
+)
+from hw.sim.slip import (
+    SlipperyFloor as SlipperyFloor,
 )
 from hw.sim.staging import (
     check_scene as check_scene,

@@ -46,6 +46,9 @@ class SimBase:
     without a reckoner then uses the true pose.
     """
 
+    shaken = False
+    """Whether an arm that moves shakes it while it stands."""
+
     def __init__(
         self,
         model: RobotModel,

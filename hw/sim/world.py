@@ -1,4 +1,4 @@
-"""The simulated world of tiers 1 and 2: robot, person and room, advanced from tick to tick.
+"""The simulated world of tiers 1 to 3: robot, person and room, advanced from tick to tick.
 
 Person, room and arm are optional. All of it is deterministic.
 """
@@ -44,6 +44,8 @@ class World:
     line. `safety`: the limits of its chain; None: those of the robot. `operator`: a scripted one
     handles faults; otherwise that is up to the caller.
 
+    `shaken`: whether a base that stands is moved by its arm, as by physics.
+
     With `sensing` the base does not measure its pose: it slips, and the sensors of the robot file
     are there with these errors.
 
@@ -87,6 +89,7 @@ class World:
         self.latency_ns = latency_ns
         start = Pose2(0.0, 0.0) if scene is None else scene.robot_start
         self.base = base or SimBase(robot, limits, start, sensors.of_pose)
+        self.shaken = getattr(self.base, "shaken", False)
         self.arm = arm
         if arm is None and robot.arm is not None and robot.parked is not None:
             self.arm = SimArm(robot.arm, robot.parked)
@@ -267,9 +270,10 @@ class World:
         touched.since_ns, touched.now_ns = since_ns, now_ns
         robot_before = base.pose
         base.braked = braked = self._line.reason is not None
+        if arm is not None:
+            arm.braked = braked  # before the base moves: physics moves both at once
         base.advance(now_ns)
         if arm is not None:
-            arm.braked = braked
             arm.advance(now_ns)
         if self.hand.gripper is not None:
             self.hand.advance(now_ns, braked=braked)

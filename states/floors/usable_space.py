@@ -29,6 +29,7 @@ LISTED = 3
 _FINE = 0.05  # to which the radius of the largest quarter is found, m
 _WALL = 3.0  # what is longer is called a wall, m
 _TURN = 2.0 * math.pi
+_MOST_PLACES = 40_000  # at which users are looked at: 50 x 50 m, every 25 cm
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,9 +226,11 @@ def without_haptic_pose(
         floor: floor on whose grid users stand, at least USER_RADIUS from walls.
         poses: Haptic rover poses in the user's frame, x ahead and y left, m.
         inflation: clearance that a pose needs, m.
-        step: spacing of the grid, m.
+        step: spacing of the grid, m; of large floors it is coarser.
         headings: number of headings, evenly over the whole turn.
     """
+    x_low, y_low, x_high, y_high = floor.bounds
+    step = max(step, math.sqrt((x_high - x_low) * (y_high - y_low) / _MOST_PLACES))
     x, y = _grid(floor, step)
     stands = floor.is_clear(x, y, USER_RADIUS)
     x, y = x[stands], y[stands]

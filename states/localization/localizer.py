@@ -90,7 +90,7 @@ class Localizer:
         self.stamp_ns: int | None = None
         self._known: tuple[Pose2, Array] | None = None
         self._sigma: PoseSigma | None = None
-        self._resting = False
+        self._heard = self._resting = False
         self._held: tuple[int, Scan] | None = None
         self._check_ns = self._stood = 0
 
@@ -147,7 +147,9 @@ class Localizer:
             self.take(stamp_ns, value)
 
     def take(self, stamp_ns: int, value: object) -> None:
-        """Take one sample that is finite."""
+        """Take one sample that is finite; what is not heard of is missed from the first one on."""
+        if not self._heard:
+            self._heard, self._health.fair_ns, self._wheels.scan_ns = True, stamp_ns, stamp_ns
         match value:
             case Odometry():
                 self._take_odometry(stamp_ns, value.pose)

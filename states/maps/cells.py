@@ -16,6 +16,8 @@ from states.maps.occupancy import FREE, OCCUPIED, OccupancyMap
 
 Ring = Sequence[Point]
 Mask = NDArray[np.bool_]
+MOST_CELLS = 50_000_000
+"""Largest number of cells of a grid: a costmap with its distances takes some 40 bytes for each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +50,20 @@ class Grid:
 
 
 def grid_over(rings: Iterable[Ring], resolution: float, margin: float = 0.0) -> Grid:
-    """The grid that covers all rings and `margin`, m, around them."""
+    """The grid that covers all rings and `margin`, m, around them.
+
+    Raises:
+        ValueError: it has more than `MOST_CELLS`.
+    """
     xs, ys = zip(*(point for ring in rings for point in ring), strict=True)
     x, y = min(xs) - margin, min(ys) - margin
     columns = math.ceil((max(xs) + margin - x) / resolution - 1e-9)
     rows = math.ceil((max(ys) + margin - y) / resolution - 1e-9)
+    if rows * columns > MOST_CELLS:
+        raise ValueError(
+            f"{max(xs) - min(xs):g} x {max(ys) - min(ys):g} m are {rows * columns:.2g} cells of "
+            f"{resolution:g} m; {MOST_CELLS:.2g} are possible"
+        )
     return Grid(resolution, rows, columns, x, y)
 
 

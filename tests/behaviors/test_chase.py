@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,7 +15,7 @@ from hypothesis import given, settings, strategies as st
 from behaviors import chase, escape, make_room
 from behaviors.profile.profile import Profile
 from behaviors.situation import chase_space
-from behaviors.situation.chase_cells import grid, length_around, ring
+from behaviors.situation.chase_cells import grid, length_around, ring, time_to_haptic
 from behaviors.situation.chase_space import ChaseSpace
 from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2, Pose3, Twist2, wrap
@@ -366,3 +367,59 @@ def test_from_the_edge_of_the_disc_on_a_way_around_it_is_its_arc_and_one_tangent
         (length,) = length_around(np.array([(radius, 0.0)]), (-2.0 * radius, 0.0), radius).tolist()
 
         assert length == pytest.approx(radius * (math.sqrt(3.0) + math.pi - math.acos(0.5)))
+
+
+def rest_to_rest_time(way: float, speed: float, acceleration: float) -> float:
+    ramps = speed * speed / acceleration
+    return 2.0 * math.sqrt(way / acceleration) if way < ramps else (way + ramps) / speed
+
+
+def way_around(start: complex, goal: complex, radius: float) -> float:
+    """Straight, or along two tangents and what they leave of the angle between them, m."""
+    away = [max(abs(p), radius) for p in (start, goal)]
+    tangents = [(r, math.acos(radius / r)) for r in away]
+    arc = abs(cmath.phase(start / goal)) - sum(angle for _, angle in tangents)
+    if arc <= 0.0:
+        return abs(start - goal)
+    return sum(math.sqrt(r * r - radius * radius) for r, _ in tangents) + radius * arc
+
+
+@pytest.mark.requirement(96)
+def test_a_cell_weighs_by_the_time_from_it_to_the_soonest_haptic_pose_whichever_side_it_shows(
+    tuned: Profile, environment_of: Callable[..., Environment]
+) -> None:
+    environment, haptic = environment_of(tuned), tuned.settings.haptic
+    drive, limits = environment.navigation.haptic, environment.limits
+    cells = np.random.default_rng(5).uniform(-3.5, 3.5, (200, 2))
+    cells = cells[np.hypot(*cells.T) > 1.5]
+
+    found = time_to_haptic(environment, tuned.settings, cells)
+
+    for (x, y), weight in zip(cells.tolist(), found.tolist(), strict=True):
+        times, cell = [], complex(x, y)
+        for angle in haptic.angles:
+            goal = haptic.deep_ahead + cmath.rect(haptic.radius, angle)
+            sides = (cmath.rect(1.0, angle) / (side * cell) for side in (1j, -1j))
+            way = way_around(cell, goal, drive.user_radius)
+            times.append(
+                max(
+                    rest_to_rest_time(way, drive.max_speed, limits.base_acceleration),
+                    rest_to_rest_time(
+                        min(abs(cmath.phase(side)) for side in sides),
+                        limits.base_yaw_rate,
+                        limits.base_yaw_acceleration,
+                    ),
+                )
+            )
+        room = min(1.0, abs(cell) / tuned.settings.chase.best_radius)
+        assert weight == pytest.approx(room**2 / (1.0 + min(times)))
+
+
+def test_ways_around_the_user_are_by_tangents_wherever_start_and_goal_lie() -> None:
+    rng = np.random.default_rng(6)
+    for _ in range(40):
+        start, goal = (cmath.rect(*rng.uniform((1.3, -3.14), (4.0, 3.14))) for _ in range(2))
+
+        [found] = length_around(np.array([(start.real, start.imag)]), (goal.real, goal.imag), 1.27)
+
+        assert found == pytest.approx(way_around(start, goal, 1.27))

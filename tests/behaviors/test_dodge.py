@@ -13,8 +13,8 @@ from hypothesis import assume, given, settings, strategies as st
 from shapely.geometry import LineString, Point, Polygon
 
 from behaviors import escape
-from behaviors.dodge import is_caught, place_with_room, safest_goal
-from behaviors.prediction.costs import FAR, crowding, lateness
+from behaviors.dodge import is_caught, place_with_room, safest_goal, walks_at_it
+from behaviors.prediction.costs import FAR, crowding, haste, lateness
 from behaviors.prediction.rollout import (
     HORIZON_S,
     STEP_S,
@@ -437,3 +437,36 @@ def test_who_walks_at_a_robot_that_stands_reaches_it_from_any_side_in_the_time_o
 
     expected = next(0.1 * n for n, gap_ in enumerate(gaps, 1) if gap_ < closest)
     assert found == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("rate", "by"), [(0.5, 0.25), (1.2, 0.6), (5.0, 0.6), (-0.5, 0.0)])
+def test_a_bend_towards_the_robot_counts_for_half_a_second_at_1_2_radians_per_second_at_most(
+    tuned: Profile, situation_of: Callable[..., Situation], side: float, rate: float, by: float
+) -> None:
+    user = facing(8.0, 10.0, 0.0)
+    robot = Pose2(8.0 + 3.0 * math.cos(0.8), 10.0 + side * 3.0 * math.sin(0.8))
+    now = situation_of(tuned, robot, user, Twist2(1.0, 0.0, side * rate))
+
+    assert walks_at_it(now, 0.81 - by)
+    assert not walks_at_it(now, 0.79 - by)
+
+
+@pytest.mark.parametrize("braking", [0.5, 2.0])
+def test_haste_is_the_speed_from_which_the_robot_could_not_stop_at_the_distance_to_keep(
+    braking: float,
+) -> None:
+    """Towards a user at the origin at 1 m/s; the way to stop from a speed v is v^2 / 2a."""
+    places = np.array([[[4.0 - 0.1 * n, 0.0] for n in range(15)]])
+    expected = 0.0
+    for x in places[0, 1:, 0].tolist():
+        stops = [
+            v for v in np.arange(0.0, 4.0, 1e-4).tolist() if v * v / (2.0 * braking) <= x - 2.9
+        ]
+        expected += max(0.0, 1.0 - max(stops, default=0.0)) ** 2
+
+    [found] = haste(places, (0.0, 0.0), 2.9, braking)
+
+    assert found == pytest.approx(expected, abs=2e-3)
+    assert expected > 0.5
+    assert haste(places[:, ::-1].copy(), (0.0, 0.0), 2.9, braking) == [0.0]

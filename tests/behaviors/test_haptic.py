@@ -12,6 +12,7 @@ from hypothesis import given, settings, strategies as st
 
 from behaviors import haptic
 from behaviors.profile.profile import Profile
+from behaviors.profile.settings import CloseSettings
 from behaviors.situation.present_situation import Situation
 from engine.state import Stamped
 from hw.geometry import Pose2, Pose3, wrap
@@ -319,3 +320,16 @@ def test_where_a_pose_of_the_half_circle_will_do_it_is_chosen_in_one_tick(
 
     assert outcome == "chosen"
     assert goal in every
+
+
+@pytest.mark.requirement(75)
+@pytest.mark.parametrize("degrees", [7.0, 10.0, 15.0, 24.0, 36.0, 50.0, 90.0, 180.0])
+def test_the_second_choice_is_all_round_the_deep_without_a_gap_or_a_place_twice(
+    degrees: float,
+) -> None:
+    found = haptic.round_poses(CloseSettings(0.7, 0.7, 0.1, math.radians(degrees)), DEEP)
+
+    bearings = sorted(math.atan2(pose.y - DEEP.y, pose.x - DEEP.x) % math.tau for pose in found)
+    gaps = [(b - a) % math.tau for a, b in zip(bearings, bearings[1:] + bearings[:1], strict=True)]
+    assert max(gaps) == pytest.approx(math.radians(degrees))
+    assert min(gaps) > 0.01

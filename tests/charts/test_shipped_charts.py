@@ -13,7 +13,7 @@ from engine.machine.scripted_states import LeafScript
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board
 
-CHARTS = ("cobodeck", "chase", "haptic", "escape", "inform")
+CHARTS = ("cobodeck", "chase", "haptic", "escape", "inform", "paper_corner", "paper_parking")
 TICK_NS = 10**8
 setup_of = cache(open_setup)
 

@@ -21,6 +21,7 @@ from hw.extras import missing, needs
             ("mcap", "foxglove", "roslibpy"),
             "needs the packages mcap, foxglove-sdk, roslibpy: pip install 'cobodeck[record,ros]'",
         ),
+        (("mujoco",), "needs the package mujoco: pip install 'cobodeck[reference]'"),
         (("of_a_project",), "needs the package of_a_project"),
     ],
 )

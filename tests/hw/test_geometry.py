@@ -4,9 +4,19 @@ import math
 import typing
 
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 
-from hw.geometry import AnyAngle, Coordinate, Pose2, Pose3, Twist2, total, unwrap, wrap
+from hw.geometry import (
+    AnyAngle,
+    Coordinate,
+    Pose2,
+    Pose3,
+    Twist2,
+    total,
+    unwrap,
+    velocity_of,
+    wrap,
+)
 
 coordinate = st.floats(-1e3, 1e3)
 angle = st.floats(-50.0, 50.0)
@@ -227,3 +237,36 @@ def test_charts_write_lengths_and_angles_and_name_places():
     assert hints["roll"] is AnyAngle
     assert Pose2.named_by == "place"
     assert [field.name for field in dataclasses.fields(Pose2)] == ["x", "y", "yaw"]
+
+
+@given(st.floats(-math.pi, math.pi), st.sampled_from((-1.0, 1.0)))
+@example(math.pi - 0.02, 1.0)
+@example(0.02 - math.pi, -1.0)
+def test_poses_are_near_if_they_differ_by_less_also_across_half_a_turn(yaw, way):
+    pose, turned = Pose2(1.0, 2.0, yaw), Pose2(1.0, 2.0, wrap(yaw + way * 0.05))
+    assert pose.is_near(turned, 0.01, 0.051)
+    assert not pose.is_near(turned, 0.01, 0.049)
+
+
+@given(poses3(), poses3(), st.booleans())
+def test_the_angle_between_orientations_is_that_of_their_matrices(a, b, negated):
+    """The trace of a rotation is 1 + 2 cos of its angle; a quaternion and its negative are one."""
+    if negated:
+        b = Pose3(b.x, b.y, b.z, -b.qx, -b.qy, -b.qz, -b.qw)
+    apart = product(
+        [*zip(*matrix3(Pose3(0.0, 0.0, 0.0, *a.as_motion()[3:])), strict=True)], matrix3(b)
+    )
+    cosine = 0.5 * (sum(apart[i][i] for i in range(3)) - 1.0)
+    assert math.cos(a.angle_to(b)) == pytest.approx(cosine, abs=1e-9)
+    assert 0.0 <= a.angle_to(b) <= math.pi
+
+
+@given(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(-3.1, 3.1), st.floats(0.01, 10.0))
+def test_the_velocity_of_a_displacement_leads_there_along_an_arc(x, y, yaw, time):
+    """In the complex plane v e^(i w s) integrates to v (e^(i w t) - 1) / (i w)."""
+    found = velocity_of(Pose2(x, y, yaw), time)
+    turn = 1j * found.wz * time
+    share = (cmath.exp(turn) - 1.0) / turn if abs(turn) > 1e-4 else 1.0 + turn / 2.0
+    there = complex(found.vx, found.vy) * time * share
+    assert abs(there - complex(x, y)) < 1e-6
+    assert found.wz * time == pytest.approx(yaw, abs=1e-12)

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from cobodeck.loop import Inert
 from cobodeck.record.format import Unknown, arguments_text, raised_again, value
 from cobodeck.record.read.sample_feed import RecordFeed
+from cobodeck.setup import REFERENCE
 from engine import NEVER_NS
 from hw import Sample, Truth
 from hw.safety import CycleLog
@@ -26,6 +27,7 @@ class Recorded:
 
     def __init__(self, header: Mapping[str, Any], feed: RecordFeed) -> None:
         self.paced = bool(header["real_time"])
+        self.shaken = header["options"]["tier"] == REFERENCE
         self.cycles = CycleLog() if header["guard"] else None
         self.parts: dict[str, Any] = {
             name: Inert(tuple(signals)) for name, signals in header["parts"].items()

@@ -1,4 +1,5 @@
 from hw.people.walking import (
+    route as route,
     wanderer as wanderer,
 )
 from hw.people.walking.interaction import (

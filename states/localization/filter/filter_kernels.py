@@ -271,7 +271,8 @@ def _corrected(state: Array, news: News, first_angle: int, angles_end: int) -> t
     """Correct a state in place; returns squared Mahalanobis distance and number of axes used.
 
     A distance beyond gates[number of axes] leaves the state as it is. A trusted measurement has no
-    gate; the squared innovation is added to the state's variance before, so that it is believed.
+    gate; v vᵀ of the innovation v is added to the state's covariance before, so that it is believed
+    whichever way the axes of the map point.
     Correlated axes are decorrelated and taken one by one; their squared distances add up.
     """
     used, missed, spread = _usable(state[0], news, first_angle, angles_end)
@@ -279,10 +280,10 @@ def _corrected(state: Array, news: News, first_angle: int, angles_end: int) -> t
     if m == 0:
         return 0.0, 0
     if news.trusted:
-        weights = np.zeros(n)
+        innovation = np.zeros((n, 1))
         for k in range(m):
-            weights[used[k]] = missed[k] * missed[k]
-        _propagated(state[1:].copy(), np.eye(n), np.eye(n), weights, state[1:])
+            innovation[used[k], 0] = missed[k]
+        _propagated(state[1:].copy(), np.eye(n), innovation, np.ones(1), state[1:])
     trial, shift, row = state.copy(), np.zeros(n), np.empty(n)
     rows = _decorrelated(spread, missed)
     distance = 0.0

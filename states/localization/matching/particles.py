@@ -192,8 +192,9 @@ def moments(particles: Array, weights: Array, chosen: NDArray[np.bool_]) -> tupl
             off[0], off[1] = particles[i, 0] - mean[0], particles[i, 1] - mean[1]
             off[2] = wrapped(particles[i, 2] - mean[2])
             for j in range(3):
-                for k in range(3):
+                for k in range(j, 3):
                     covariance[j, k] += weights[i] / total * off[j] * off[k]
+                    covariance[k, j] = covariance[j, k]
     resultant = min(math.hypot(cosine, sine) / total, 1.0)
     covariance[2, 2] = -2.0 * math.log(resultant) if resultant > 1e-9 else math.inf
     return mean, covariance

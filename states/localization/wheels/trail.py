@@ -1,7 +1,7 @@
 """The last seconds of wheel odometry: poses by stamp, velocities, and whether the wheels stand.
 
-The poses are rows of one array, (n, 4): stamp in ns, x, y in m, and yaw in rad; known are those
-from `first` to before `end`.
+The poses are rows of one array, (n, 3): x, y in m and yaw in rad. Their stamps, ns, are in another:
+those of a wall clock have no exact float64. Known are the poses from `first` to before `end`.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hw import Pose2, Twist2, compiled, wrapped
 from states.localization.wheels.steps import Planar, composed, pace, step, way
@@ -24,8 +25,8 @@ STILL_M, STILL_RAD = 1e-3, 1e-3
 """Wheels stand while they stay within this, m and rad, of where they stopped."""
 _ROOM = 1024
 """Rows for which there is room at first."""
-TrailPast = tuple[Array, int, int, Array]
-"""The rows, the first and the end; the newest velocity and where the wheels stopped, (6,)."""
+TrailPast = tuple[NDArray[np.int64], Array, int, int, Array]
+"""Stamps, rows, the first and the end; the newest velocity and where the wheels stopped, (6,)."""
 
 
 class Trail:
@@ -40,25 +41,25 @@ class Trail:
         self.standing = 0.0
         self.resets = 0
         self._stood_ns = 0
-        self.past: TrailPast = np.zeros((_ROOM, 4)), 0, 0, np.zeros(6)
+        self.past: TrailPast = np.zeros(_ROOM, np.int64), np.zeros((_ROOM, 3)), 0, 0, np.zeros(6)
 
     @property
     def pose(self) -> Pose2 | None:
         """The newest odom_from_base."""
-        rows, _, end, _ = self.past
-        return None if self.stamp_ns is None else Pose2(*rows[end - 1, 1:].tolist())
+        _, rows, _, end, _ = self.past
+        return None if self.stamp_ns is None else Pose2(*rows[end - 1].tolist())
 
     def add_odometry(self, stamp_ns: int, odom_from_base: Pose2) -> bool:
         """Add a pose; False if it is not newer than the last. A reset of odometry starts over."""
         if self.stamp_ns is not None and stamp_ns <= self.stamp_ns:
             return False
-        rows, _, end, _ = self.past
-        if end == len(rows):
-            rows, end = self._make_room()
-        rows[end, 0], rows[end, 1] = stamp_ns, odom_from_base.x
-        rows[end, 2], rows[end, 3] = odom_from_base.y, odom_from_base.yaw
+        if self.past[3] == len(self.past[0]):
+            self._make_room()
+        stamps, rows, _, end, newest = self.past
+        stamps[end], rows[end, 0] = stamp_ns, odom_from_base.x
+        rows[end, 1], rows[end, 2] = odom_from_base.y, odom_from_base.yaw
         first, jumped, stays = _added(self.past)
-        self.past = rows, first, end + 1, self.past[3]
+        self.past = stamps, rows, first, end + 1, newest
         self.resets += jumped
         if not stays:
             self._stood_ns = stamp_ns
@@ -79,32 +80,31 @@ class Trail:
 
     def last_velocity(self) -> Twist2:
         """Velocity between the newest two poses."""
-        return Twist2(*self.past[3][:3].tolist())
+        return Twist2(*self.past[4][:3].tolist())
 
-    def _make_room(self) -> tuple[Array, int]:
-        """Move what is known to the start of an array of twice its length, or more."""
-        rows, first, end, newest = self.past
-        known = rows[first:end]
-        more = np.zeros((max(_ROOM, 2 * len(known)), 4))
-        more[: len(known)] = known
-        self.past = more, 0, len(known), newest
-        return more, len(known)
+    def _make_room(self) -> None:
+        """Move what is known to the start of arrays of twice its length, or more."""
+        stamps, rows, first, end, newest = self.past
+        known, room = end - first, max(_ROOM, 2 * (end - first))
+        later, more = np.zeros(room, np.int64), np.zeros((room, 3))
+        later[:known], more[:known] = stamps[first:end], rows[first:end]
+        self.past = later, more, 0, known, newest
 
 
 @compiled
 def _place(rows: Array, n: int) -> Planar:
-    return rows[n, 1], rows[n, 2], rows[n, 3]
+    return rows[n, 0], rows[n, 1], rows[n, 2]
 
 
 @compiled
 def _added(past: TrailPast) -> tuple[int, bool, bool]:
     """Take the pose in the row at the end: the first row then, whether it jumped, and stood."""
-    rows, first, end, newest = past
+    stamps, rows, first, end, newest = past
     place = _place(rows, end)
     velocity, known = (0.0, 0.0, 0.0), end > first
     jumped = stays = False
     if known:
-        last, time = _place(rows, end - 1), (rows[end, 0] - rows[end - 1, 0]) * 1e-9
+        last, time = _place(rows, end - 1), (stamps[end] - stamps[end - 1]) * 1e-9
         # a step alone says it: many loggers write stamps in bunches, milliseconds apart
         far = math.hypot(place[0] - last[0], place[1] - last[1])
         jumped = far > BUNCHED_M + FASTEST_M * time
@@ -119,8 +119,8 @@ def _added(past: TrailPast) -> tuple[int, bool, bool]:
     if not stays:
         newest[3], newest[4], newest[5] = place
     first = end if jumped else first
-    oldest = rows[end, 0] - REMEMBERED_NS
-    while first < end and rows[first + 1, 0] < oldest:
+    oldest = stamps[end] - REMEMBERED_NS
+    while first < end and stamps[first + 1] < oldest:
         first += 1
     return first, jumped, stays
 
@@ -128,25 +128,25 @@ def _added(past: TrailPast) -> tuple[int, bool, bool]:
 @compiled
 def at(past: TrailPast, stamp_ns: int) -> tuple[bool, Planar]:
     """Whether odom_from_base is known at a stamp, and what it is; see `Trail.at`."""
-    rows, first, end, newest = past
+    stamps, rows, first, end, newest = past
     if end == first:
         return False, (0.0, 0.0, 0.0)
     n = end - 1
-    if stamp_ns >= rows[n, 0]:
-        velocity, time = (newest[0], newest[1], newest[2]), (stamp_ns - rows[n, 0]) * 1e-9
+    if stamp_ns >= stamps[n]:
+        velocity, time = (newest[0], newest[1], newest[2]), (stamp_ns - stamps[n]) * 1e-9
         return True, composed(_place(rows, n), way(velocity, time))
-    n = first + int(np.searchsorted(rows[first:n, 0], stamp_ns))
-    if rows[n, 0] == stamp_ns or n == first:
-        return bool(rows[n, 0] == stamp_ns), _place(rows, n)
+    n = first + int(np.searchsorted(stamps[first:n], stamp_ns))
+    if stamps[n] == stamp_ns or n == first:
+        return bool(stamps[n] == stamp_ns), _place(rows, n)
     a, b = _place(rows, n - 1), _place(rows, n)
-    share = (stamp_ns - rows[n - 1, 0]) / (rows[n, 0] - rows[n - 1, 0])
+    share = (stamp_ns - stamps[n - 1]) / (stamps[n] - stamps[n - 1])
     x, y = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
     return True, (x, y, a[2] + share * wrapped(b[2] - a[2]))
 
 
 @compiled
 def _mean_velocity(past: TrailPast, first_ns: int, last_ns: int) -> Planar:
-    (since, first), (until, last), newest = at(past, first_ns), at(past, last_ns), past[3]
+    (since, first), (until, last), newest = at(past, first_ns), at(past, last_ns), past[4]
     if not (since and until) or last_ns <= first_ns:
         return newest[0], newest[1], newest[2]
     return pace(step(first, last), (last_ns - first_ns) * 1e-9)

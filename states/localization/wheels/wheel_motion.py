@@ -48,7 +48,7 @@ class WheelMotion:
             return False
         self._unaccompanied = 0
         self.rate = self.gyro.pop_mean_rate(stamp_ns)
-        unseen = before_ns is not None and self.reckoned_ns - before_ns > MISSING_NS
+        unseen = before_ns is None or self.reckoned_ns - before_ns > MISSING_NS
         if unseen or self.trail.resets > resets:
             self._reckoning.restart(odom_from_base)
             self.watch.restart()

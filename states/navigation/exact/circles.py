@@ -53,9 +53,10 @@ def circle_crossings(
     for i in range(len(discs)):
         dx, dy, reach = discs[i, 0] - x, discs[i, 1] - y, discs[i, 2] - slack
         apart = math.hypot(dx, dy)
-        if apart == 0.0:
+        double = 2.0 * radius * apart
+        if double == 0.0:
             continue
-        cosine = (radius * radius + apart * apart - reach * reach) / (2.0 * radius * apart)
+        cosine = (radius * radius + apart * apart - reach * reach) / double
         if abs(cosine) < 1.0:
             middle, half = math.atan2(dy, dx), math.acos(cosine)
             angles[count], angles[count + 1] = middle - half, middle + half

@@ -71,7 +71,7 @@ def band_meetings(side: Array, sides: Array) -> Array:
     for other in sides:
         fx, fy = other[2] - other[0], other[3] - other[1]
         cross = ex * fy - ey * fx
-        if abs(cross) < 1e-9 * length * math.hypot(fx, fy):
+        if abs(cross) <= 1e-9 * length * math.hypot(fx, fy):  # or no length at all
             continue
         for one in (-side[4], side[4]):
             px, py = side[0] - one * ey / length, side[1] + one * ex / length

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import assume, given, settings, strategies as st
 
-from behaviors.prediction.aside import SETS_OFF_S, time_aside, turns_at_it
+from behaviors.prediction.aside import SETS_OFF_S, STEP_S, is_met_braking, time_aside, turns_at_it
 from behaviors.prediction.costs import lateness
+from hw.geometry import Twist2
 from tests.repeats import examples
 
 GRID = np.arange(0.0, 20.0, 0.001)
@@ -75,3 +76,38 @@ def test_who_turns_at_the_robot_may_set_off_on_a_line_that_meets_it(
         assert meets(off, distance, rate, 1.29)
     else:
         assert not meets(off, distance, rate, 1.25)
+
+
+@pytest.mark.requirement(104)
+@given(
+    x=st.floats(-3.0, 3.0),
+    y=st.floats(-3.0, 3.0),
+    walks=st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)),
+    drives=st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)),
+    reaction=st.floats(0.0, 0.5),
+    acceleration=st.floats(0.5, 2.5),
+)
+@settings(deadline=None, max_examples=examples(200))
+def test_a_walker_meets_a_robot_that_brakes_if_the_integral_of_its_speed_leads_there(
+    x: float,
+    y: float,
+    walks: tuple[float, float],
+    drives: tuple[float, float],
+    reaction: float,
+    acceleration: float,
+) -> None:
+    speed = float(np.hypot(*drives))
+    assume(speed > 0.01)
+    times = np.arange(0.0, reaction + speed / acceleration + 2.0 * STEP_S, 1e-3)
+    speeds = np.clip(speed - acceleration * (times - reaction), 0.0, speed)
+    driven = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1])) * 1e-3) / speed
+    apart = np.hypot(
+        x + driven * drives[0] - times * walks[0], y + driven * drives[1] - times * walks[1]
+    )
+    steps = int(np.ceil((reaction + speed / acceleration) / STEP_S)) + 1
+    least = float(apart[:: round(STEP_S / 1e-3)][:steps].min())
+    assume(abs(least - 1.0) > 2e-3)
+
+    met = is_met_braking((x, y), Twist2(*walks), Twist2(*drives), 1.0, reaction, acceleration)
+
+    assert met == (least < 1.0)

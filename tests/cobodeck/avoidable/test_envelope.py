@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -36,7 +35,6 @@ from cobodeck.avoidable.motions import ACCELERATE, BRAKE, CENTRES, GAP, ZONES, m
 from cobodeck.avoidable.recorded_escapes import edges
 from cobodeck.avoidable.shapes import meets_walls, way_distance
 from cobodeck.bench import envelope_bench as bench
-from cobodeck.pictures import envelope_picture as picture
 from tests.repeats import examples
 
 LIMITS = RobotLimits(1.0, 3.0, 2.5, 0.565, 0.455)
@@ -435,16 +433,3 @@ def test_the_rows_are_those_of_the_cases(monkeypatch: pytest.MonkeyPatch) -> Non
     assert errors["sign, robot stands", "1.27 m apart", 0.3] == pytest.approx(2.395, abs=0.01)
     apart, touch = (errors["wall behind", aim, 1.0] for aim in ("1.27 m apart", "no touch"))
     assert apart > touch > errors["walks on", "no touch", 1.5]
-
-
-def test_the_distances_are_drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(picture, "SPEEDS", (1.0,))
-    monkeypatch.setattr(picture, "ACCELERATIONS", (3.0,))
-    shares: list[float] = []
-
-    picture.draw_envelope(tmp_path / "x.svg", lambda _, done: shares.append(done))
-
-    found = least_distance(Oncoming(1.0, 3.0), ZONES)
-    assert shares == sorted(shares)
-    assert len(shares) == 8
-    assert f"({found:.2f})" in (tmp_path / "x.svg").read_text()

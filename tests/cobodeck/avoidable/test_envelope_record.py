@@ -17,10 +17,18 @@ from cobodeck.avoidable.escape_report import JudgedRun, contacts_avoidable, judg
 from cobodeck.avoidable.futures import sign_at, unwarned, walking_since
 from cobodeck.avoidable.judged import decision_before, gap_between, judge, question_at
 from cobodeck.avoidable.motion_search import RobotLimits
-from cobodeck.avoidable.recorded_escapes import EscapeVisit, RecordedRun, edges, read_run
-from cobodeck.pictures.judged_picture import draw_judged
+from cobodeck.avoidable.recorded_escapes import (
+    EscapeProfile,
+    EscapeVisit,
+    RecordedRun,
+    edges,
+    read_run,
+)
+from cobodeck.pictures import envelope_picture as picture
+from cobodeck.pictures.envelope_picture import draw_envelope
+from cobodeck.pictures.judged_picture import events_of
 from cobodeck.record.read.reader import Group, Record
-from cobodeck.terminal.console import OK, USAGE, Problem
+from cobodeck.terminal.console import OK, USAGE
 from engine.files.finding import FileError
 from tests.cobodeck.record.partial import WithoutTruth
 
@@ -50,6 +58,7 @@ def walked(
     person = np.column_stack([start_x + gone, 0.0 * gone, 0.0 * gone])
     given = {
         "name": "made up",
+        "profile": EscapeProfile("tuned", 1.0, 2.5, 1.5, 0.15),
         "limits": LIMITS,
         "rings": (HALL,),
         "walls": edges((HALL,)),
@@ -317,12 +326,17 @@ def test_a_row_of_the_table_is_an_event(found: JudgedRun) -> None:
     assert f"contacts        {len(run.contacts)}, avoidable" in shown
 
 
-def test_the_table_and_the_picture_of_events_tell_what_was_judged(tmp_path: Path) -> None:
+def test_the_table_and_the_picture_of_events_tell_what_was_judged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(picture, "SPEEDS", (0.2, 0.4))
+    monkeypatch.setattr(picture, "ACCELERATIONS", ())
+    monkeypatch.setattr(picture, "DELAYS_S", (0.0,))
     late, early = EscapeVisit(2.0, 2.0, "failed"), EscapeVisit(1.2, 1.2, "failed")
     run = walked(-3.4, sign_s=2.0, escapes=(late, early))
     found = JudgedRun(Path("x.mcap"), run, tuple(judge(run)))
 
-    draw_judged([found], tmp_path / "x.svg")
+    draw_envelope(tmp_path / "x.svg", lambda _, __: None, [found])
 
     shown = text([found])
     assert [line.split()[5] for line in shown.splitlines()[3:5]] == ["yes", "no"]
@@ -332,13 +346,12 @@ def test_the_table_and_the_picture_of_events_tell_what_was_judged(tmp_path: Path
     assert drawn.count("avoidable") == 2
 
 
-def test_a_run_without_failures_has_nothing_to_draw(tmp_path: Path) -> None:
+def test_a_run_without_failures_says_so() -> None:
     run = walked(-3.4)
     found = JudgedRun(Path("x.mcap"), run, tuple(judge(run)))
 
     assert "no failed Escape, no contact" in text([found])
-    with pytest.raises(Problem, match="to draw"):
-        draw_judged([found], tmp_path / "x.svg")
+    assert events_of([found]) == []
 
 
 def test_records_are_judged_on_the_command_line(
@@ -355,6 +368,7 @@ def test_records_are_judged_on_the_command_line(
     assert shown == found.plain()
     assert len(shown["events"]) == shown["escape_failures"] + shown["contacts"]
     assert shown["contacts"] == len(found.run.contacts)
+    assert len(shown["escapes"]) == len(found.run.escapes)
 
 
 @pytest.mark.parametrize(

@@ -137,12 +137,12 @@ def result(ratio: float) -> dict[str, object]:
 
 
 def test_a_ratio_that_has_grown_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "now.json").write_text(json.dumps(result(3.0)))
+    (tmp_path / "now.json").write_text(json.dumps(result(4.0)))
     (tmp_path / "before.json").write_text(json.dumps(result(2.0)))
     now, before = str(tmp_path / "now.json"), str(tmp_path / "before.json")
 
     assert main(["bench", "--show", now, "--compare", before]) == FAILED
-    assert "worse: b x: ratio 3, was 2" in capsys.readouterr().out
+    assert "worse: b x: ratio 4, was 2" in capsys.readouterr().out
     assert main(["bench", "--show", before, "--compare", now]) == OK
     assert not list(worse(result(2.4)["rows"], result(2.0)["rows"]))  # type: ignore[arg-type]
 

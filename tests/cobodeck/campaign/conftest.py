@@ -23,7 +23,7 @@ class Fatal(Action):
         self.times = times
 
     def run(self, ctx: Context) -> Run:
-        deaths = Path("deaths")
+        deaths = Path(f"deaths of {self.times}")
         count = len(deaths.read_text()) if deaths.exists() else 0
         if count < self.times:
             deaths.write_text("x" * (count + 1))

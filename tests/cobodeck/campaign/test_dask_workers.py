@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +18,6 @@ psutil = pytest.importorskip("psutil")
 pytestmark = pytest.mark.slow
 
 
-def tasks(count: int) -> list[tuple[CampaignCell, str]]:
-    runner = CellRunner()
-    cells = [CampaignCell(user="brief", requests=1, repetition=n) for n in range(count)]
-    return [(cell, runner.address(cell)) for cell in cells]
-
-
 def listening(process: Any, name: str) -> set[Port]:
     found = set()
     for socket in process.net_connections("tcp"):
@@ -34,33 +26,28 @@ def listening(process: Any, name: str) -> set[Port]:
     return found
 
 
-def test_a_killed_worker_loses_nothing_and_ports_are_those_of_the_table() -> None:
-    here, found, ports = psutil.Process(), [], set()
-    for result in run_on_dask(tasks(5), 1, None, own=True):
-        found.append(result)
-        if len(found) == 1:
-            (worker,) = (p for p in here.children(recursive=True) if p.net_connections("tcp"))
+def test_a_deadly_cell_is_given_up_the_others_are_done_and_ports_are_those_of_the_table(
+    fatal: Path,
+) -> None:
+    runner, here, ports = CellRunner(), psutil.Process(), set()
+    deadly = CampaignCell(chart="always", duration_s=5.0)
+    first, last = (CampaignCell(user="brief", requests=1, repetition=n) for n in range(2))
+    tasks = [(cell, runner.address(cell)) for cell in (first, deadly, last)]
+
+    found = {}
+    for result in run_on_dask(tasks, 1, None, own=True):
+        found[result.cell] = result
+        if not ports:
             ports = listening(here, "distributed.scheduler")
-            ports |= listening(worker, "distributed.worker")
-            os.kill(worker.pid, signal.SIGKILL)
+            for child in here.children(recursive=True):
+                ports |= listening(child, "distributed.worker")
 
-    assert sorted(result.cell.repetition for result in found) == list(range(5))
-    assert [result.failure for result in found] == [None] * 5
+    assert "3 workers died of it" in str(found[deadly].failure)
+    assert len((fatal / "deaths of 99").read_text()) == 3
+    assert [found[cell].failure for cell in (first, last)] == [None, None]
     assert ports == {port for port in table() if port.process.startswith("distributed")}
-
-
-def test_a_cell_that_kills_every_worker_is_given_up_and_the_others_are_done(fatal: Path) -> None:
-    runner = CellRunner()
-    cells = [CampaignCell(chart="always", duration_s=5.0), CampaignCell(user="brief", requests=1)]
-    some = [(cell, runner.address(cell)) for cell in cells]
-
-    found = {result.cell: result for result in run_on_dask(some, 1, None, own=True)}
-
-    assert "3 workers died of it" in str(found[cells[0]].failure)
-    assert len((fatal / "deaths").read_text()) == 3
-    assert found[cells[1]].failure is None
 
 
 def test_where_nobody_answers_that_is_told(folder: Path) -> None:
     with pytest.raises(Problem, match=r"tcp://127\.0\.0\.1:9: no Dask scheduler answers"):
-        list(run_on_dask(tasks(1), 1, "tcp://127.0.0.1:9", own=True))
+        list(run_on_dask([], 1, "tcp://127.0.0.1:9", own=True))

@@ -40,6 +40,13 @@ def test_the_time_of_an_escape_is_from_entering_it_to_being_safe(sim: ChartTeste
     found = escape_figures(sim.run)
 
     assert (found["escapes"], found["escape_failures"]) == (4, 1)
+    told = [(one["outcome"], one["time_s"]) for one in found["escape_list"]]
+    assert told[-1] == (None, None)
+    assert [outcome for outcome, _ in told] == ["safe", "failed", "safe", None]
+    assert [time for _, time in told[:3]] == pytest.approx([0.5, 0.2, 1.5], abs=0.04)
+    assert [one["at_s"] for one in found["escape_list"][1:]] == pytest.approx(
+        [one["at_s"] + one["time_s"] for one in found["escape_list"][:3]], abs=1e-6
+    )
     assert found["escape_time_s"]["min"] == pytest.approx(0.5, abs=0.04)
     assert found["escape_time_s"]["max"] == pytest.approx(1.5, abs=0.04)
     assert found["escape_time_s"]["mean"] == pytest.approx(1.0, abs=0.04)
@@ -158,6 +165,20 @@ def test_the_summary_tells_each_contact_those_by_the_robot_first(figures: dict[s
         "13.0 s wrist_2 at (1.0, 3.0), robot 0.20 m/s, person 0.10 m/s, in a requested touch",
         "15.0 s prop at (2.0, 3.0), robot 0.00 m/s, person 0.70 m/s",
     ]
+
+
+def test_the_summary_tells_close_drives_and_contacts_that_were_avoidable(
+    figures: dict[str, Any],
+) -> None:
+    close = {"close_drives": {"number": 2, "mean_s": 4.66, "below_0_4_m_s": 1.5}}
+    judged = contact_figures(CONTACTS[:1]) | {"contacts_avoidable": 1, "min_gap_m": -0.01}
+
+    shown = summary(figures | close | judged)
+
+    assert row(shown, "close drives") == "2, 4.7 s each, 1.5 s of it within 0.4 m of the user"
+    assert row(shown, "contacts") == "1, of which 1 by the robot, avoidable 1, least gap -0.01 m"
+    assert "close drives" not in summary(figures)
+    assert "avoidable" not in summary(figures)
 
 
 def test_the_summary_of_a_run_without_contacts_says_so_in_a_line(figures: dict[str, Any]) -> None:

@@ -39,6 +39,7 @@ class Rig:
 
     truth: Truth = field(default_factory=Truth)
     now: int = 0
+    yaw: float = 0.0
 
     def __post_init__(self):
         signals = (Measured("given"), Estimated(ESTIMATE, ("given",), Given))
@@ -48,7 +49,7 @@ class Rig:
     def tick(self, estimate=None, stamp=None, *, speed=1.5, arm=False):
         self.now += TICK
         x = 0.0 if self.truth.base is None else self.truth.base.x
-        self.truth = Truth(base=Pose2(x + speed * TICK * 1e-9, 0.0), arm_moving=arm)
+        self.truth = Truth(base=Pose2(x + speed * TICK * 1e-9, 0.0, self.yaw), arm_moving=arm)
         if estimate is not None:
             self.board.put("given", estimate, self.now if stamp is None else stamp)
         self.watch.watch(self.now)
@@ -113,3 +114,11 @@ def test_what_was_claimed_is_held_against_what_was():
         rig.tick(PoseEstimate(Pose2(rig.truth.base.x, off), SIGMA), rig.now, speed=0.0)
     rig.tick(speed=0.0)
     assert rig.report["within_3_sigma"] == 0.5
+
+
+def test_an_estimate_on_the_other_side_of_half_a_turn_is_a_little_off():
+    rig = Rig(yaw=3.13)
+    rig.tick(speed=0.0)
+    rig.tick(PoseEstimate(Pose2(rig.truth.base.x, 0.0, -3.13), SIGMA), rig.now, speed=0.0)
+    rig.tick(speed=0.0)
+    assert rig.report["max_rad"] == pytest.approx(2.0 * (math.pi - 3.13))

@@ -192,6 +192,8 @@ CALLS = {
     "calibrate": "calibrate drive.log --map hall",
     "new": "new begun",
     "bench": "bench --show results.json",
+    "campaign": "campaign nothing --out out",
+    "evaluate": "evaluate paper --profile nothing",
     "doctor": "doctor",
 }
 SHORT = ("--duration", "1")

@@ -11,7 +11,7 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.project.library import load_beside
-from cobodeck.project.state_catalogue import CHARTS, catalogue
+from cobodeck.project.state_catalogue import CHARTS, catalogue, shipped_charts
 from cobodeck.record.read.reader import Record
 from cobodeck.terminal.console import FAILED, OK
 from cobodeck.testing.testing import ChartTester
@@ -253,4 +253,4 @@ def test_without_projects_the_shipped_charts_are_read_as_they_are() -> None:
     found: list[Finding] = library.findings
 
     assert found == []
-    assert {chart.file for chart in library.values()} == {str(f) for f in CHARTS.glob("*.yaml")}
+    assert {chart.file for chart in library.values()} == {str(f) for f in shipped_charts()}

@@ -5,6 +5,9 @@ from __future__ import annotations
 import pytest
 
 from engine.operator.commands import Pause
+from engine.signals.board import Board
+from engine.signals.signal_kinds import Measured, declare
+from engine.state import Action, Context, Run
 from tests.engine.rules.charts import DATA, NESTED, SEQUENCE, Listen, listening
 
 
@@ -225,3 +228,51 @@ def test_rule_11_a_pause_alone_wakes_nobody(bench):
     b.operator.resume()
     b.tick(3)
     assert Listen.heard == [(0, None)]
+
+
+@pytest.mark.parametrize("paused", [0, 1, 10])
+def test_rule_11_a_timeout_that_begins_after_a_pause_is_as_long_as_any(bench, paused):
+    b = bench(SEQUENCE.replace("b: {do: Do,", "b: {do: Do, timeout: 400 ms,").replace(
+        "other: .x}", "other: .x, timeout: a}"
+    ))  # fmt: skip
+    b.tick(2)
+    b.operator.pause()
+    b.tick(paused)
+    b.operator.resume()
+    b.end("a", "done")
+    b.tick()
+    entered = b.run.board.now
+    assert b.active == ["b"]
+    while b.active == ["b"]:
+        b.tick()
+    assert 400_000_000 <= b.run.board.now - entered < 400_000_000 + b.run.board.now // (b.ticks - 1)
+
+
+class Look(Action):
+    """Notes what it sees, unless that is too old."""
+
+    outcomes = ("done",)
+    reads = {"voice": 0.5}
+    seen: list = []
+
+    def run(self, ctx: Context) -> Run:
+        while True:
+            self.seen.append(ctx.value("voice"))
+            yield
+
+
+@pytest.mark.parametrize("paused", [False, True])
+def test_rule_11_values_grow_older_in_a_pause(bench, paused):
+    Look.seen.clear()
+    board = Board(declare([Measured("voice")]))
+    text = "chart: c\noutcomes: [x]\nstates:\n  a: {do: Look, next: {done: .x}}\n"
+    b = bench(text, states=(Look,), scripted=False, board=board)
+    board.put("voice", 1, 0)
+    b.tick()
+    if paused:
+        b.operator.pause()
+    while board.now < 600_000_000:
+        b.tick()
+    b.operator.resume()
+    b.tick()
+    assert (Look.seen[0], Look.seen[-1]) == (1, None)

@@ -150,3 +150,16 @@ def test_before_its_newest_odometry_it_is_where_that_says(pose, early, speed):
     reckoner.estimate(1000 * MS, pose, SIGMA)
 
     assert near(reckoner.at(1000 * MS - early).pose, pose)
+
+
+@pytest.mark.parametrize("fix", ["tracker", "estimate"])
+def test_only_what_was_driven_since_a_fix_makes_it_unsure(fix):
+    reckoner = Reckoner(TRACKING)
+    for k in range(101):
+        reckoner.move(k * 10 * MS, stood(Pose2(0.02 * k, 0.0)))
+    if fix == "tracker":
+        reckoner.track(990 * MS, seen_at(Pose2(1.0, 0.0)))
+    else:
+        reckoner.estimate(990 * MS, Pose2(1.0, 0.0), SIGMA)
+    least = TRACKER_SIGMA if fix == "tracker" else SIGMA.position
+    assert reckoner.at(1000 * MS).sigma == pytest.approx(least + SLIP * 0.02)

@@ -265,6 +265,16 @@ def test_an_arm_that_has_not_reported_is_not_folded_and_no_arm_is_none_that_is_o
 
 
 @pytest.mark.requirement(46)
+@pytest.mark.parametrize("away", [-0.021, -0.019, 0.019, 0.021])
+def test_an_arm_is_folded_while_no_joint_is_more_than_a_fiftieth_off_in_either_direction(away):
+    for joint in range(6):
+        rig = Rig(parked=PARKED)
+        joints = tuple(q + away * (k == joint) for k, q in enumerate(PARKED))
+        rig.hear("arm.joints", ArmState(joints, (0.0,) * 6))
+        assert rig.tick(("chase", SLOW)) == (SLOW if abs(away) < 0.02 else None)
+
+
+@pytest.mark.requirement(46)
 def test_an_arm_of_another_kind_is_not_folded():
     rig = Rig(parked=PARKED)
     rig.hear("arm.joints", ArmState(PARKED[:5], (0.0,) * 5))

@@ -457,6 +457,18 @@ def test_a_base_whose_place_or_velocity_is_not_known_does_not_move():
 
 
 @pytest.mark.requirement(50)
+@pytest.mark.parametrize(("fast", "turning"), [(2.0, 1.5), (1.5, 2.0), (2.0, 0.5), (0.5, 2.0)])
+def test_a_command_beyond_both_limits_is_scaled_by_the_one_that_it_exceeds_more(fast, turning):
+    rig = Rig()
+    told = Twist2(0.0, -2.5 * fast, 1.5 * turning)
+    found = rig.admit(told, measured=STILL).admitted
+    scale = 1.0 / max(fast, turning)
+    assert (found.vx, found.vy, found.wz) == pytest.approx(
+        (0.0, scale * told.vy, scale * told.wz), abs=1e-6
+    )
+
+
+@pytest.mark.requirement(50)
 def test_the_speed_limit_is_one_of_the_norm_and_keeps_the_direction():
     record = at(20.0).admit(Twist2(-3.0, 4.0, 1.0), measured=STILL)
     assert record.admitted == Twist2(-1.5, 2.0, 0.5)
@@ -596,7 +608,7 @@ def test_a_grant_ends_at_the_gap_of_the_pose_less_its_tolerance(gap, passes):
     rig = asked(gap)
     rig.chain.grant(Pose2(gap - 0.5, 0.0, 0.0))  # from there the gap is 0.5 m, the tolerance 5 cm
     rig.chain.state["limits"]["uncertainty"] = 1.6
-    assert (rig.admit(AHEAD).admitted.vx > 0.0) is passes
+    assert (rig.admit(AHEAD).admitted.vx > 0.0) == passes
 
 
 @pytest.mark.parametrize("bad", [Pose2(math.nan, 0.0), Pose2(0.0, 0.0, math.inf)])

@@ -1,11 +1,12 @@
 import itertools
 
+import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
 from hw.model.robot import load_robot
 from hw.samples import ArmState
-from hw.sim.sim_arm import STOPPED, SimArm
+from hw.sim.sim_arm import STOPPED, JointCourse, PacedCourse, SimArm
 
 ROBOT = load_robot("rbkairos_ur10")
 ARM, PARKED = ROBOT.arm, ROBOT.parked
@@ -168,3 +169,14 @@ def test_the_step_does_not_matter():
         ends.append(arm.state)
     assert ends[0].joints == pytest.approx(ends[1].joints, abs=1e-9)
     assert ends[0].velocities == pytest.approx(ends[1].velocities, abs=1e-9)
+
+
+@settings(deadline=None)
+@given(st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.2, 20.0), st.floats(0.0, 3.0))
+def test_the_way_along_a_course_is_the_integral_of_its_rate(before, rate, slope, after):
+    course = JointCourse((0.0, 1e3), (ZERO, (1.0, *ZERO[1:])))
+    paced = PacedCourse(course, 10**9, 0.5, before, rate, slope)
+    times = np.linspace(0.0, after, 4001)
+    rates = before + np.clip(rate - before, -slope * times, slope * times)
+    way = 0.5 * (rates[1:] + rates[:-1]) @ np.diff(times)
+    assert paced.at(10**9 + round(after * 1e9)) == pytest.approx((0.5 + way, rates[-1]), abs=1e-5)

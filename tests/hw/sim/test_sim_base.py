@@ -216,3 +216,17 @@ def test_energy_is_the_change_of_kinetic_energy_and_rolling():
     rolling = 0.05 * 130.0 * 9.81 * made.distance_m
     assert made.distance_m == pytest.approx(made.pose.x)
     assert made.energy_j == pytest.approx(2 * 0.5 * 130.0 * 1.0**2 + rolling, rel=1e-9)
+
+
+def test_a_command_holds_until_it_times_out_whatever_the_step():
+    """1 m/s is reached after a second; nothing is commanded from the time-out on."""
+    ways, timeout = [], ROBOT.base.command_timeout
+    for steps in (1, 500):
+        made = base()
+        made.drive(Twist2(0.5 * timeout, 0.0, 0.0))
+        for n in range(steps):
+            made.advance(round((n + 1) * 5e9 / steps))
+        assert made.twist == Twist2(0.0)
+        ways.append(made.pose.x)
+    # half of the time-out speeding up and half of it driving on, and as long again to brake
+    assert ways == pytest.approx([0.5 * timeout * timeout] * 2, abs=1e-6)

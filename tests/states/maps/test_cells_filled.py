@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings, strategies as st
+from hypothesis import example, given, settings, strategies as st
 
 from hw.scene.room import Room
 from states.maps.cells import Grid, fill_rings
@@ -50,3 +50,19 @@ def test_a_cell_of_a_room_lists_the_sides_that_can_be_nearest_to_it(scale):
         listed = table.listed[table.first[cell] : table.first[cell + 1]]
         sure = np.abs(own - limit) > 1e-8
         assert set(listed[sure[listed]].tolist()) == set(np.flatnonzero(sure & (own <= limit)))
+
+
+@given(*[st.floats(-0.15, 0.15) | st.floats(0.85, 1.15)] * 2)
+@example(0.45, -0.03)
+@example(-0.03, 0.45)
+def test_a_place_beyond_any_side_of_a_grid_is_in_none_of_its_cells(across, up):
+    grid = Grid(0.1, 10, 10, x=-0.5, y=2.0)
+
+    cell = grid.cell(-0.5 + across, 2.0 + up)
+
+    if cell is None:
+        assert not (1e-9 < across < 1.0 - 1e-9 and 1e-9 < up < 1.0 - 1e-9)
+    else:
+        x, y = grid.center(*cell)
+        assert abs(x + 0.5 - across) <= 0.05 + 1e-9
+        assert abs(y - 2.0 - up) <= 0.05 + 1e-9

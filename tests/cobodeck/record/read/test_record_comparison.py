@@ -119,6 +119,7 @@ def test_of_two_seeds_the_first_instants_of_trace_and_motion_are_told(shown: Sho
     assert found["motion"]["person"]["at_s"] < found["motion"]["base"]["at_s"] < trace["at_s"]
     assert found["figures"]["distance_m"]["same"] is False
     assert found["figures"]["wall_s"]["computing"] is True
+    assert found["figures"]["cpu_us_per_tick"]["computing"] is True
 
 
 def test_a_record_that_breaks_off_is_equal_up_to_there(shown: Shown, folder: Path) -> None:

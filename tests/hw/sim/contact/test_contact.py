@@ -111,3 +111,15 @@ def test_for_things_that_stand_the_swept_gap_is_the_gap(x, y, yaw, px, py):
     assert swept_gap(FOOTPRINT, (robot, robot), (person, person)) == pytest.approx(
         gap(FOOTPRINT, robot, px, py), abs=1e-12
     )
+
+
+@pytest.mark.parametrize("turn", [0.1, -0.1])
+def test_a_sweep_across_half_a_turn_is_that_of_the_same_motion_elsewhere(turn):
+    """Beside a corner a whole turn would touch; a tenth of a radian does not."""
+    gaps = []
+    for yaw in (0.0, math.pi - 0.05, 0.05 - math.pi):
+        start, end = Pose2(0.0, 0.0, yaw), Pose2(0.0, 0.0, math.remainder(yaw + turn, math.tau))
+        person = Pose2(*Pose2(0.0, 0.0, yaw).transform(0.0, 1.1))
+        gaps.append(swept_gap(FOOTPRINT, (start, end), (person, person)))
+    assert gaps == pytest.approx([gaps[0]] * 3, abs=1e-9)
+    assert gaps[0] > 0.05

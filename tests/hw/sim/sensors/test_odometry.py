@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from hypothesis import given, settings, strategies as st
 
 from hw.geometry import Pose2, Twist2, wrap
+from hw.model.sensing import OdometryModel
 from hw.model.sensor_errors import OdometryErrors, SensorErrors, Slip
+from hw.sim.sensors.odometry import SimOdometry
+from hw.sim.sensors.track import Track
 from tests.hw.sim.driven import PERFECT, Driven, ticks
 
 START = Pose2(7.0, 7.0, -0.785)
@@ -143,3 +148,20 @@ def test_a_body_that_is_pushed_is_not_heard_by_the_wheels() -> None:
     last = run.world.parts["odometry"].samples(now)[-1].value
     assert last.pose.distance_to(Pose2(0.0, 0.0)) < 1e-9
     assert run.world.truth.base.distance_to(START) == pytest.approx(0.5)
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.floats(-3.1, 3.1), st.floats(-0.5, 0.5), st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
+def test_the_velocity_is_along_the_axes_of_the_base_half_way(yaw, turn, dx, dy):
+    track = Track(Pose2(3.0, 4.0, yaw))
+    odometry = SimOdometry(OdometryModel(50.0), track, OdometryErrors(0.0, 0.0), 0)
+    track.note(0, Pose2(3.0, 4.0, yaw))
+    track.note(10**9, Pose2(3.0 + 50.0 * dx, 4.0 + 50.0 * dy, wrap(yaw + turn)))
+
+    _, last = odometry.samples(10**9)[-2:]
+
+    middle = yaw + turn * (last.stamp_ns * 1e-9 - 0.01)
+    seen = complex(dx, dy) / 0.02 * cmath.exp(-1j * middle)
+    twist = last.value.twist
+    assert (twist.vx, twist.vy) == pytest.approx((seen.real, seen.imag), abs=1e-9)
+    assert twist.wz == pytest.approx(turn, abs=1e-9)

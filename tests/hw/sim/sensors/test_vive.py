@@ -270,6 +270,7 @@ def test_a_restart_of_the_tracking_moves_person_and_request_together() -> None:
     tracker = readings(run)[-1][1].flat()
     truth = run.world.base.pose @ ROBOT.sensing.trackers["front_tracker"].mount.flat
     assert tracker.distance_to(told) == pytest.approx(truth.distance_to(CORNER), abs=1e-9)
+    assert wrap((restart @ tracker).yaw - truth.yaw) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_what_tracking_had_of_the_person_is_known_to_the_truth() -> None:

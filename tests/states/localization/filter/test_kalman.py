@@ -293,6 +293,11 @@ def test_a_filter_begins_where_the_first_measurement_says() -> None:
     np.testing.assert_allclose(f.mean[:3], 0.0, atol=1e-8)
 
 
+def test_before_a_measurement_the_covariance_is_that_of_the_initial_standard_deviations() -> None:
+    f = make(SCAN, initial=(2.0, 3.0, 0.5, 0.1, 0.0, 4.0))
+    np.testing.assert_allclose(f.covariance, np.diag((4.0, 9.0, 0.25, 0.01, 0.0, 16.0)))
+
+
 def test_distances_are_those_of_mahalanobis() -> None:
     f = make(replace(SCAN, gate=None), noise=STEADY, initial=(1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
     verdict = f.correct(Measurement(0, "scan", (3.0, 4.0, 0.0), (3.0, 3.0, 3.0)))

@@ -250,3 +250,19 @@ def test_weights_are_the_same_wherever_their_logarithms_are(logs, shift):
     total = math.fsum(expected)
     assert weights == pytest.approx([w / total for w in expected], rel=1e-8, abs=1e-12)
     assert effective == pytest.approx(total**2 / math.fsum(w * w for w in expected), rel=1e-8)
+
+
+@pytest.mark.parametrize("turn", [1.2, -2.5])
+def test_particles_are_spread_along_the_axes_of_the_map_however_its_corner_is_turned(turn):
+    by = Pose2(3.0, -2.0, turn)
+    told = np.array([[0.04, 0.015, 0.0], [0.015, 0.01, 0.002], [0.0, 0.002, 0.01]])
+    size = np.sqrt(np.outer(told.diagonal(), told.diagonal()))
+    particles, start = Amcl(Field(by @ FIELD.map_from_corner, FIELD.table), FIXED, 0), by @ HERE
+    particles.start(start, told, 4000)
+
+    off = particles.particles - (start.x, start.y, start.yaw)
+    off[:, 2] = [wrap(yaw) for yaw in off[:, 2].tolist()]
+
+    assert np.abs(np.mean(off, axis=0)).max() < 0.02
+    np.testing.assert_array_less(np.abs(np.cov(off.T) - told), 0.1 * size)
+    np.testing.assert_array_less(np.abs(particles.estimate().covariance - told), 0.1 * size)

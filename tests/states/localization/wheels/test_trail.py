@@ -173,3 +173,35 @@ def test_the_newest_two_poses_are_kept_however_old():
     trail.add_odometry(0, Pose2(0.0, 0.0))
     trail.add_odometry(30 * S, Pose2(6.0, 0.0))
     assert trail.at(15 * S) == Pose2(3.0, 0.0)
+
+
+@pytest.mark.parametrize(("first", "last"), [(3.1, -3.1), (-3.1, 3.1), (0.1, -0.1)])
+def test_between_two_poses_it_turns_by_the_shorter_way(first, last):
+    trail = Trail()
+    trail.add_odometry(0, Pose2(0.0, 0.0, first))
+    trail.add_odometry(S, Pose2(0.0, 0.0, last))
+    middle = 0.0 if abs(first) < 1.0 else math.pi
+    assert math.remainder(trail.at(S // 2).yaw - middle, math.tau) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_half_a_turn_between_two_scans_is_the_same_on_either_side_of_pi(way):
+    """By the wheels a little less than half a turn in 2 s, by the scans a little more."""
+    watch, trail = OdometryWatch(), Trail()
+    for k in range(101):
+        yaw = math.remainder(way * 3.12 * k / 100, math.tau)
+        trail.add_odometry(k * S // 50, Pose2(0.0, 0.0, yaw))
+    watch.add_match(0, Pose2(0.0, 0.0, 0.0), trail)
+    watch.add_match(2 * S, Pose2(0.0, 0.0, math.remainder(way * 3.16, math.tau)), trail)
+    assert not watch.contradicted
+
+
+@given(st.floats(-0.09, 0.09), st.lists(st.floats(0.01, 10.0), min_size=1, max_size=5))
+def test_the_bias_approaches_the_reading_and_never_goes_beyond_it(rate, pauses):
+    gyro, now, left = Gyro(), 0, 1.0
+    gyro.add_reading(now, rate, True)
+    for pause in pauses:
+        now += round(pause * S)
+        gyro.add_reading(now, rate, True)
+        left *= math.exp(-pause)
+        assert gyro.bias == pytest.approx(rate * (1.0 - left), abs=1e-9)

@@ -104,7 +104,45 @@ def test_a_line_may_touch_the_corner_between_two_blocked_cells_only_from_free_on
     assert not line_is_free(free, 0.5, 0.5, 2.5, 0.5)
 
 
+def cells_entered(start, end, shape):
+    """Cells inside of which a line runs some way: its shares within each column and each row."""
+    (x, y), (dx, dy) = start, (end[0] - start[0], end[1] - start[1])
+    columns, rows = (np.arange(count)[:, None] + (0.0, 1.0) for count in (shape[1], shape[0]))
+    across, up = np.sort((columns - x) / dx, axis=1), np.sort((rows - y) / dy, axis=1)
+    first = np.maximum(np.maximum(across[None, :, 0], up[:, None, 0]), 0.0)
+    last = np.minimum(np.minimum(across[None, :, 1], up[:, None, 1]), 1.0)
+    return first < last
+
+
+@pytest.mark.parametrize("blocked", [0.02, 0.1])
+def test_a_line_is_free_if_and_only_if_all_cells_that_it_enters_are(blocked):
+    rng, found = np.random.default_rng(3), []
+    for _ in range(200):
+        free = rng.random((12, 14)) >= blocked
+        start, end = (rng.uniform((0.0, 0.0), (14.0, 12.0)).tolist() for _ in range(2))
+        found.append(bool(free[cells_entered(start, end, free.shape)].all()))
+        assert line_is_free(free, *start, *end) == found[-1]
+    assert 20 < sum(found) < 180
+
+
 # theta_star
+
+
+@pytest.mark.requirement(39)
+@pytest.mark.parametrize("seed", range(10))
+def test_among_many_blocked_cells_theta_star_finds_what_eight_neighbours_connect(seed):
+    rng = np.random.default_rng(seed)
+    free = rng.random((12, 14)) >= 0.4
+    free[6, 7] = True
+    planner, lengths = (
+        ThetaStarPlanner(Grid(1.0, 12, 14), costs_of(free)),
+        eight_neighbour_lengths(free, (6, 7)),
+    )
+    for row, column in np.argwhere(free)[::5].tolist():
+        path = planner.plan((7.5, 6.5), (column + 0.5, row + 0.5))
+        assert (path is not None) == bool(np.isfinite(lengths[row, column]))
+        if path is not None:
+            assert path.length <= lengths[row, column] + 1e-9
 
 
 @pytest.mark.requirement(39)

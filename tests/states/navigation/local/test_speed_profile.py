@@ -10,6 +10,7 @@ from hypothesis import given, settings, strategies as st
 from states.navigation.local.speed_profile import (
     SpeedLimits,
     reachable_speed,
+    speed_before,
     stretch_time,
 )
 
@@ -57,3 +58,14 @@ def test_so_it_is_where_the_sine_just_reaches_its_top(
 
     expected = math.sqrt(top * math.sin(min(0.5 * math.pi, phase)))
     assert reachable_speed(speed, step, radius, PACE) == expected
+
+
+@given(rest=st.floats(0.0, 5.0), end=st.floats(0.0, 1.5), period=st.floats(0.005, 0.2))
+@settings(deadline=None, max_examples=50)
+def test_half_a_period_at_the_speed_sent_and_the_braking_after_it_use_up_what_is_left(
+    rest: float, end: float, period: float
+) -> None:
+    speed = speed_before(rest, end, math.inf, period, PACE)
+
+    braking = (speed * speed - end * end) / (2.0 * 0.8)
+    assert 0.5 * period * speed + braking == pytest.approx(rest, abs=1e-9)

@@ -1,0 +1,109 @@
+"""Repeat an evaluation: `paper` is section 5 of the paper, with its figures, tests and claims.
+
+Three conditions on `study`, as the paper has them: between requests the robot stays near the person
+(Chase) or is parked in the corner or near the center. A claim that does not hold is an answer: the
+exit code is 1 only if a run failed.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from datetime import date
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cobodeck.campaign import EXECUTORS
+from cobodeck.record.format import machine, versions
+from cobodeck.terminal import OK, Problem, ProgressLine, positive, show, show_json, table, word
+
+if TYPE_CHECKING:
+    from cobodeck.paper import EvaluationPlan
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("what", choices=("paper",), help="section 5 of the paper")
+    parser.add_argument(
+        "--requests", type=positive, default=100, metavar="N", help="per condition; default 100"
+    )
+    parser.add_argument("--profile", type=word, default="paper", help="default paper")
+    parser.add_argument(
+        "--tier",
+        type=int,
+        default=1,
+        choices=(1, 2, 3),
+        help="1: reduced; 2: with all sensors; 3: and physics",
+    )
+    parser.add_argument(
+        "--seeds", type=positive, default=20, metavar="N",
+        help="random routes of seven poses, walked in all conditions; default 20",
+    )  # fmt: skip
+    parser.add_argument(
+        "--parts-requests", type=int, default=0, metavar="N",
+        help="once more with all sensors and with the paper's own parts, navfn, TEB and AMCL, so "
+        "many requests each; TEB is slow; default 0: not",
+    )  # fmt: skip
+    parser.add_argument("--executor", choices=EXECUTORS, default="local", help="default local")
+    parser.add_argument(
+        "--workers", type=positive, metavar="N", help="processes; default: one per processor"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR",
+        help="report.html, requests.csv, result.json, the figures, and the records they are of",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run all, judge, report."""
+    from cobodeck.paper import EvaluationPlan, evaluate
+
+    if args.parts_requests < 0:
+        raise Problem("--parts-requests is a number of requests, 0 or more")
+    if args.out is not None:
+        _make_room(args.out)
+    plan = EvaluationPlan(args.requests, args.profile, args.tier, args.seeds, args.parts_requests)
+    execution = {"executor": args.executor, "workers": args.workers, "own": args.own}
+    progress = ProgressLine("evaluate", 0.0)
+    try:
+        found = evaluate(plan, execution, progress.at)
+        made = {"date": date.today().isoformat(), "machine": machine(), "versions": versions()}
+        result = made | found
+        files = [] if args.out is None else _write(plan, result, args.out, progress)
+    finally:
+        progress.done()
+    if args.json:
+        show_json(result)
+    else:
+        show(_text(result, files))
+    return OK
+
+
+def _make_room(folder: Path) -> None:
+    """Make the folder; nothing that is there is overwritten."""
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise Problem(f"{folder}: exists and is not an empty folder; name a new one")
+    folder.mkdir(parents=True, exist_ok=True)
+
+
+def _write(
+    plan: EvaluationPlan, result: Mapping[str, Any], folder: Path, progress: ProgressLine
+) -> list[Path]:
+    from cobodeck.paper import draw_figures, record_conditions, write_report
+
+    records = record_conditions(plan, folder, progress.at)
+    pictures = draw_figures(result, records, folder, progress.at)
+    return [*write_report(result, pictures, folder), *pictures, *records.values()]
+
+
+def _text(result: Mapping[str, Any], files: list[Path]) -> str:
+    from cobodeck.paper import claim_table, route_table, table_2
+
+    parts = []
+    for found in (table_2(result), claim_table(result), route_table(result)):
+        rows = [found.head, *found.rows]
+        if "measured cause" in found.head:  # told in the report
+            rows = [row[:-1] for row in rows]
+        parts += [found.title, table(rows), found.note]
+    return "\n\n".join(filter(None, (*parts, "\n".join(map(str, files)))))

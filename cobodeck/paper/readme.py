@@ -1,0 +1,107 @@
+"""The table of `cobodeck/paper/README.md`, made from the committed results.
+
+`python -m cobodeck.paper.readme` writes it anew.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from cobodeck.paper.conditions import CONDITIONS
+from cobodeck.paper.published import ARM, KRUSKAL_WALLIS_H, REQUESTS, TABLE_2, TO_SAFETY
+
+FOLDER = Path(__file__).parent
+PAGE, RESULTS = FOLDER / "README.md", FOLDER / "results"
+PROFILES = ("paper", "tuned")
+BEGIN, END = "<!-- evaluate paper -->\n", "<!-- evaluate paper end -->"
+Result = Mapping[str, Any]
+
+
+def committed(profile: str) -> dict[str, Any]:
+    """The committed result of a profile."""
+    found: dict[str, Any] = json.loads((RESULTS / f"{profile}.json").read_text(encoding="utf-8"))
+    return found
+
+
+def with_table(page: str) -> str:
+    """The page's text with its table replaced by that of the committed results."""
+    before, rest = page.split(BEGIN)
+    after = rest[rest.index(END) :]
+    return before + BEGIN + "\n".join(_lines()) + "\n" + after
+
+
+def _lines() -> Iterator[str]:
+    results = [committed(profile) for profile in PROFILES]
+    yield f"| | the paper | {' | '.join(f'profile `{profile}`' for profile in PROFILES)} |"
+    yield "|---|---|" + "---|" * len(PROFILES)
+    for name in CONDITIONS:
+        printed = TABLE_2[name]
+        yield _row(
+            f"{name}: response, s (SD)",
+            f"{printed.mean_s:.2f} ({printed.sd_s:.2f})",
+            (_spread(found["conditions"][name]["response_s"]) for found in results),
+        )
+        yield _row(
+            "… way per request, Escapes in 100 requests",
+            f"{printed.distance_m / REQUESTS:.1f} m, {printed.escapes}",
+            (_per_request(found["conditions"][name]) for found in results),
+        )
+    yield _row("served", "300 of 300", map(_served, results))
+    arm = f"{ARM.mean:.2f} ({ARM.sd:.2f})"
+    arms = (_spread(found["conditions"]["chase"]["arm_s"]) for found in results)
+    yield _row("the arm in chase, s (SD)", arm, arms)
+    yield _row("time to safety, s", f"{TO_SAFETY.mean:.2f}", map(_to_safety, results))
+    yield _row("Kruskal-Wallis, H(2)", f"{KRUSKAL_WALLIS_H}", map(_h, results))
+    for pair in ("corner - chase", "center - chase"):
+        yield _row(f"response on random routes, {pair}, s", "–", (_gap(f, pair) for f in results))
+    yield _row("claims that hold", "all", map(_held, results))
+    machine = results[0]["machine"]["platform"]
+    yield f"\nMeasured on {results[0]['date']}, {machine}."
+
+
+def _row(about: str, printed: str, ours: Any) -> str:
+    return f"| {about} | {printed} | {' | '.join(ours)} |"
+
+
+def _spread(values: Mapping[str, float]) -> str:
+    return f"{values['mean']:.2f} ({values['sd']:.2f})"
+
+
+def _per_request(run: Mapping[str, Any]) -> str:
+    escapes = 100.0 * run["escapes"] / run["requests"]
+    return f"{run['distance_m'] / run['requests']:.1f} m, {escapes:.0f}"
+
+
+def _served(result: Result) -> str:
+    runs = result["conditions"].values()
+    return f"{sum(run['served'] for run in runs)} of {sum(run['requests'] for run in runs)}"
+
+
+def _to_safety(result: Result) -> str:
+    from cobodeck.paper.claims import safe_times
+
+    times = safe_times(result)
+    return f"{sum(times) / len(times):.2f} (n = {len(times)})" if times else "no Escape"
+
+
+def _h(result: Result) -> str:
+    test = result["statistics"]["study"]["kruskal_wallis"]
+    return "–" if test is None else f"{test['h']:.2f}"
+
+
+def _gap(result: Result, pair: str) -> str:
+    """A mean difference with its 95 % bounds."""
+    gap = result["statistics"]["routes"]["differences"][pair]["response_s"]
+    return f"{gap['mean']:.2f} ({gap['low']:.2f} to {gap['high']:.2f})"
+
+
+def _held(result: Result) -> str:
+    held = [claim["holds"] for claim in result["claims"]]
+    return f"{held.count(True)} of {len(held)}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
