@@ -79,8 +79,8 @@ def _draw(axes: Axes, knob: Mapping[str, Any], read: ReadBounded) -> None:
         if row["value"] == knob["ours"]:
             axes.axvspan(place - 0.5, place + 0.5, color=OURS, linewidth=0)
     axes.errorbar(
-        range(len(points)), middles, yerr=bounds, fmt="o", markersize=3.5, capsize=2.5,
-        linewidth=1, color=COLOUR, zorder=3,
+        range(len(points)), middles, yerr=bounds, fmt="o", markersize=3.5, capsize=0,
+        linewidth=1.2, color=COLOUR, zorder=3,
     )  # fmt: skip
     axes.grid(visible=True, axis="y", color=GREY, linewidth=0.3, alpha=0.5)
     axes.margins(y=ROOM)

@@ -55,7 +55,10 @@ PRECISION = (
         (*(f"theta* {grid}" for grid in _GRIDS), *(f"navfn {grid}" for grid in _GRIDS), "exact"),
     ),
     SystemKnob("precision_beams", "beams matched", "localizer.beams", "180"),
-    SystemKnob("precision_particles", "particles of AMCL", "localizer.particles", "null"),
+    SystemKnob(
+        "precision_particles", "particles of AMCL", "localizer.particles", "KLD",
+        ("100", "1000", "KLD"),
+    ),
     SystemKnob("precision_window", "velocity over, 5 cm noise", "user.window", "0.3 s"),
     SystemKnob("precision_tier", "tier", "tier", "1"),
 )  # fmt: skip
