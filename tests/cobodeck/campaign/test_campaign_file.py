@@ -133,7 +133,7 @@ def test_limits_are_totals_or_shares() -> None:
         ("scene: [lab_a, 3]", "scene[1]: 3 is not the name of a file"),
         ("scene: [lab_a, lab_b, lab_a]", "scene[2]: lab_a is given twice"),
         ("requests: [1, 0]", "requests[1]: 0 is out of range"),
-        ("tier: 3", "tier: 3 is not one of 0, 1, 2"),
+        ("tier: 4", "tier: 4 is not one of 0, 1, 2, 3"),
         ("duration: 3 m", "wanted: a duration"),
         ("seeds: 0", "seeds: 0 is out of range"),
         ("sede: 3", "sede: unknown key; did you mean 'seeds'?"),
