@@ -119,7 +119,7 @@ Tiers = Annotated[
             "minimum": 0,
             "maximum": 3,
             "minItems": 1,
-            "items": {"enum": [0, 1, 2]},
+            "items": {"enum": [0, 1, 2, 3]},
         }
     ),
 ]
@@ -134,6 +134,8 @@ class Expected:
 
     contacts: Most | None = None
     """Contacts of robot and person."""
+    contacts_avoidable: Most | None = None
+    """Contacts that a search of motions avoids (`judge: true`)."""
     contacts_by_robot: Most | None = None
     """Contacts into which the robot moved."""
     unserved: Most | None = None
@@ -144,6 +146,8 @@ class Expected:
     """Walls and objects that held the robot."""
     errors: Most | None = None
     """Errors of states and parts."""
+    stuck_s: Most | None = None
+    """Seconds for which drives came to nothing at one place, one after the other."""
 
     def limits(self) -> dict[str, Limit]:
         """What is expected, by name."""
@@ -211,6 +215,8 @@ class CampaignFile:
     """A run ends after so many requests."""
     duration: Spans = ()
     """Longest simulated time of a run."""
+    judge: bool = False
+    """Find out how many contacts could have been avoided: runs with contacts are judged."""
     seeds: _Count = 1
     """Runs of each combination, which differ by chance alone."""
     first_seed: Annotated[int, Range(0, MOST)] = 0

@@ -19,7 +19,8 @@ class CampaignCell:
     """A run: names and files as `simulate` takes them; None stands for the scene's own.
 
     `sets` are values of the profile and `inputs` those of the chart, as KEY=VALUE. `duration_s`
-    limits the run, s. `repetition` tells runs apart that differ by chance alone.
+    limits the run, s. `judge`: find out how many contacts could have been avoided. `repetition`
+    tells runs apart that differ by chance alone.
     """
 
     chart: str = CHART
@@ -33,6 +34,7 @@ class CampaignCell:
     tick_hz: int = TICK_HZ
     requests: int | None = None
     duration_s: float | None = None
+    judge: bool = False
     repetition: int = 0
 
     @property

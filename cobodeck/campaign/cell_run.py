@@ -17,15 +17,17 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property, lru_cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+from cobodeck.avoidable import contacts_avoidable
 from cobodeck.campaign.cell import CampaignCell
 from cobodeck.fitness import require
 from cobodeck.project import Catalogue, catalogue
 from cobodeck.record.format import code, sha256, versions
 from cobodeck.run import simulate
 from cobodeck.setup import Options, Setup, longest_s, open_setup, read_inputs, warm_up
-from cobodeck.terminal import Problem, behind_record, complain
+from cobodeck.terminal import ENDING, Problem, behind_record, complain
 from engine.files import FileError, noting
 from hw.people import open_user
 from hw.scene import Scene
@@ -45,6 +47,26 @@ def canonical(value: Any) -> str:
 def sha256_of(value: Any) -> str:
     """The hash of what `canonical` gives."""
     return sha256(canonical(value).encode())
+
+
+def _simulated(setup: Setup, options: Options, record: Path | None) -> dict[str, Any]:
+    """The figures of a run, of which a record is kept in this new file, if any."""
+    recorder = None
+    if record is not None:
+        from cobodeck.record.write import recorder as recorder_of
+
+        recorder = recorder_of(setup, options, record, datetime.now(), complain)
+    return dict(simulate(setup, options, recorder=recorder).figures)
+
+
+def _avoidable(setup: Setup, options: Options, contacts: int) -> int:
+    """How many of a run's contacts could have been avoided: it is run again, on record."""
+    if contacts == 0:
+        return 0
+    with TemporaryDirectory() as folder, noting():
+        record = Path(folder) / f"judged{ENDING}"
+        _simulated(setup, options, record)
+        return contacts_avoidable(record)
 
 
 def run_cell(cell: CampaignCell, record: Path | None = None) -> dict[str, Any]:
@@ -125,12 +147,9 @@ class CellRunner:
             seed=cell.seed,
             duration_s=cell.duration_s or longest_s(cell.requests),
         )
-        recorder = None
-        if record is not None:
-            from cobodeck.record.write import recorder as recorder_of
-
-            recorder = recorder_of(setup, options, record, datetime.now(), complain)
-        figures = simulate(setup, options, recorder=recorder).figures
+        figures = _simulated(setup, options, record)
+        if cell.judge and figures["contacts"] is not None:
+            figures["contacts_avoidable"] = _avoidable(setup, options, figures["contacts"])
         kept = {name: value for name, value in figures.items() if name not in OF_THE_MACHINE}
         found: dict[str, Any] = json.loads(canonical(kept))  # as they come back from a file
         return found

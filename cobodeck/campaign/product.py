@@ -27,7 +27,7 @@ def cells_of(campaign: CampaignFile, most: int | None = None) -> list[CampaignCe
     numbers = range(campaign.first_seed, campaign.first_seed + campaign.seeds)
     axes = campaign.axes()
     found = [
-        replace(_cell(axes, chosen), repetition=number)
+        replace(_cell(axes, chosen), repetition=number, judge=campaign.judge)
         for chosen in product(*(axis.choices for axis in axes))
         for number in numbers
     ]

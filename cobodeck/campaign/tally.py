@@ -17,8 +17,10 @@ COUNTED: Mapping[str, tuple[str, ...]] = {
     "unserved": ("refused",),
     "contacts": ("contacts",),
     "contacts_by_robot": ("contacts_by_robot",),
+    "contacts_avoidable": ("contacts_avoidable",),
     "escapes": ("escapes",),
     "escape_failures": ("escape_failures",),
+    "loops": ("loops",),
     "hits": ("wall_hits", "object_hits"),
 }
 """Totals, each the sum of these figures of all runs."""
@@ -50,6 +52,7 @@ def tally(results: Sequence[CellResult]) -> Tally:
         "response_s": _mean([response for response in responses if response is not None]),
         "shares": {name: _share(totals[name], totals[whole]) for name, whole in SHARE_OF.items()},
         "least_gap_m": min(_present(run.get("min_gap_m") for run in found), default=None),
+        "stuck_s": max((_stuck(run) for run in found), default=None),
     }
 
 
@@ -99,6 +102,11 @@ def table_text(name: str, rows: Sequence[Mapping[str, Any]]) -> str:
         for row in rows
     ]
     return table([heads, *body])
+
+
+def _stuck(run: Mapping[str, Any]) -> float:
+    """The longest time for which drives came to nothing at one place, s."""
+    return max((one["until_s"] - one["at_s"] for one in run.get("stuck") or ()), default=0.0)
 
 
 def _present(values: Iterator[Any]) -> Iterator[Any]:

@@ -16,13 +16,16 @@ from hw.sim.contact import BESIDE_M, nearest
 
 OUTCOMES = ("stuck", "no_path")
 """Outcomes of a leaf whose drive came to nothing."""
+PLACE_M = 0.5
+"""A base that is nearer than this to where it was, m, is still at that place."""
 
 
 @dataclass(slots=True)
 class StuckWatch:
     """Notes what was next to the robot whenever a drive came to nothing; call `watch` once a tick.
 
-    Drives of one node that end alike, one after the other beside the same, are listed once.
+    Drives of one node that end alike, one after the other at one place beside the same, are listed
+    once.
     """
 
     plant: PoseSource
@@ -80,7 +83,9 @@ class StuckWatch:
         goal = self._why_no_goal(node) if outcome == "no_path" else None
         last = self.found[-1] if self.found else {}
         same = {"node": node, "outcome": outcome, "goal": goal, "near": near.what}
-        if last and all(last[key] == value for key, value in same.items()):
+        here = truth.base.x, truth.base.y
+        stays = bool(last) and math.dist(here, (last["x"], last["y"])) <= PLACE_M
+        if stays and all(last[key] == value for key, value in same.items()):
             last["until_s"], last["count"] = at_s, last["count"] + 1
             return
         self.found.append(
