@@ -25,6 +25,7 @@ COMPARED = {
     "inputs": ("a=1",),
     "tier": 2,
     "tick_hz": 60,
+    "judge": True,
 }
 BRIEF = CampaignCell(user="brief", requests=1)
 names = st.sampled_from(["lab_a", "study", "own.yaml", "random:hasty"])
