@@ -59,7 +59,7 @@ PRECISION = (
         "precision_particles", "particles of AMCL", "localizer.particles", "KLD",
         ("100", "1000", "KLD"),
     ),
-    SystemKnob("precision_window", "velocity over, 5 cm noise", "user.window", "0.3 s"),
+    SystemKnob("precision_window", "window, 5 cm of noise", "user.window", "0.3 s"),
     SystemKnob("precision_tier", "tier", "tier", "1"),
 )  # fmt: skip
 _PACES = tuple(f"{speed:g} m/s" for speed in (0.5, 1.0, 1.5, 2.0, 2.5))
