@@ -1,4 +1,4 @@
-from hw.sim.contact import (
+from hw.sim.contact.moving import (
     MovingBase as MovingBase,
 )
 from hw.sim.external_world import (

@@ -68,8 +68,8 @@ FAULTS = (
     Fault(
         "clear-a-step-early",
         "cobodeck/avoidable/motion_search.py",
-        "(last + 1) * STEP_S",
-        "last * STEP_S",
+        "(last + 1) * step_s",
+        "last * step_s",
         "tests/cobodeck/avoidable/test_envelope.py::test_out_of_the_zones_for_good_is_told",
     ),
     Fault(

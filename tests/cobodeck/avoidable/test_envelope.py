@@ -420,10 +420,10 @@ def test_the_rows_are_those_of_the_cases(monkeypatch: pytest.MonkeyPatch) -> Non
 
     rows = list(bench.rows(1))
 
-    timed, *others = rows
-    assert (timed.name, timed.goal) == ("search", 1.0)
-    assert timed.value is not None
-    assert timed.value >= 20_000
+    searches, others = (
+        [row for row in rows if (row.name == "search") == is_search] for is_search in (True, False)
+    )
+    assert len(searches) >= 3
     errors = {(row.name, row.variant, row.value): row.error for row in others}
     assert len(errors) == len(others) == 3 * (2 + 1 + 1 + 2 + 1 + 1) + 4
     assert errors["walks on", "1.27 m apart", 0.5] == pytest.approx(1.27 + 0.1 + 0.125, abs=0.01)
