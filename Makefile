@@ -8,12 +8,13 @@ STOLEN := $(ALONE) -n auto --dist worksteal
 SLEEPERS := $(ALONE) -n 4 --dist loadfile
 LONG := $(if $(CI),slow,slow or hypothesis)
 THOROUGH := $(if $(CI),,THOROUGH=1)
+SWEEPS = $(notdir $(basename $(wildcard cobodeck/campaign/files/precision_*.yaml cobodeck/campaign/files/disturbed_*.yaml)))
 # the second also if the first fails; 5: nothing of it was asked for
 both = failed=0; $(1) $(PYTEST) || [ $$? = 5 ] || failed=1; $(2) $(PYTEST) || [ $$? = 5 ] || failed=1; exit $$failed
 # tests start many processes: their modules are compiled once, whatever the shell says
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test slow check format schema bench clean
+.PHONY: demo test slow check format schema bench sweeps clean
 
 demo: .venv/installed
 	@$(BIN)/cobodeck render cobodeck -o out/cobodeck.svg
@@ -54,6 +55,13 @@ bench: .venv/installed-dev
 	  $(BIN)/cobodeck bench $$name --json > out/$$name.json && mv out/$$name.json cobodeck/bench/results/ || exit 1; done
 	@$(BIN)/cobodeck bench --show cobodeck/bench/results/*.json -o cobodeck/bench/curves.svg > out/bench.txt
 	@$(BIN)/python -m cobodeck.bench.table
+
+# what precision is worth, and which disturbances are borne: hours of CPU; goes on where it was
+sweeps: .venv/installed-dev
+	@mkdir -p out/sweeps
+	@set -e; for name in $(SWEEPS); do \
+	  $(BIN)/cobodeck campaign $$name --out out/sweeps/$$name --worst 0 --json > out/sweeps/$$name.json; done
+	@$(BIN)/python -m cobodeck.bench.system out/sweeps
 
 clean:
 	rm -rf .venv out build *.egg-info

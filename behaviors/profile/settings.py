@@ -121,7 +121,7 @@ class PlantSettings:
     """From a tick until the robot receives its commands."""
     tracking_delay: Annotated[Duration, Range(0.0, 1.0)]
     """Age of the person's pose on arrival."""
-    tracking_noise: Annotated[Length, Range(0.0, 0.2)]
+    tracking_noise: Annotated[Length, Range(0.0, 0.5)]
     """Standard deviation of each coordinate of the person's pose; half that number, in rad, that of
     the yaw."""
     pose_noise: Annotated[Length, Range(0.0, 0.2)]

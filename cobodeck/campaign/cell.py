@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from cobodeck.setup import CHART, PROFILE, SCENE, TICK_HZ
+from engine.files.declared import is_path
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +61,7 @@ class CampaignCell:
 
 
 def _bare(name: str | None) -> str | None:
-    return None if name is None else PurePath(name).name
+    return PurePath(name).name if name is not None and is_path(name) else name
 
 
 def _plain(value: Any) -> Any:

@@ -160,6 +160,7 @@ class CellRunner:
         try:
             if self.address(cell) != address:
                 raise Problem(OTHERS)
+            began = time.process_time()  # what is read once for many cells is no cost of this one
             with redirect_stdout(sys.stderr):  # states may print
                 figures = self.run(cell)
         except (Problem, FileError, OSError) as error:

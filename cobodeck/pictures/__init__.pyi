@@ -10,6 +10,9 @@ from cobodeck.pictures.campaign_picture import (
 from cobodeck.pictures.envelope_picture import (
     draw_envelope as draw_envelope,
 )
+from cobodeck.pictures.knob_picture import (
+    draw_knobs as draw_knobs,
+)
 from cobodeck.pictures.localization_picture import (
     localized_picture as localized_picture,
 )

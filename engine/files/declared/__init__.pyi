@@ -3,6 +3,7 @@ from engine.files.declared.item import (
     Item as Item,
     find_file as find_file,
     gather as gather,
+    is_path as is_path,
     load_yaml as load_yaml,
     notes as notes,
 )

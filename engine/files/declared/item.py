@@ -23,6 +23,7 @@ Fault = tuple[str, str]
 """The dotted key of a value that is inconsistent with others of its mapping, and why."""
 _notes: ContextVar[list[Finding] | None] = ContextVar("notes", default=None)
 SUFFIXES = (*YAML, ".txt", ".csv")
+_PACE = re.compile(r" at [^ ]+ ?c?m/s\Z")
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,9 +156,9 @@ class Item:
 def is_path(name: str) -> bool:
     """True if `name` is the path of a file, not the name of one in a known folder.
 
-    A suffix of a recording, `#id@x,y,yaw`, is ignored.
+    What follows the source of a person, `#id@x,y,yaw` or ` at 2 m/s`, is ignored.
     """
-    file = re.split("[#@]", name)[0]
+    file = _PACE.sub("", re.split("[#@]", name)[0])
     return "/" in file or file.endswith(SUFFIXES)
 
 

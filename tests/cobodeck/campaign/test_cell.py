@@ -26,6 +26,7 @@ COMPARED = {
     "tier": 2,
     "judge": True,
     "tick_hz": 60,
+    "judge": True,
 }
 BRIEF = CampaignCell(user="brief", requests=1)
 names = st.sampled_from(["lab_a", "study", "own.yaml", "random:hasty"])
@@ -103,6 +104,14 @@ def test_whatever_decides_figures_is_in_the_address(name: str, value: Any) -> No
     runner = CellRunner()
 
     assert runner.address(changed(name, value)) != runner.address(BRIEF)
+
+
+def test_people_of_other_speeds_are_other_people() -> None:
+    runner = CellRunner()
+    slow, fast = (changed("user", f"random at {speed} m/s") for speed in (1, 2))
+
+    assert slow.seed != fast.seed
+    assert runner.address(slow) != runner.address(fast)
 
 
 def test_a_changed_file_is_another_address(folder: Path) -> None:

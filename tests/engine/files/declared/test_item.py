@@ -137,6 +137,9 @@ def test_a_file_that_is_not_there_is_told_where_it_is_named(tmp_path):
         ("../x/name", "folder/../x/name"),
         ("walk.csv#3@1,2,0.5", "folder/walk.csv#3@1,2,0.5"),
         ("/etc/passwd.yaml", "/etc/passwd.yaml"),
+        ("random:deaf at 0.5 m/s", "random:deaf at 0.5 m/s"),
+        ("random at 50cm/s", "random at 50cm/s"),
+        ("look at/walk", "folder/look at/walk"),
     ],
 )
 def test_paths_are_told_from_the_folder_of_the_file_and_names_stay_names(written, meant):
