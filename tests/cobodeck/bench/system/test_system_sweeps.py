@@ -16,7 +16,7 @@ from scipy import stats
 from cobodeck.bench.system.comparison import compared
 from cobodeck.bench.system.drawn import COST, FIGURES, NOTES
 from cobodeck.bench.system.knobs import DISTURBED, PRECISION, SystemKnob
-from cobodeck.bench.system.page import PAGE, RESULTS, TABLES, with_tables
+from cobodeck.bench.system.page import RESULTS, TABLES
 from cobodeck.campaign import (
     FOLDER,
     CampaignCell,
@@ -139,12 +139,6 @@ def test_every_campaign_of_this_kind_is_compared() -> None:
     }
 
     assert shipped == {knob.campaign for knob in PRECISION + DISTURBED}
-
-
-def test_the_page_tells_what_the_results_say() -> None:
-    page = (ROOT / PAGE).read_text(encoding="utf-8")
-
-    assert with_tables(page) == page
 
 
 @pytest.mark.parametrize(("name", "knobs"), [("precision", PRECISION), ("disturbed", DISTURBED)])
