@@ -24,7 +24,6 @@ COMPARED = {
     "sets": ("chase.risk=3",),
     "inputs": ("a=1",),
     "tier": 2,
-    "judge": True,
     "tick_hz": 60,
     "judge": True,
 }
