@@ -16,7 +16,7 @@ from scipy import stats
 from cobodeck.bench.system.comparison import compared
 from cobodeck.bench.system.drawn import COST, FIGURES, NOTES
 from cobodeck.bench.system.knobs import DISTURBED, PRECISION, SystemKnob
-from cobodeck.bench.system.page import RESULTS, TABLES
+from cobodeck.bench.system.page import RESULTS
 from cobodeck.campaign import (
     FOLDER,
     CampaignCell,
@@ -151,6 +151,5 @@ def test_results_are_of_the_campaigns_and_make_the_pictures(
     text = picture.read_text(encoding="utf-8")
 
     assert [one["campaign"] for one in result["knobs"]] == [knob.campaign for knob in knobs]
-    assert TABLES[name](result).count("\n| ") >= len(knobs)
     assert all(str(row["value"]) in text for row in result["knobs"][0]["values"])
     assert knobs[0].title in text
