@@ -54,6 +54,7 @@ bench: .venv/installed-dev
 	@for name in $(BENCHES); do \
 	  $(BIN)/cobodeck bench $$name --json > out/$$name.json && mv out/$$name.json cobodeck/bench/results/ || exit 1; done
 	@$(BIN)/cobodeck bench --show cobodeck/bench/results/*.json -o cobodeck/bench/curves.svg > out/bench.txt
+	@$(BIN)/cobodeck bench envelope --rounds 1 -o cobodeck/avoidable/envelope.svg > out/envelope.txt
 	@$(MAKE) figures
 
 # what precision is worth, and which disturbances are borne: hours of CPU; goes on where it was

@@ -35,17 +35,17 @@ def reference_block() -> str:
 
 def tiers_in_short() -> str:
     """Speed of the tiers, cost of a tick, and how far responses are off, in a sentence."""
-    plain = {row["name"]: row for row in committed_result("simulation")["rows"][::-1]
+    plain = {row["name"]: row for row in committed_result("simulation")["rows"]
              if row["variant"] == "cobodeck"}  # fmt: skip
     study = {row["variant"]: row for row in committed_result("reference")["rows"]
              if row["name"] == "response, study"}  # fmt: skip
     first, second = plain["cpu_study"], plain["cpu_study_tier_2"]
     return (
-        f"A run on `study` is {speed_text(first)} times as fast as real time at tier 1 "
-        f"({time_text(first['time_us'])} per tick), {speed_text(second)} times at tier 2 (all "
-        f"sensors), {speed_text(study['tier 3'])} times at tier 3 (MuJoCo). Responses differ from "
-        f"those of tier 3 by {study['tier 1']['error']:.1f} % at tier 1 and "
-        f"{study['tier 2']['error']:.1f} % at tier 2."
+        f"`study` runs {speed_text(first)} times as fast as real time at tier 1 "
+        f"({time_text(first['time_us'])} per tick), {speed_text(second)} at tier 2 (all sensors), "
+        f"{speed_text(study['tier 3'])} at [tier 3](hw/sim/physics/README.md) (MuJoCo), from which "
+        f"responses differ by {study['tier 1']['error']:.1f} % and "
+        f"{study['tier 2']['error']:.1f} %."
     )
 
 

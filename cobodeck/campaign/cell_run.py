@@ -20,7 +20,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from cobodeck.avoidable import contacts_avoidable
 from cobodeck.campaign.cell import CampaignCell
 from cobodeck.fitness import require
 from cobodeck.project import Catalogue, catalogue
@@ -63,6 +62,8 @@ def _avoidable(setup: Setup, options: Options, contacts: int) -> int:
     """How many of a run's contacts could have been avoided: it is run again, on record."""
     if contacts == 0:
         return 0
+    from cobodeck.avoidable import contacts_avoidable  # reads records: an extra
+
     with TemporaryDirectory() as folder, noting():
         record = Path(folder) / f"judged{ENDING}"
         _simulated(setup, options, record)
