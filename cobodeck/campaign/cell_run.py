@@ -62,7 +62,7 @@ def _avoidable(setup: Setup, options: Options, contacts: int) -> int:
     """How many of a run's contacts could have been avoided: it is run again, on record."""
     if contacts == 0:
         return 0
-    from cobodeck.avoidable import contacts_avoidable  # reads records: an extra
+    from cobodeck.avoidable import contacts_avoidable  # needs the extra `record`
 
     with TemporaryDirectory() as folder, noting():
         record = Path(folder) / f"judged{ENDING}"

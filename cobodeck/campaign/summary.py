@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from cobodeck.campaign.campaign_file import CampaignFile
+from cobodeck.campaign.campaign_file import CampaignFile, load_campaign
 from cobodeck.campaign.cell_run import CellResult, sha256_of
 from cobodeck.campaign.tally import (
     SHARE_OF,
@@ -24,7 +24,11 @@ from cobodeck.markdown import markdown_table
 SHOWN = 5
 """Number of failed cells that are told."""
 RESULTS = Path(__file__).with_name("results")
-FIRST = {"attentive": "attentive", "tier_2": "attentive, all sensors (tier 2)"}
+FIRST = {
+    "attentive": "attentive",
+    "tier_2": "attentive, all sensors (tier 2)",
+    "delayed": "attentive, tracked 100 ms late, 10 cm of noise",
+}
 """Campaigns that the first page tells apart; the others are told together."""
 Summary = Mapping[str, Any]
 
@@ -90,7 +94,9 @@ def campaigns_block(folder: Path = RESULTS) -> str:
     head = ("", "requests", "served", "response, s", "touched by the robot", "any touch",
             "avoidable", "Escapes failed", "least gap, m", "at one place, s")  # fmt: skip
     notes = [
-        f"{name}, not as expected: {told}" for name, one in found.items() for told in one["broken"]
+        f"{name}, not as expected: {told}."
+        for name, one in found.items()
+        for told in broken(load_campaign(name), one["whole"])
     ]
     runs, hours = _sum(found, "cells"), _sum(found, "simulated_s") / 3600.0
     dates = " to ".join(sorted({one["date"] for one in found.values()}))
@@ -163,6 +169,8 @@ def _shares(row: Tally) -> Iterator[str]:
     for name in ("contacts_by_robot", "contacts", "escape_failures"):
         share = row["shares"][name]
         told = _thousands(row[name])
+        if SHARE_OF[name] == "escapes":
+            told += f" of {_thousands(row['escapes'])}"
         if share is not None:
             low = f"{100.0 * share['low']:.2g} to " if share["low"] else "≤ "
             told += f" ({low}{100.0 * share['high']:.2g} %)"

@@ -78,7 +78,7 @@ def broken(campaign: CampaignFile, whole: Tally) -> Iterator[str]:
         if limit.is_share:
             found = None if share is None else share["share"]
         if found is not None and found > limit.value:
-            told = f"{100.0 * found:.2f} %" if limit.is_share else str(found)
+            told = f"{100.0 * found:.2f} %" if limit.is_share else f"{found:g}"
             yield f"{name}: {told}, at most {limit} is expected"
 
 
