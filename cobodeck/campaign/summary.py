@@ -99,7 +99,8 @@ def campaigns_block(folder: Path = RESULTS) -> str:
         for told in broken(load_campaign(name), one["whole"])
     ]
     runs, hours = _sum(found, "cells"), _sum(found, "simulated_s") / 3600.0
-    dates = " to ".join(sorted({one["date"] for one in found.values()}))
+    days = {one["date"] for one in found.values()}
+    dates = " to ".join(sorted({min(days), max(days)}))
     made = f"{_thousands(runs)} runs, {hours:.0f} h simulated, {dates}."
     return "\n\n".join([markdown_table(head, _lines(found)), made, *notes])
 
