@@ -14,7 +14,7 @@ both = failed=0; $(1) $(PYTEST) || [ $$? = 5 ] || failed=1; $(2) $(PYTEST) || [ 
 # tests start many processes: their modules are compiled once, whatever the shell says
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test slow check format schema bench sweeps clean
+.PHONY: demo test slow check format schema bench sweeps figures clean
 
 demo: .venv/installed
 	@$(BIN)/cobodeck render cobodeck -o out/cobodeck.svg
@@ -54,7 +54,8 @@ bench: .venv/installed-dev
 	@for name in $(BENCHES); do \
 	  $(BIN)/cobodeck bench $$name --json > out/$$name.json && mv out/$$name.json cobodeck/bench/results/ || exit 1; done
 	@$(BIN)/cobodeck bench --show cobodeck/bench/results/*.json -o cobodeck/bench/curves.svg > out/bench.txt
-	@$(BIN)/python -m cobodeck.bench.table
+	@$(BIN)/cobodeck bench envelope --rounds 1 -o cobodeck/avoidable/envelope.svg > out/envelope.txt
+	@$(MAKE) figures
 
 # what precision is worth, and which disturbances are borne: hours of CPU; goes on where it was
 sweeps: .venv/installed-dev
@@ -62,6 +63,11 @@ sweeps: .venv/installed-dev
 	@set -e; for name in $(SWEEPS); do \
 	  $(BIN)/cobodeck campaign $$name --out out/sweeps/$$name --worst 0 --json > out/sweeps/$$name.json; done
 	@$(BIN)/python -m cobodeck.bench.system out/sweeps
+	@$(MAKE) figures
+
+# every block of figures in a page, from the committed results
+figures: .venv/installed
+	@$(BIN)/python -m cobodeck.pages
 
 clean:
 	rm -rf .venv out build *.egg-info

@@ -1,17 +1,16 @@
-"""The tables of `cobodeck/FIGURES.md`, made from the committed results of benchmarks."""
+"""What pages say of the committed results of benchmarks."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from cobodeck.bench.result import read_result
+from cobodeck.markdown import markdown_table
 
-PAGE = Path("cobodeck/FIGURES.md")
 RESULTS = Path(__file__).with_name("results")
 CURVES = Path(__file__).with_name("curves.svg")
-BEGIN, END = "<!-- bench {} -->\n", "<!-- bench {} end -->"
 ENGINE_ROWS = {
     ("no new sample", None): "tick, no new sample",
     ("every tick recorded", None): "… every tick recorded",
@@ -32,6 +31,7 @@ NOTE = (
 )
 VARIANTS = ("cobodeck", "py_trees", "transitions", "python-statemachine", "sismic")
 RUNS = {
+    "tier_0": "`study`, tier 0",
     "cpu_study": "`study`, tier 1",
     "cpu_lab_a": "`lab_a`, tier 1, beside a walker",
     "cpu_study_tier_2": "`study`, tier 2",
@@ -39,17 +39,20 @@ RUNS = {
 Row = Mapping[str, Any]
 
 
-def engine_table(result: Mapping[str, Any]) -> str:
+def committed_result(name: str) -> dict[str, Any]:
+    """The committed result of a bench."""
+    return read_result(RESULTS / f"{name}.json")
+
+
+def engine_block() -> str:
     """The rows of the engine beside its peers."""
+    result = committed_result("engine")
     known = {key: row["ratio"] for row in result["rows"] for key in _engine_keys(row)}
-    return _markdown(
-        ("", *VARIANTS),
-        (
-            (about, *(_ratio(known.get((*key, variant))) for variant in VARIANTS))
-            for key, about in ENGINE_ROWS.items()
-        ),
-        f"{NOTE}\n\n{_machine(result)}",
+    lines = (
+        (about, *(_ratio(known.get((*key, variant))) for variant in VARIANTS))
+        for key, about in ENGINE_ROWS.items()
     )
+    return f"{markdown_table(('', *VARIANTS), lines)}\n\n{NOTE}\n\n{machine_text(result)}"
 
 
 def _engine_keys(row: Row) -> tuple[tuple[Any, ...], ...]:
@@ -57,62 +60,82 @@ def _engine_keys(row: Row) -> tuple[tuple[Any, ...], ...]:
     return (name, row["value"], variant), (name, None, variant)
 
 
-def runs_table(result: Mapping[str, Any]) -> str:
+def runs_block() -> str:
     """CPU of whole runs, and how many times as fast as real time they are."""
-    known = {(row["name"], row["variant"]): row for row in result["rows"]}
+    result = committed_result("simulation")
+    known = {row["name"]: row for row in result["rows"] if row["variant"] == "cobodeck"}
     lines = []
     for name, about in RUNS.items():
-        own, speed = known[name, "cobodeck"], known[name, "speed"]["ratio"]
+        own = known[name]
         beside = _ratio(own["ratio"]) if own["ratio_to"] == "MuJoCo" else "–"
-        lines.append((about, _time(own["time_us"]), f"{float(f'{speed:.2g}'):.0f}", beside))
-    return _markdown(
-        ("run", "CPU per 1/30 s", "× real time", "to MuJoCo's"), lines, _machine(result)
-    )
+        lines.append((about, time_text(own["time_us"]), speed_text(own), beside))
+    head = ("run", "CPU per 1/30 s", "× real time", "to MuJoCo's")
+    return f"{markdown_table(head, lines)}\n\n{machine_text(result)}"
 
 
-def curves_table(results: Iterable[Mapping[str, Any]]) -> str:
+def curves_block() -> str:
     """The point of each curve that we use."""
-    rows = [row for result in results for row in result["rows"] if row.get("default")]
+    rows = [
+        row
+        for file in sorted(RESULTS.glob("*.json"))
+        for row in read_result(file)["rows"]
+        if row.get("default") and row["time_us"] is not None
+    ]
     lines = [
         (
             f"{row['bench']}: {row['name']}",
             row["variant"] if row["knob"] is None else f"{row['variant']}, {_setting(row)}",
-            _time(row["time_us"]),
+            time_text(row["time_us"]),
             f"{row['ratio']:.2g}",
             "–" if row["error"] is None else f"{row['error']:.3g} {row['error_unit']}",
             row["reference"] or "–",
         )
         for row in rows
-        if row["time_us"] is not None
     ]
     head = ("curve", "what we use", "time", "units", "error", "against")
-    return _markdown(head, lines, "A unit is a million passes of a plain loop, timed just before.")
+    note = "A unit is a million passes of a plain loop, timed just before."
+    return f"{markdown_table(head, lines)}\n\n{note}"
 
 
-def with_tables(page: str) -> str:
-    """The page's text with its tables replaced by those of the committed results."""
-    found = {file.stem: read_result(file) for file in sorted(RESULTS.glob("*.json"))}
-    made: dict[str, Callable[[], str]] = {
-        "engine": lambda: engine_table(found["engine"]),
-        "simulation": lambda: runs_table(found["simulation"]),
-        "curves": lambda: curves_table(found.values()),
-    }
-    for name, table in made.items():
-        before, rest = page.split(BEGIN.format(name))
-        after = rest[rest.index(END.format(name)) :]
-        page = before + BEGIN.format(name) + table() + after
-    return page
+def plans_block() -> str:
+    """What plans of the arm cost, which are not found, and how long the arm then moves."""
+    result = committed_result("arm")
+    known = {row["name"]: row for row in result["rows"]}
+    lines = []
+    for profile in ("tuned", "paper"):
+        plan, late = known[f"plan {profile}"], known[f"plan {profile}, 99% quantile"]
+        missed, touching = known[f"plan {profile}: unsolved"], known[f"plan {profile}: touching"]
+        move, longest = (known[f"move {profile}, {share}% quantile"] for share in (50, 95))
+        lines.append(
+            (
+                f"`{profile}`",
+                f"{time_text(plan['time_us'])}, {time_text(late['time_us'])}",
+                f"{missed['error']:.2g} %",
+                f"{touching['error']:g}",
+                f"{move['error']:.2f} s, {longest['error']:.2f} s",
+            )
+        )
+    head = ("profile", "time of a plan: median, 99 %", "goals missed", "touching",
+            "the arm moves for: median, 95 %")  # fmt: skip
+    return f"{markdown_table(head, lines)}\n\n{machine_text(result)}"
 
 
-def _markdown(head: Sequence[str], lines: Iterable[Sequence[str]], note: str) -> str:
-    cells = [f"| {' | '.join(line)} |" for line in (head, *lines)]
-    return "\n".join([cells[0], "|---" * len(head) + "|", *cells[1:], "", note]) + "\n"
-
-
-def _machine(result: Mapping[str, Any]) -> str:
+def machine_text(result: Mapping[str, Any]) -> str:
+    """Where and when it was measured."""
     machine = result["machine"]
     named = f"{machine['name']}, {machine['cores']} cores, {machine['system']}, {machine['python']}"
     return f"Machine: {named}, {result['date']}."
+
+
+def speed_text(row: Row) -> str:
+    """How many times as fast as real time what is timed per 1/30 s was."""
+    speed = 1e6 / 30.0 / row["time_us"]
+    return f"{float(f'{speed:.2g}'):.0f}"
+
+
+def time_text(time_us: float) -> str:
+    """A time with its unit."""
+    return f"{time_us:.3g} µs" if time_us < 1e3 else f"{time_us / 1e3:.3g} ms"
 
 
 def _ratio(ratio: float | None) -> str:
@@ -123,11 +146,3 @@ def _ratio(ratio: float | None) -> str:
 
 def _setting(row: Row) -> str:
     return f"{row['knob']} {round(row['value'], 3):g}"
-
-
-def _time(time_us: float) -> str:
-    return f"{time_us:.3g} µs" if time_us < 1e3 else f"{time_us / 1e3:.3g} ms"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(with_tables(PAGE.read_text()))

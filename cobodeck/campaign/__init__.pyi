@@ -24,6 +24,8 @@ from cobodeck.campaign.result_store import (
     ResultStore as ResultStore,
 )
 from cobodeck.campaign.summary import (
+    campaigns_block as campaigns_block,
+    campaigns_in_short as campaigns_in_short,
     for_programs as for_programs,
     summarised as summarised,
     summary_text as summary_text,

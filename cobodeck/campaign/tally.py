@@ -50,7 +50,7 @@ def tally(results: Sequence[CellResult]) -> Tally:
         **totals,
         "errors": sum(len(run["errors"]) for run in found),
         "response_s": _mean([response for response in responses if response is not None]),
-        "shares": {name: _share(totals[name], totals[whole]) for name, whole in SHARE_OF.items()},
+        "shares": {name: share_of(totals[name], totals[whole]) for name, whole in SHARE_OF.items()},
         "least_gap_m": min(_present(run.get("min_gap_m") for run in found), default=None),
         "stuck_s": max((_stuck(run) for run in found), default=None),
     }
@@ -78,8 +78,16 @@ def broken(campaign: CampaignFile, whole: Tally) -> Iterator[str]:
         if limit.is_share:
             found = None if share is None else share["share"]
         if found is not None and found > limit.value:
-            told = f"{100.0 * found:.2f} %" if limit.is_share else str(found)
+            told = f"{100.0 * found:.2f} %" if limit.is_share else f"{found:g}"
             yield f"{name}: {told}, at most {limit} is expected"
+
+
+def share_of(hits: int | None, number: int | None) -> dict[str, float] | None:
+    """A share with its bounds of 95 %; null if there is nothing to be a share of."""
+    if hits is None or not number:
+        return None
+    low, high = proportion_bounds(min(hits, number), number)
+    return {"share": hits / number, "low": low, "high": high}
 
 
 def table_text(name: str, rows: Sequence[Mapping[str, Any]]) -> str:
@@ -123,13 +131,6 @@ def _mean(values: Sequence[float]) -> dict[str, float] | None:
         return None
     low, high = mean_bounds(values)
     return {"mean": sum(values) / len(values), "low": low, "high": high}
-
-
-def _share(hits: int | None, number: int | None) -> dict[str, float] | None:
-    if hits is None or not number:
-        return None
-    low, high = proportion_bounds(min(hits, number), number)
-    return {"share": hits / number, "low": low, "high": high}
 
 
 def _mean_text(mean: Mapping[str, float] | None) -> str:

@@ -5,6 +5,10 @@ from cobodeck.paper.conditions import (
 from cobodeck.paper.evaluation import (
     evaluate as evaluate,
 )
+from cobodeck.paper.page import (
+    paper_block as paper_block,
+    paper_in_short as paper_in_short,
+)
 from cobodeck.paper.report import (
     draw_figures as draw_figures,
     record_conditions as record_conditions,

@@ -5,7 +5,7 @@
     python -m cobodeck.bench.system DIR
 
 Reads `DIR/X.json` of each campaign X in `knobs`; writes `precision` and `disturbed` with their
-pictures to `cobodeck/campaign/results`, and the tables of the page.
+pictures to `cobodeck/campaign/results`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from cobodeck.bench.harness import machine
 from cobodeck.bench.system.comparison import compared
 from cobodeck.bench.system.drawn import COST, FIGURES, NOTES
 from cobodeck.bench.system.knobs import DISTURBED, PRECISION, SystemKnob
-from cobodeck.bench.system.page import PAGE, RESULTS, with_tables
+from cobodeck.bench.system.page import RESULTS
 from cobodeck.pictures import draw_knobs
 from cobodeck.record.format import versions
 
@@ -36,7 +36,6 @@ def main() -> None:
         (RESULTS / f"{name}.json").write_text(f"{json.dumps(result, indent=1)}\n", encoding="utf-8")
         picture = RESULTS / f"{name}.svg"
         draw_knobs(result["knobs"], FIGURES[name], NOTES[name], picture, {COST})
-    PAGE.write_text(with_tables(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 def _result(folder: Path, knobs: Sequence[SystemKnob]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The tables of `cobodeck/campaign/PRECISION.md`, made from the committed results."""
+"""What `cobodeck/campaign/PRECISION.md` says of the committed results."""
 
 from __future__ import annotations
 
@@ -9,62 +9,49 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
+from cobodeck.bench.table import machine_text
+from cobodeck.markdown import markdown_table
+
 RESULTS = Path(__file__).parents[2] / "campaign" / "results"
-PAGE = Path("cobodeck/campaign/PRECISION.md")
 Compared = Mapping[str, Any]
 """A knob with its values, as `comparison.compared` gives it."""
 _CHANGES = {"response_s": 2, "escapes_per_request": 2, "least_gap_m": 3}
 """Which differences are told, and their decimals."""
 
 
-def precision_table(result: Mapping[str, Any]) -> str:
+def precision_block() -> str:
     """What each value costs, and how its runs differ from ours."""
-    lines = [
-        "| | value | CPU, ms per s | to ours | response, s | Escapes per request | least gap, m "
-        "| prop, mm | pose, mm |",
-        "|---|---|---|---|---|---|---|---|---|",
-    ]
-    lines += [line for knob in result["knobs"] for line in _precision_lines(knob)]
-    return "\n".join([*lines, "", _made(result)]) + "\n"
+    head = ("", "value", "CPU, ms per s", "to ours", "response, s", "Escapes per request",
+            "least gap, m", "prop, mm", "pose, mm")  # fmt: skip
+    result = _committed("precision")
+    lines = (line for knob in result["knobs"] for line in _precision_lines(knob))
+    return f"{markdown_table(head, lines)}\n\n{_made(result)}"
 
 
-def disturbed_table(result: Mapping[str, Any]) -> str:
+def disturbed_block() -> str:
     """Up to where the robot touches nobody, and where the rest is worst."""
-    lines = [
-        "| | no touch by the robot | bound | as many served | Escapes per request | any touch "
-        "| hardest, m/s | stopped | Escapes failed | unserved |",
-        "|---|---|---|---|---|---|---|---|---|---|",
-    ]
-    lines += [_holds(knob) for knob in result["knobs"]]
-    return "\n".join([*lines, "", _made(result)]) + "\n"
+    head = ("", "no touch by the robot", "bound", "as many served", "Escapes per request",
+            "any touch", "hardest, m/s", "stopped", "Escapes failed", "unserved")  # fmt: skip
+    result = _committed("disturbed")
+    return f"{markdown_table(head, map(_holds, result['knobs']))}\n\n{_made(result)}"
 
 
-TABLES = {"precision": precision_table, "disturbed": disturbed_table}
-"""The results, and the table of each."""
+def _committed(name: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+    return found
 
 
-def with_tables(page: str) -> str:
-    """The page's text with its tables replaced by those of the committed results."""
-    for name, table in TABLES.items():
-        before, rest = page.split(f"<!-- {name} -->\n")
-        after = rest[rest.index(f"<!-- {name} end -->") :]
-        result = json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
-        page = f"{before}<!-- {name} -->\n{table(result)}{after}"
-    return page
-
-
-def _precision_lines(knob: Compared) -> Iterator[str]:
+def _precision_lines(knob: Compared) -> Iterator[tuple[str, ...]]:
     for number, row in enumerate(knob["values"]):
         ours = row["value"] == knob["ours"]
-        cells = [
+        yield (
             "" if number else knob["title"],
             f"**{row['value']}**" if ours else row["value"],
             f"{row['cpu_ms_per_s']:.1f}",
             f"{row['cpu_ratio']:.2f}",
             *(_own(row, name) if ours else _changed(row, name) for name in _CHANGES),
             *(_plain(row["means"][name]) for name in ("prop_error_mm", "pose_error_mm")),
-        ]
-        yield f"| {' | '.join(cells)} |"
+        )
 
 
 def _plain(mean: Mapping[str, float] | None) -> str:
@@ -85,12 +72,12 @@ def _changed(row: Mapping[str, Any], name: str) -> str:
     )
 
 
-def _holds(knob: Compared) -> str:
+def _holds(knob: Compared) -> tuple[str, ...]:
     values = knob["values"]
     held = list(takewhile(lambda row: not row["shares"]["touched_by_robot"]["hits"], values))
     bound = held[-1]["shares"]["touched_by_robot"]["high"] if held else 1.0
     hardest = max((row["impact_m_s"] for row in values if row["impact_m_s"]), default=None)
-    cells = [
+    return (
         knob["title"],
         f"to {held[-1]['value']}" if held else "nowhere",
         f"≤ {100.0 * bound:.0f} %",
@@ -99,8 +86,7 @@ def _holds(knob: Compared) -> str:
         _worst(values, "touched"),
         "–" if hardest is None else f"{hardest:.1f}",
         *(_worst(values, name) for name in ("stopped", "escapes_failed", "unserved")),
-    ]
-    return f"| {' | '.join(cells)} |"
+    )
 
 
 def _served(values: Sequence[Mapping[str, Any]]) -> str:
@@ -129,7 +115,5 @@ def _worst(values: Sequence[Mapping[str, Any]], name: str) -> str:
 
 
 def _made(result: Mapping[str, Any]) -> str:
-    machine = result["machine"]
-    named = f"{machine['name']}, {machine['cores']} cores, {machine['system']}, {machine['python']}"
     runs = [row["runs"] for knob in result["knobs"] for row in knob["values"]]
-    return f"{sum(runs)} runs, {min(runs)} to {max(runs)} of each value. {result['date']}, {named}."
+    return f"{sum(runs)} runs, {min(runs)} to {max(runs)} of each value. {machine_text(result)}"

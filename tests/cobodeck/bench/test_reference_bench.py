@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,7 +15,6 @@ from hw.model.robot import load_robot
 
 ROOT = Path(__file__).parents[3]
 RESULT = ROOT / "cobodeck/bench/results/reference.json"
-PAGE = ROOT / "hw/sim/physics/README.md"
 
 
 def taken(*responses: float | None) -> TierRun:
@@ -48,21 +45,3 @@ def test_the_committed_result_keeps_its_goals() -> None:
     physical = [row for row in rows if row["variant"] == "tier 3" and row["time_us"] is not None]
     assert physical
     assert all(row["time_us"] <= 1e6 / 30 / 20 for row in physical)
-
-
-def told(row: dict[str, Any]) -> str:
-    """A row of the page's table."""
-    case = row["name"].removeprefix("response, ")
-    off = "" if row["error"] is None else f"{row['error']:.1f} %"
-    speed = 1e6 / 30 / row["time_us"]
-    return f"| {case} | {row['variant']} | {off} | {row['reference'] or ''} | {speed:.0f} |"
-
-
-def test_the_page_has_the_figures_of_the_committed_result() -> None:
-    rows = json.loads(RESULT.read_text())["rows"]
-    page = PAGE.read_text()
-    for row in rows:
-        if row["name"].startswith("response, "):
-            assert told(row) in page
-        if row["name"] == "escapes, lab_a, curious":
-            assert f"{row['variant']}: {row['reference']}" in page.replace("Tier 1", "tier 1")

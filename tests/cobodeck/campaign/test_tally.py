@@ -126,7 +126,7 @@ def test_the_longest_time_at_one_place_is_that_of_all_drives_that_came_to_nothin
 
     assert whole["stuck_s"] == 61.0
     assert list(broken(campaign("expect: {stuck_s: 60}"), whole)) == [
-        "stuck_s: 61.0, at most 60 is expected"
+        "stuck_s: 61, at most 60 is expected"
     ]
     assert tally([result(0)])["stuck_s"] == 0.0
 

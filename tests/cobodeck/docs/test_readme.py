@@ -10,7 +10,7 @@ import pytest
 
 from cobodeck.__main__ import COMMANDS, main
 from cobodeck.bench.result import read_result
-from cobodeck.bench.table import CURVES, PAGE, RESULTS, with_tables
+from cobodeck.bench.table import CURVES, RESULTS
 from cobodeck.commands.bench import BENCHES
 from cobodeck.pictures.benched import draw_bench
 from cobodeck.terminal.console import OK
@@ -18,11 +18,6 @@ from hw.connection.driver_names import our_drivers
 
 ROOT = Path(__file__).resolve().parents[3]
 README = (ROOT / "README.md").read_text()
-
-
-def test_the_tables_are_those_of_the_committed_results():
-    page = (ROOT / PAGE).read_text()
-    assert with_tables(page) == page, "python -m cobodeck.bench.table writes it"
 
 
 def test_every_bench_has_a_committed_result():
@@ -53,6 +48,18 @@ def test_every_command_of_the_readme_exists():
     named = set(re.findall(r"`cobodeck (\w+)", README))
     assert named
     assert named <= set(COMMANDS)
+
+
+@pytest.mark.slow
+def test_the_run_shown_in_the_readme_is_that_of_make_demo(tmp_path, monkeypatch, capsys):
+    (command,) = re.findall(r"cobodeck (simulate .*) --record", (ROOT / "Makefile").read_text())
+    (shown,) = re.findall(r"^```\n(cobodeck in .*?)^```", README, flags=re.M | re.S)
+    monkeypatch.chdir(tmp_path)
+
+    assert main(command.split()) == OK
+    printed = capsys.readouterr().out.splitlines()
+    assert len(shown.splitlines()) >= 6
+    assert [line for line in printed if line in shown.splitlines()] == shown.splitlines()
 
 
 def test_every_make_target_of_the_readme_exists():

@@ -6,7 +6,7 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.paper import CONDITIONS, EvaluationPlan, evaluate
-from cobodeck.paper.readme import committed
+from cobodeck.paper.page import committed
 from cobodeck.terminal import USAGE
 
 

@@ -10,7 +10,7 @@ import pytest
 from cobodeck.paper import CONDITIONS, write_report
 from cobodeck.paper.claims import claims
 from cobodeck.paper.comparison import on_study
-from cobodeck.paper.readme import PAGE, PROFILES, committed, with_table
+from cobodeck.paper.page import PROFILES, committed
 from cobodeck.paper.tables import tables
 
 
@@ -57,11 +57,6 @@ def test_every_deep_is_85_cm_ahead_of_who_asks(result):
             assert z == 1.5
             assert x == pytest.approx(at_x + 0.85 * math.cos(yaw), abs=1e-6)
             assert y == pytest.approx(at_y + 0.85 * math.sin(yaw), abs=1e-6)
-
-
-def test_the_table_of_the_readme_is_that_of_the_committed_results():
-    page = PAGE.read_text(encoding="utf-8")
-    assert with_table(page) == page, "python -m cobodeck.paper.readme writes it"
 
 
 def test_the_report_stands_alone_and_has_every_claim_and_request(result, tmp_path):

@@ -16,7 +16,7 @@ from scipy import stats
 from cobodeck.bench.system.comparison import compared
 from cobodeck.bench.system.drawn import COST, FIGURES, NOTES
 from cobodeck.bench.system.knobs import DISTURBED, PRECISION, SystemKnob
-from cobodeck.bench.system.page import PAGE, RESULTS, TABLES, with_tables
+from cobodeck.bench.system.page import RESULTS
 from cobodeck.campaign import (
     FOLDER,
     CampaignCell,
@@ -141,12 +141,6 @@ def test_every_campaign_of_this_kind_is_compared() -> None:
     assert shipped == {knob.campaign for knob in PRECISION + DISTURBED}
 
 
-def test_the_page_tells_what_the_results_say() -> None:
-    page = (ROOT / PAGE).read_text(encoding="utf-8")
-
-    assert with_tables(page) == page
-
-
 @pytest.mark.parametrize(("name", "knobs"), [("precision", PRECISION), ("disturbed", DISTURBED)])
 def test_results_are_of_the_campaigns_and_make_the_pictures(
     name: str, knobs: tuple[SystemKnob, ...], tmp_path: Path
@@ -157,6 +151,5 @@ def test_results_are_of_the_campaigns_and_make_the_pictures(
     text = picture.read_text(encoding="utf-8")
 
     assert [one["campaign"] for one in result["knobs"]] == [knob.campaign for knob in knobs]
-    assert TABLES[name](result).count("\n| ") >= len(knobs)
     assert all(str(row["value"]) in text for row in result["knobs"][0]["values"])
     assert knobs[0].title in text

@@ -1,23 +1,22 @@
-"""The table of `cobodeck/paper/README.md`, made from the committed results.
-
-`python -m cobodeck.paper.readme` writes it anew.
-"""
+"""What pages say of the committed results."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from cobodeck.markdown import markdown_table
+from cobodeck.paper.claims import safe_times
 from cobodeck.paper.conditions import CONDITIONS
 from cobodeck.paper.published import ARM, KRUSKAL_WALLIS_H, REQUESTS, TABLE_2, TO_SAFETY
 
-FOLDER = Path(__file__).parent
-PAGE, RESULTS = FOLDER / "README.md", FOLDER / "results"
+RESULTS = Path(__file__).with_name("results")
 PROFILES = ("paper", "tuned")
-BEGIN, END = "<!-- evaluate paper -->\n", "<!-- evaluate paper end -->"
+HEAD = ("", "the paper", *(f"profile `{profile}`" for profile in PROFILES))
 Result = Mapping[str, Any]
+Cells = tuple[str, ...]
 
 
 def committed(profile: str) -> dict[str, Any]:
@@ -26,17 +25,30 @@ def committed(profile: str) -> dict[str, Any]:
     return found
 
 
-def with_table(page: str) -> str:
-    """The page's text with its table replaced by that of the committed results."""
-    before, rest = page.split(BEGIN)
-    after = rest[rest.index(END) :]
-    return before + BEGIN + "\n".join(_lines()) + "\n" + after
-
-
-def _lines() -> Iterator[str]:
+def paper_block() -> str:
+    """Table 2, and what else the paper's claims rest on: its figures, and ours by both profiles."""
     results = [committed(profile) for profile in PROFILES]
-    yield f"| | the paper | {' | '.join(f'profile `{profile}`' for profile in PROFILES)} |"
-    yield "|---|---|" + "---|" * len(PROFILES)
+    lines = [*_conditions(results), *_others(results)]
+    return f"{markdown_table(HEAD, lines)}\n\nMeasured on {results[0]['date']}."
+
+
+def paper_in_short() -> str:
+    """Table 2 in a row for each condition, and how many requests were served."""
+    results = [committed(profile) for profile in PROFILES]
+    head = ("a request's response (SD), way, Escapes", *HEAD[1:])
+    lines = [
+        _row(
+            name,
+            f"{printed.mean_s:.2f} ({printed.sd_s:.2f}) s, {printed.distance_m / REQUESTS:.1f} m, "
+            f"{printed.escapes / REQUESTS:.2f}",
+            (_in_short(found["conditions"][name]) for found in results),
+        )
+        for name, printed in TABLE_2.items()
+    ]
+    return markdown_table(head, [*lines, _all_served(results)])
+
+
+def _conditions(results: Sequence[Result]) -> Iterator[Cells]:
     for name in CONDITIONS:
         printed = TABLE_2[name]
         yield _row(
@@ -49,7 +61,14 @@ def _lines() -> Iterator[str]:
             f"{printed.distance_m / REQUESTS:.1f} m, {printed.escapes}",
             (_per_request(found["conditions"][name]) for found in results),
         )
-    yield _row("served", "300 of 300", map(_served, results))
+
+
+def _all_served(results: Sequence[Result]) -> Cells:
+    return _row("served", "300 of 300", map(_served, results))
+
+
+def _others(results: Sequence[Result]) -> Iterator[Cells]:
+    yield _all_served(results)
     arm = f"{ARM.mean:.2f} ({ARM.sd:.2f})"
     arms = (_spread(found["conditions"]["chase"]["arm_s"]) for found in results)
     yield _row("the arm in chase, s (SD)", arm, arms)
@@ -58,12 +77,10 @@ def _lines() -> Iterator[str]:
     for pair in ("corner - chase", "center - chase"):
         yield _row(f"response on random routes, {pair}, s", "–", (_gap(f, pair) for f in results))
     yield _row("claims that hold", "all", map(_held, results))
-    machine = results[0]["machine"]["platform"]
-    yield f"\nMeasured on {results[0]['date']}, {machine}."
 
 
-def _row(about: str, printed: str, ours: Any) -> str:
-    return f"| {about} | {printed} | {' | '.join(ours)} |"
+def _row(about: str, printed: str, ours: Iterable[str]) -> Cells:
+    return (about, printed, *ours)
 
 
 def _spread(values: Mapping[str, float]) -> str:
@@ -75,14 +92,18 @@ def _per_request(run: Mapping[str, Any]) -> str:
     return f"{run['distance_m'] / run['requests']:.1f} m, {escapes:.0f}"
 
 
+def _in_short(run: Mapping[str, Any]) -> str:
+    requests = run["requests"]
+    way, escapes = run["distance_m"] / requests, run["escapes"] / requests
+    return f"{_spread(run['response_s'])} s, {way:.1f} m, {escapes:.2f}"
+
+
 def _served(result: Result) -> str:
     runs = result["conditions"].values()
     return f"{sum(run['served'] for run in runs)} of {sum(run['requests'] for run in runs)}"
 
 
 def _to_safety(result: Result) -> str:
-    from cobodeck.paper.claims import safe_times
-
     times = safe_times(result)
     return f"{sum(times) / len(times):.2f} (n = {len(times)})" if times else "no Escape"
 
@@ -101,7 +122,3 @@ def _gap(result: Result, pair: str) -> str:
 def _held(result: Result) -> str:
     held = [claim["holds"] for claim in result["claims"]]
     return f"{held.count(True)} of {len(held)}"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
