@@ -140,6 +140,8 @@ def test_limits_are_totals_or_shares() -> None:
         ("expect: {contacts: 150 %}", "1.5 is out of range"),
         ("expect: {contacts: -1}", "3 is a total, 5 % a share"),
         ("expect: {falls: 0}", "expect.falls: unknown key"),
+        ("expect: {hits: 0 %}", "expect.hits: 0 % is a share; give a total"),
+        ("expect: {contacts_avoidable: 0}", "expect.contacts_avoidable: is found out only with"),
         ("set: {chase.risk: []}", "set.chase.risk: is an empty list"),
         ("requests: [1, 2]\nseeds: 600000", "has 1,200,000 cells; 1,000,000 are allowed"),
     ],
