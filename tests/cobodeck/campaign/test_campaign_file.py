@@ -168,6 +168,8 @@ def test_a_wrong_value_is_told_at_its_place(line: str, told: str) -> None:
         (["set: {chase.risk: [3, 1e9], chase.inner: 3 kg}"], [(2, 23), (2, 42)]),
         (["set: {charts.chase.patienc: 3 s}"], [(2, 29)]),
         (["in: {goal: 3}"], [(1, 1)]),
+        (["tick_hz: [30, 7]"], [(2, 15)]),
+        (["tick_hz: 7"], [(1, 1)]),
     ],
 )
 def test_a_value_that_is_not_there_is_told_at_its_place(
