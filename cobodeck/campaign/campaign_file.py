@@ -47,6 +47,13 @@ from engine.files.declared import (
 FOLDER = Path(__file__).parent / "files"
 MOST = 1_000_000
 """Cells of a campaign at most."""
+SHARE_OF: Mapping[str, str] = {
+    "unserved": "requests",
+    "contacts": "requests",
+    "contacts_by_robot": "requests",
+    "escape_failures": "escapes",
+}
+"""Totals that are told as a share of another one, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +156,12 @@ class Expected:
     stuck_s: Most | None = None
     """Seconds for which drives came to nothing at one place, one after the other."""
 
+    def faults(self) -> Iterator[Fault]:
+        """Shares of what there is no share of, by key."""
+        for name, limit in self.limits().items():
+            if limit.is_share and name not in SHARE_OF:
+                yield name, f"{limit} is a share; give a total, such as 0"
+
     def limits(self) -> dict[str, Limit]:
         """What is expected, by name."""
         found = {name: getattr(self, name) for name in self.__slots__}
@@ -225,10 +238,12 @@ class CampaignFile:
     """What must hold of the whole; otherwise the exit code is 1."""
 
     def faults(self) -> Iterator[Fault]:
-        """More cells than anybody can run."""
+        """More cells than anybody can run, expectations that nothing can meet, by key."""
         cells = self.seeds * math.prod(len(axis.choices) for axis in self.axes())
         if cells > MOST:
             yield "campaign", f"has {cells:,} cells; {MOST:,} are allowed"
+        if self.expect.contacts_avoidable is not None and not self.judge:
+            yield "expect.contacts_avoidable", "is found out only with judge: true"
 
     def axes(self) -> tuple[CampaignAxis, ...]:
         """The keys with values, in their order; those of `set` and `in` one by one."""

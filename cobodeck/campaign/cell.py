@@ -45,7 +45,7 @@ class CampaignCell:
         variants meet the same people: with common random numbers, differences between variants
         vary less than figures do (Law, Simulation Modeling and Analysis, 5th ed., 11.2).
         """
-        world = (_bare(self.scene), _bare(self.user), self.requests, self.duration_s)
+        world = (bare_name(self.scene), bare_name(self.user), self.requests, self.duration_s)
         text = json.dumps((*world, self.repetition))
         entropy = int.from_bytes(hashlib.sha256(text.encode()).digest())
         return int(np.random.SeedSequence(entropy).generate_state(1)[0])
@@ -57,10 +57,11 @@ class CampaignCell:
     def content(self) -> dict[str, Any]:
         """As `key`, with files by their names alone: equal wherever they lie."""
         named = ("chart", "scene", "user", "robot", "profile")
-        return self.key() | {name: _bare(getattr(self, name)) for name in named}
+        return self.key() | {name: bare_name(getattr(self, name)) for name in named}
 
 
-def _bare(name: str | None) -> str | None:
+def bare_name(name: str | None) -> str | None:
+    """A file by its name alone; other names as they are."""
     return PurePath(name).name if name is not None and is_path(name) else name
 
 

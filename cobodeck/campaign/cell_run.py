@@ -20,14 +20,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from cobodeck.campaign.cell import CampaignCell
+from cobodeck.campaign.cell import CampaignCell, bare_name
 from cobodeck.fitness import require
 from cobodeck.project import Catalogue, catalogue
 from cobodeck.record.format import code, sha256, versions
-from cobodeck.run import simulate
+from cobodeck.run import simulate, stage
 from cobodeck.setup import Options, Setup, longest_s, open_setup, read_inputs, warm_up
 from cobodeck.terminal import ENDING, Problem, behind_record, complain
 from engine.files import FileError, noting
+from hw import missing
 from hw.people import open_user
 from hw.scene import Scene
 
@@ -36,6 +37,10 @@ OF_THE_MACHINE = ("wall_s", "realtime_factor", "cpu_us_per_tick")
 OTHERS = "this worker has other files or other code than the client"
 KEPT = 8
 """Setups that are kept for the next cells."""
+NAMED = ("scene", "user")
+"""Figures that may be paths."""
+_loaded: dict[str, str] = {}
+"""Hashes of code as it was when this process first asked, which is the code that it runs."""
 
 
 def canonical(value: Any) -> str:
@@ -70,18 +75,19 @@ def _avoidable(setup: Setup, options: Options, contacts: int) -> int:
         return contacts_avoidable(record)
 
 
-def run_cell(cell: CampaignCell, record: Path | None = None) -> dict[str, Any]:
+def run_cell(cell: CampaignCell, record: Path | None = None, *, own: bool = True) -> dict[str, Any]:
     """The figures of a run by their names in `simulate --json`, without times of the machine.
 
     Args:
         cell: what to run.
         record: keep a record in this new file.
+        own: charts, states and files of projects are found, too.
 
     Raises:
         Problem: it cannot run; FileError: a file or value is wrong.
     """
     with noting():  # a record tells which files this run has read
-        return CellRunner().run(cell, record)
+        return CellRunner(catalogue(own=own)).run(cell, record)
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,20 +144,24 @@ class CellRunner:
         }
         return sha256_of(content)
 
+    def check(self, cell: CampaignCell) -> None:
+        """Set up a run as far as its first tick; raises as `address` does, and for its tier."""
+        self.address(cell)
+        try:
+            stage(self.setup(cell), _options(cell))
+        except ModuleNotFoundError as error:
+            if (needed := missing(error)) is None:
+                raise
+            raise Problem(f"tier {cell.tier}: it {needed}") from None
+
     def run(self, cell: CampaignCell, record: Path | None = None) -> dict[str, Any]:
-        """The figures of a cell, see `run_cell`."""
-        setup = self.setup(cell)
-        options = Options(
-            user=cell.user,
-            requests=cell.requests,
-            tier=cell.tier,
-            seed=cell.seed,
-            duration_s=cell.duration_s or longest_s(cell.requests),
-        )
+        """The figures of a cell, see `run_cell`; files are named without their folders."""
+        setup, options = self.setup(cell), _options(cell)
         figures = _simulated(setup, options, record)
         if cell.judge and figures["contacts"] is not None:
             figures["contacts_avoidable"] = _avoidable(setup, options, figures["contacts"])
         kept = {name: value for name, value in figures.items() if name not in OF_THE_MACHINE}
+        kept |= {name: bare_name(kept[name]) for name in NAMED}
         found: dict[str, Any] = json.loads(canonical(kept))  # as they come back from a file
         return found
 
@@ -190,7 +200,7 @@ class CellRunner:
 
     @cached_property
     def _code(self) -> dict[str, str]:
-        return code(self.known)
+        return {name: _loaded.setdefault(name, now) for name, now in code(self.known).items()}
 
     def _open(
         self,
@@ -214,6 +224,16 @@ class CellRunner:
         )
         require("begin", setup=setup)
         return setup
+
+
+def _options(cell: CampaignCell) -> Options:
+    return Options(
+        user=cell.user,
+        requests=cell.requests,
+        tier=cell.tier,
+        seed=cell.seed,
+        duration_s=cell.duration_s or longest_s(cell.requests),
+    )
 
 
 def _files_of(scene: Scene, source: str | None) -> dict[str, str]:

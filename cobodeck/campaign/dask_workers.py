@@ -14,7 +14,7 @@ from typing import Any
 
 from cobodeck.campaign.cell_run import CellResult
 from cobodeck.campaign.worker import DEATHS, CellTask, work
-from cobodeck.terminal import Problem
+from cobodeck.terminal import Problem, complain
 
 LOOPBACK = "127.0.0.1"
 CONNECT_S = 5.0
@@ -34,7 +34,8 @@ def run_on_dask(
         own: charts, states and files of projects are found, too.
 
     Raises:
-        Problem: nothing answers at the address; ModuleNotFoundError: Dask is not installed.
+        Problem: nothing answers at the address, or the cluster fails; ModuleNotFoundError: Dask is
+            not installed.
     """
     from distributed import KilledWorker, as_completed
 
@@ -50,13 +51,16 @@ def run_on_dask(
                 done.add(future)
             if not running:
                 return
-            future = next(done)
-            cell, address = running.pop(future)
             try:
-                yield future.result()
+                future = next(done)
+                cell, address = running.pop(future)
+                result = future.result()
             except KilledWorker as death:
                 told = f"{DEATHS} workers died of it, the last one {death.last_worker.address}"
-                yield CellResult(cell, address, None, failure=told)
+                result = CellResult(cell, address, None, failure=told)
+            except Exception as error:  # noqa: BLE001  Dask's: `work` itself raises nothing
+                raise Problem(f"the Dask cluster fails: {type(error).__name__}: {error}") from None
+            yield result
 
 
 def _next(waiting: Iterator[CellTask], count: int) -> Iterator[CellTask]:
@@ -70,9 +74,12 @@ def _client(open_until: ExitStack, workers: int, scheduler: str | None) -> Any:
 
     if scheduler is not None:
         try:
-            return open_until.enter_context(Client(scheduler, timeout=CONNECT_S))
+            client = open_until.enter_context(Client(scheduler, timeout=CONNECT_S))
         except (OSError, ValueError) as error:
             raise Problem(f"--scheduler {scheduler}: no Dask scheduler answers: {error}") from None
+        if not client.nthreads():
+            complain(f"--scheduler {scheduler}: has no workers yet; waiting for one")
+        return client
     of_deaths = {
         "distributed.scheduler.allowed-failures": DEATHS - 1,
         "distributed.deploy.lost-worker-timeout": "1 day",  # else who dies often is not begun again

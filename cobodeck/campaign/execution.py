@@ -12,7 +12,9 @@ from cobodeck.campaign.cell_run import CellResult, CellRunner
 from cobodeck.campaign.dask_workers import run_on_dask
 from cobodeck.campaign.local_workers import run_locally
 from cobodeck.campaign.result_store import ResultStore
+from cobodeck.campaign.worker import CellTask
 from cobodeck.project import catalogue
+from cobodeck.terminal import Problem
 
 Executor = Literal["local", "dask"]
 EXECUTORS: tuple[Executor, ...] = get_args(Executor)
@@ -38,10 +40,11 @@ def execute(
         own: charts, states and files of projects are found, too.
 
     Raises:
-        Problem: a cell cannot run; FileError: a file or value is wrong; before anything runs.
+        Problem: a cell cannot run, or two would share a result; FileError: a file or value is
+            wrong; before anything runs.
     """
     runner = CellRunner(catalogue(own=own))
-    tasks = [(cell, runner.address(cell)) for cell in cells]
+    tasks = _apart([(cell, runner.address(cell)) for cell in cells])
     waiting = [task for task in tasks if store is None or task[1] not in store]
     if store is not None:
         yield from (store.result(*task) for task in tasks if task[1] in store)
@@ -58,3 +61,17 @@ def execute(
             if store is not None and result.figures is not None:
                 store.keep(result)
             yield result
+
+
+def _apart(tasks: list[CellTask]) -> list[CellTask]:
+    """The tasks, of which no two different cells have one address.
+
+    Raises:
+        Problem: two have, as with two files of the same name and content.
+    """
+    first: dict[str, CampaignCell] = {}
+    for cell, address in tasks:
+        other = first.setdefault(address, cell)
+        if other != cell:
+            raise Problem(f"one result would be that of two cells: {other.key()}, {cell.key()}")
+    return tasks

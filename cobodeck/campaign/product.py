@@ -61,9 +61,9 @@ def check_campaign(item: Item, runner: CellRunner) -> CampaignFile:
             if axis.field in fields
         )
     first = [axis.choices[0] for axis in axes]
-    _refer(item, partial(runner.address, _cell(axes, first)))
+    _refer(item, partial(runner.check, _cell(axes, first)))
     gather(
-        partial(_refer, choice.item, partial(runner.address, cell))
+        partial(_refer, choice.item, partial(runner.check, cell))
         for choice, cell in _neighbours(axes, first)
     )
     return campaign

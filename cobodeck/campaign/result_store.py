@@ -25,11 +25,14 @@ class ResultStore:
     """The results in a folder, which is made if it is not there; one program writes at a time.
 
     Raises:
-        Problem: another program writes there.
+        Problem: another program writes there, or it is a file.
     """
 
     def __init__(self, folder: Path) -> None:
-        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except (FileExistsError, NotADirectoryError):
+            raise Problem(f"{folder}: a file is there; results need a folder") from None
         self.path = folder / NAME
         self._file = self.path.open("a+b")
         try:

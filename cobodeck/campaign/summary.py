@@ -36,7 +36,8 @@ Summary = Mapping[str, Any]
 def summarised(campaign: CampaignFile, results: Sequence[CellResult]) -> dict[str, Any]:
     """Totals, a table for each key with several values, what failed, and what is not as expected.
 
-    `sha256` is that of all keys and figures in the order of the cells: equal wherever they ran.
+    `sha256` is that of all cells and figures in their order: equal wherever they ran, and wherever
+    their files lie.
     """
     whole = tally(results)
     return {
@@ -50,7 +51,7 @@ def summarised(campaign: CampaignFile, results: Sequence[CellResult]) -> dict[st
             if result.failure is not None
         ],
         "broken": list(broken(campaign, whole)),
-        "sha256": sha256_of([[r.cell.key(), r.figures_sha256] for r in results]),
+        "sha256": sha256_of([[r.cell.content(), r.figures_sha256] for r in results]),
     }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from cobodeck.campaign.campaign_file import CampaignFile
+from cobodeck.campaign.campaign_file import SHARE_OF, CampaignFile, Limit
 from cobodeck.campaign.cell_run import CellResult
 from cobodeck.campaign.product import value_of
 from cobodeck.statistics import mean_bounds, proportion_bounds
@@ -24,13 +24,6 @@ COUNTED: Mapping[str, tuple[str, ...]] = {
     "hits": ("wall_hits", "object_hits"),
 }
 """Totals, each the sum of these figures of all runs."""
-SHARE_OF: Mapping[str, str] = {
-    "unserved": "requests",
-    "contacts": "requests",
-    "contacts_by_robot": "requests",
-    "escape_failures": "escapes",
-}
-"""Totals that are told as a share of another one, too."""
 Tally = dict[str, Any]
 
 
@@ -52,7 +45,7 @@ def tally(results: Sequence[CellResult]) -> Tally:
         "response_s": _mean([response for response in responses if response is not None]),
         "shares": {name: share_of(totals[name], totals[whole]) for name, whole in SHARE_OF.items()},
         "least_gap_m": min(_present(run.get("min_gap_m") for run in found), default=None),
-        "stuck_s": max((_stuck(run) for run in found), default=None),
+        "stuck_s": max(_present(map(_stuck, found)), default=None),
     }
 
 
@@ -71,15 +64,23 @@ def tables(campaign: CampaignFile, results: Sequence[CellResult]) -> list[dict[s
 
 
 def broken(campaign: CampaignFile, whole: Tally) -> Iterator[str]:
-    """What is not as the campaign expects it, in words."""
+    """What is not as the campaign expects it, or is not known, in words."""
     for name, limit in campaign.expect.limits().items():
-        share = whole["shares"].get(name)
-        found = whole[name]
-        if limit.is_share:
-            found = None if share is None else share["share"]
-        if found is not None and found > limit.value:
+        found = _compared(whole, name, limit)
+        if found is None:
+            yield f"{name}: not known, at most {limit} is expected"
+        elif found > limit.value:
             told = f"{100.0 * found:.2f} %" if limit.is_share else f"{found:g}"
             yield f"{name}: {told}, at most {limit} is expected"
+
+
+def _compared(whole: Tally, name: str, limit: Limit) -> float | None:
+    """What is compared with a limit: a total, or a share, which is 0 of nothing."""
+    total: float | None = whole[name]
+    if total is None or not limit.is_share:
+        return total
+    share = whole["shares"][name]
+    return float(total) if share is None else share["share"]
 
 
 def share_of(hits: int | None, number: int | None) -> dict[str, float] | None:
@@ -112,9 +113,11 @@ def table_text(name: str, rows: Sequence[Mapping[str, Any]]) -> str:
     return table([heads, *body])
 
 
-def _stuck(run: Mapping[str, Any]) -> float:
-    """The longest time for which drives came to nothing at one place, s."""
-    return max((one["until_s"] - one["at_s"] for one in run.get("stuck") or ()), default=0.0)
+def _stuck(run: Mapping[str, Any]) -> float | None:
+    """The longest time for which drives came to nothing at one place, s; None if not known."""
+    if run.get("stuck") is None:
+        return None
+    return max((one["until_s"] - one["at_s"] for one in run["stuck"]), default=0.0)
 
 
 def _present(values: Iterator[Any]) -> Iterator[Any]:

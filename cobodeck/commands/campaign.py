@@ -45,6 +45,7 @@ from cobodeck.terminal import (
     Problem,
     ProgressLine,
     complain,
+    count,
     positive,
     show,
     show_json,
@@ -77,8 +78,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--workers", type=positive, metavar="N", help="default: one per processor")
     parser.add_argument("--cells", type=positive, metavar="N", help="only N, evenly chosen")
     parser.add_argument(
-        "--worst", type=int, default=WORST, metavar="N",
-        help=f"record and draw so many of the worst runs; default {WORST}",
+        "--worst", type=count, default=WORST, metavar="N",
+        help=f"record and draw so many of the worst runs, 0: none; default {WORST}",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="for programs")
 
@@ -114,7 +115,9 @@ def _warn_of_scheduler(args: argparse.Namespace) -> None:
         return
     if args.executor != "dask":
         raise Problem("--scheduler needs --executor dask")
-    host = args.scheduler.rpartition("://")[2].rpartition(":")[0]
+    host, _, port = args.scheduler.rpartition("://")[2].rpartition(":")
+    if not host or not port.isdecimal():
+        raise Problem(f"--scheduler {args.scheduler}: is no address, as tcp://HOST:8786")
     if host not in NEAR:
         complain(f"whoever reaches the scheduler at {args.scheduler} runs code on all its workers")
 
@@ -165,7 +168,7 @@ def _draw(folder: Path, parameters: Sequence[Mapping[str, Any]]) -> None:
 def _look_at_worst(args: argparse.Namespace, results: Sequence[CellResult]) -> None:
     """Run the worst cells again, with records and pictures, if what these need is there."""
     folder: Path = args.out / "worst"
-    for number, (name, result) in enumerate(worst_cells(results, max(args.worst, 0)), 1):
+    for number, (name, result) in enumerate(worst_cells(results, args.worst), 1):
         record = folder / f"{number}_{name}_{result.address[:8]}{ENDING}"
         if record.exists():
             continue
@@ -174,7 +177,7 @@ def _look_at_worst(args: argparse.Namespace, results: Sequence[CellResult]) -> N
 
             folder.mkdir(parents=True, exist_ok=True)
             with redirect_stdout(sys.stderr):
-                figures = run_cell(result.cell, record)
+                figures = run_cell(result.cell, record, own=args.own)
                 draw_run(record, record.with_suffix(".svg"))
         except ModuleNotFoundError as error:
             complain(f"no records of the worst runs: they {missing(error)}")

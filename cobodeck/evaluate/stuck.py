@@ -24,8 +24,8 @@ PLACE_M = 0.5
 class StuckWatch:
     """Notes what was next to the robot whenever a drive came to nothing; call `watch` once a tick.
 
-    Drives of one node that end alike, one after the other at one place beside the same, are listed
-    once.
+    Drives that come to nothing at one place are listed once, as the first of them, from `at_s` to
+    `until_s`, that of the last one before the base leaves the place.
     """
 
     plant: PoseSource
@@ -33,6 +33,7 @@ class StuckWatch:
     scene: Scene
     footprint: Footprint
     found: list[dict[str, Any]] = field(default_factory=list)
+    _place: tuple[float, float] | None = None  # of the last entry, until the base has left it
     _read: int = 0
     _goals: dict[str, tuple[Pose2, ...]] = field(default_factory=dict)  # of running leaves, by path
 
@@ -43,6 +44,7 @@ class StuckWatch:
 
     def watch(self, now_ns: int) -> None:
         """Look at what has ended since the last instant."""
+        self._leave()
         trace = self.run.trace
         read, self._read = self._read, trace.gone + len(trace.raw)
         if read == self._read:
@@ -51,6 +53,14 @@ class StuckWatch:
             if raw[0] == "end" and raw[3] in OUTCOMES:
                 self._note(now_ns, raw[1] / 1e9, raw[2].path, raw[3])
         self._goals = self._running()  # before what comes next writes other goals
+
+    def _leave(self) -> None:
+        """Forget the place if the base is no longer there."""
+        truth = self.plant.truth
+        if self._place is None or truth is None or truth.base is None:
+            return
+        if math.dist((truth.base.x, truth.base.y), self._place) > PLACE_M:
+            self._place = None
 
     def _running(self) -> dict[str, tuple[Pose2, ...]]:
         """The poses that running leaves have as inputs, by the path of the leaf."""
@@ -75,25 +85,26 @@ class StuckWatch:
         truth = self.plant.truth
         if truth is None or truth.base is None:
             return
+        if self._place is not None:
+            last = self.found[-1]
+            last["until_s"], last["count"] = at_s, last["count"] + 1
+            return
         # a way is closed by what may still be far off
         within = BESIDE_M if outcome == "stuck" else math.inf
         near = nearest(self.scene, self.footprint, truth, now_ns, within)
         if near is None:
             return
         goal = self._why_no_goal(node) if outcome == "no_path" else None
-        last = self.found[-1] if self.found else {}
-        same = {"node": node, "outcome": outcome, "goal": goal, "near": near.what}
-        here = truth.base.x, truth.base.y
-        stays = bool(last) and math.dist(here, (last["x"], last["y"])) <= PLACE_M
-        if stays and all(last[key] == value for key, value in same.items()):
-            last["until_s"], last["count"] = at_s, last["count"] + 1
-            return
+        self._place = truth.base.x, truth.base.y
         self.found.append(
             {
                 "at_s": at_s,
                 "until_s": at_s,
                 "count": 1,
-                **same,
+                "node": node,
+                "outcome": outcome,
+                "goal": goal,
+                "near": near.what,
                 "x": truth.base.x,
                 "y": truth.base.y,
                 "near_x": near.x,

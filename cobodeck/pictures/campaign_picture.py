@@ -40,7 +40,7 @@ def draw_parameter(parameter: Mapping[str, Any], path: Path) -> None:
         "by the robot, % of requests": lambda row: _share(row, "contacts_by_robot"),
         "unserved, % of requests": lambda row: _share(row, "unserved"),
         "failed, % of Escapes": lambda row: _share(row, "escape_failures"),
-        "least gap, m": lambda row: (row["least_gap_m"] or math.nan,) * 3,
+        "least gap, m": lambda row: _gap(row["least_gap_m"]),
     }
     width, height = PANEL_IN
     figure = Figure(figsize=(3 * width, 2 * height), layout="constrained", facecolor="white")
@@ -63,7 +63,8 @@ def _draw(axes: Axes, places: Sequence[float], points: Sequence[Point]) -> None:
         axes.text(0.5, 0.5, "none", transform=axes.transAxes, ha="center", fontsize=9, color=GREY)
         axes.set_yticks([])
     axes.grid(visible=True, axis="y", color=GREY, linewidth=0.3, alpha=0.5)
-    axes.set_ylim(bottom=0.0)
+    if not any(middle < 0.0 for middle in middles):  # gaps in contact
+        axes.set_ylim(bottom=0.0)
     margin = 0.3 * min((b - a for a, b in pairwise(places)), default=1.0)
     axes.set_xlim(places[0] - margin, places[-1] + margin)
 
@@ -75,6 +76,10 @@ def _places(labels: Sequence[str]) -> list[float]:
         if all(a < b for a, b in pairwise(numbers)):
             return numbers
     return [float(n) for n in range(len(labels))]
+
+
+def _gap(found: float | None) -> Point:
+    return NONE if found is None else (found, found, found)
 
 
 def _share(row: Mapping[str, Any], name: str) -> Point:

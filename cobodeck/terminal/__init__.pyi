@@ -1,4 +1,5 @@
 from cobodeck.terminal.argument_types import (
+    count as count,
     inputs as inputs,
     instant as instant,
     kept_file as kept_file,

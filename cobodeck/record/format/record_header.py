@@ -25,6 +25,7 @@ ROOT = Path(__file__).parent.parent.parent.parent
 PACKAGES = ("engine", "hw", "states", "behaviors", "cobodeck")
 LIBRARIES = (
     "cobodeck", "numpy", "scipy", "numba", "shapely", "networkx", "pyyaml", "foxglove-sdk",
+    "mujoco",
 )  # fmt: skip
 REPLAY = "replay"
 """The kind of plant of a replay."""

@@ -140,6 +140,8 @@ def test_limits_are_totals_or_shares() -> None:
         ("expect: {contacts: 150 %}", "1.5 is out of range"),
         ("expect: {contacts: -1}", "3 is a total, 5 % a share"),
         ("expect: {falls: 0}", "expect.falls: unknown key"),
+        ("expect: {hits: 0 %}", "expect.hits: 0 % is a share; give a total"),
+        ("expect: {contacts_avoidable: 0}", "expect.contacts_avoidable: is found out only with"),
         ("set: {chase.risk: []}", "set.chase.risk: is an empty list"),
         ("requests: [1, 2]\nseeds: 600000", "has 1,200,000 cells; 1,000,000 are allowed"),
     ],
@@ -166,6 +168,8 @@ def test_a_wrong_value_is_told_at_its_place(line: str, told: str) -> None:
         (["set: {chase.risk: [3, 1e9], chase.inner: 3 kg}"], [(2, 23), (2, 42)]),
         (["set: {charts.chase.patienc: 3 s}"], [(2, 29)]),
         (["in: {goal: 3}"], [(1, 1)]),
+        (["tick_hz: [30, 7]"], [(2, 15)]),
+        (["tick_hz: 7"], [(1, 1)]),
     ],
 )
 def test_a_value_that_is_not_there_is_told_at_its_place(

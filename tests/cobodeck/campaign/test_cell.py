@@ -11,8 +11,12 @@ import pytest
 from hypothesis import given, strategies as st
 
 from cobodeck.__main__ import main
+from cobodeck.campaign import cell_run
 from cobodeck.campaign.cell import CampaignCell
 from cobodeck.campaign.cell_run import OF_THE_MACHINE, CellRunner, run_cell, sha256_of
+from cobodeck.campaign.execution import execute
+from cobodeck.record.format import record_header
+from cobodeck.record.format.record_header import versions
 from cobodeck.terminal.console import Problem
 from engine.files import FileError
 
@@ -75,6 +79,7 @@ def test_seeds_of_a_thousand_repetitions_are_all_different() -> None:
     assert len({changed("repetition", n).seed for n in range(1000)}) == 1000
 
 
+@pytest.mark.slow
 def test_figures_are_those_of_simulate(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["simulate", "--user", "brief", "--requests", "1", "--seed", str(BRIEF.seed), "--json"]
     assert main(words) == 0
@@ -103,6 +108,64 @@ def test_whatever_decides_figures_is_in_the_address(name: str, value: Any) -> No
     runner = CellRunner()
 
     assert runner.address(changed(name, value)) != runner.address(BRIEF)
+
+
+def test_libraries_that_decide_figures_are_in_the_address() -> None:
+    assert {"numpy", "numba", "mujoco"} <= versions().keys()
+
+
+def test_code_that_has_changed_since_this_process_loaded_it_is_not_taken_for_what_it_runs(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = folder / "program"
+    (copy / "engine").mkdir(parents=True)
+    file = copy / "engine" / "module.py"
+    file.write_text("VALUE = 1")
+    monkeypatch.setattr(record_header, "ROOT", copy)
+    monkeypatch.setattr(cell_run, "_loaded", {})
+    before = CellRunner().address(BRIEF)
+
+    file.write_text("VALUE = 2")
+
+    assert CellRunner().address(BRIEF) == before  # so it still runs what it then ran
+    monkeypatch.setattr(cell_run, "_loaded", {})  # as in a new process
+    assert CellRunner().address(BRIEF) != before
+
+
+def test_two_cells_of_one_address_are_refused(folder: Path) -> None:
+    shipped = (Path(__file__).parents[3] / "hw" / "scenes" / "lab_a.yaml").read_text()
+    cells = []
+    for name in ("one", "two"):
+        (folder / name).mkdir()
+        (folder / name / "own.yaml").write_text(shipped)
+        cells.append(replace(BRIEF, scene=str(folder / name / "own.yaml")))
+
+    with pytest.raises(Problem, match="one result would be that of two cells"):
+        next(execute(cells, workers=1))
+
+
+def test_figures_are_the_same_wherever_files_lie(folder: Path) -> None:
+    shipped = (Path(__file__).parents[3] / "hw" / "users" / "brief.yaml").read_text()
+    found = []
+    for name in ("one", "two"):
+        (folder / name).mkdir()
+        (folder / name / "own.yaml").write_text(shipped)
+        user = str(folder / name / "own.yaml")
+        found.append(run_cell(CampaignCell(user=user, requests=1, duration_s=1.0)))
+
+    assert found[0]["user"] == "own.yaml"
+    assert sha256_of(found[0]) == sha256_of(found[1])
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "told"),
+    [("tick_hz", 7, "at 7 Hz"), ("sets", ("plant.latency=1",), "at 30 Hz")],
+)
+def test_what_cannot_run_is_told_by_a_check(name: str, value: Any, told: str) -> None:
+    CellRunner().check(BRIEF)
+
+    with pytest.raises(Problem, match=told):
+        CellRunner().check(changed(name, value))
 
 
 def test_people_of_other_speeds_are_other_people() -> None:
@@ -153,3 +216,8 @@ def test_a_cell_that_cannot_run_says_why_and_has_no_figures() -> None:
     assert found.figures_sha256 is None
     assert found.failure is not None
     assert "other code than the client" in found.failure
+
+
+def test_without_projects_their_charts_are_not_run(fatal: Path) -> None:
+    with pytest.raises((FileError, Problem), match="no chart 'always'"):
+        run_cell(CampaignCell(chart="always"), own=False)

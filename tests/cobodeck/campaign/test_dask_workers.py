@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from logging import CRITICAL
 from pathlib import Path
+from threading import Timer
 from typing import Any
 
 import pytest
@@ -51,3 +53,20 @@ def test_a_deadly_cell_is_given_up_the_others_are_done_and_ports_are_those_of_th
 def test_where_nobody_answers_that_is_told(folder: Path) -> None:
     with pytest.raises(Problem, match=r"tcp://127\.0\.0\.1:9: no Dask scheduler answers"):
         list(run_on_dask([], 1, "tcp://127.0.0.1:9", own=True))
+
+
+def test_a_scheduler_without_workers_and_one_that_is_lost_are_told(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cell = CampaignCell(user="brief", requests=1)
+    with distributed.LocalCluster(
+        n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs=CRITICAL
+    ) as cluster:
+        address = cluster.scheduler_address
+        end = Timer(2.0, cluster.close)
+        end.start()
+        with pytest.raises(Problem, match="the Dask cluster fails"):
+            list(run_on_dask([(cell, "address")], 1, address, own=False))
+        end.join()
+
+    assert f"--scheduler {address}: has no workers yet" in capsys.readouterr().err

@@ -71,6 +71,15 @@ def test_one_program_writes_at_a_time(tmp_path: Path) -> None:
     ResultStore(tmp_path).close()
 
 
+def test_a_file_in_place_of_the_folder_is_told(tmp_path: Path) -> None:
+    file = tmp_path / "out"
+    file.touch()
+
+    for place in (file, file / "below"):
+        with pytest.raises(Problem, match="results need a folder"):
+            ResultStore(place)
+
+
 @given(data=st.data())
 def test_a_file_cut_anywhere_loses_the_last_line_alone(
     data: st.DataObject, tmp_path_factory: pytest.TempPathFactory

@@ -128,7 +128,25 @@ def test_the_longest_time_at_one_place_is_that_of_all_drives_that_came_to_nothin
     assert list(broken(campaign("expect: {stuck_s: 60}"), whole)) == [
         "stuck_s: 61, at most 60 is expected"
     ]
-    assert tally([result(0)])["stuck_s"] == 0.0
+    assert tally([result(0, stuck=[])])["stuck_s"] == 0.0
+    assert tally([result(0, stuck=None)])["stuck_s"] is None
+
+
+@pytest.mark.parametrize("name", ["contacts", "contacts_by_robot", "stuck_s", "hits"])
+def test_what_is_not_known_is_not_as_expected(name: str) -> None:
+    unknown = dict.fromkeys(("contacts", "contacts_by_robot", "stuck", "wall_hits", "object_hits"))
+    whole = tally([result(0, **unknown)])
+
+    assert list(broken(campaign(f"expect: {{{name}: 0}}"), whole)) == [
+        f"{name}: not known, at most 0 is expected"
+    ]
+
+
+def test_the_hash_is_the_same_wherever_files_lie() -> None:
+    small = campaign("scene: lab_a")
+    here, there = (result(0, f"{folder}/own.yaml") for folder in ("/here", "/there/below"))
+
+    assert summarised(small, [here])["sha256"] == summarised(small, [there])["sha256"]
 
 
 def test_the_hash_is_of_figures_and_order_alone() -> None:

@@ -60,6 +60,7 @@ def lines(out: Path) -> list[str]:
     return (out / NAME).read_text().splitlines() if (out / NAME).exists() else []
 
 
+@pytest.mark.slow
 def test_a_campaign_that_was_run_is_told_and_not_run_again(
     file: Path, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -86,6 +87,7 @@ def test_a_campaign_that_was_run_is_told_and_not_run_again(
         assert "<svg" in (out / plot).read_text()
 
 
+@pytest.mark.slow
 def test_what_is_not_as_expected_is_a_failure(
     file: Path, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -111,6 +113,8 @@ def test_what_is_not_as_expected_is_a_failure(
         (["nothing"], "no such campaign"),
         (["hast"], "did you mean 'hasty'?"),
         (["hasty", "--scheduler", "tcp://127.0.0.1:1"], "--scheduler needs --executor dask"),
+        (["hasty", "--executor", "dask", "--scheduler", "foo"], "foo: is no address"),
+        (["hasty", "--worst", "-1"], "-1 is below 0"),
         (["hasty", "--executor", "slurm"], "invalid choice: 'slurm'"),
         (["hasty", "--cells", "0"], "0 is not above 0"),
     ],

@@ -6,7 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 
+from cobodeck.pictures import campaign_picture
 from cobodeck.pictures.campaign_picture import draw_parameter
 
 KNOWN = {"mean": 6.0, "share": 0.02, "low": 0.01, "high": 0.04}
@@ -56,3 +58,18 @@ def test_what_there_is_none_of_is_not_drawn(tmp_path: Path) -> None:
 
     assert empty.count(">none<") == 6
     assert svg(tmp_path, row("lab_a"), row("lab_b")).count(">none<") == 0
+
+
+def test_gaps_of_contacts_are_inside_of_their_panel(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Figure] = []
+    monkeypatch.setattr(campaign_picture, "save_figure", lambda figure, _: drawn.append(figure))
+    rows = [row(3) | {"least_gap_m": gap} for gap in (-0.05, 0.0)]
+
+    draw_parameter({"name": "chase.risk", "values": rows}, tmp_path / "p.svg")
+
+    *shares, gaps = drawn[0].axes
+    assert gaps.get_ylim()[0] < -0.05
+    assert list(gaps.lines[-1].get_ydata()) == [-0.05, 0.0]
+    assert {axes.get_ylim()[0] for axes in shares} == {0.0}
