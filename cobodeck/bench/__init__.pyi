@@ -1,4 +1,5 @@
 from cobodeck.bench.compare import (
+    common as common,
     worse as worse,
 )
 from cobodeck.bench.harness import (

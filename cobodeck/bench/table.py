@@ -15,6 +15,7 @@ BEGIN, END = "<!-- bench {} -->\n", "<!-- bench {} end -->"
 ENGINE_ROWS = {
     ("no new sample", None): "tick, no new sample",
     ("every tick recorded", None): "… every tick recorded",
+    ("every tick recorded, long run", None): "… after 65 536 of them, the oldest leaving memory",
     ("fresh samples", 5): "… five fresh samples",
     ("in parallel", 100): "tick, 100 in parallel",
     ("edge without timeout", None): "edge without timeout",
@@ -89,6 +90,39 @@ def curves_table(results: Iterable[Mapping[str, Any]]) -> str:
     return _markdown(head, lines, "A unit is a million passes of a plain loop, timed just before.")
 
 
+def missed_table(results: Iterable[Mapping[str, Any]]) -> str:
+    """The goals that are missed."""
+    rows = [row for result in results for row in result["rows"] if is_missed(row)]
+    lines = (
+        (
+            f"{row['bench']}: {row['name']}",
+            row["variant"] if row["knob"] is None else f"{row['variant']}, {_setting(row)}",
+            f"{_judged(row):.3g} {_measure(row)}",
+            f"{row['goal']:g}",
+        )
+        for row in rows
+    )
+    return _markdown(("missed", "what", "is", "at most"), lines, "All other goals are reached.")
+
+
+def is_missed(row: Row) -> bool:
+    """Whether a row has a goal that it does not reach."""
+    found = _judged(row)
+    return row["goal"] is not None and found is not None and found > row["goal"]
+
+
+def _judged(row: Row) -> float | None:
+    """What a goal is for: the error; of calls, or without any error of the ratio, these."""
+    figures = (row["error"], row.get("calls_per_tick"), row["ratio"])
+    return next((figure for figure in figures if figure is not None), None)
+
+
+def _measure(row: Row) -> str:
+    if row["error"] is not None:
+        return f"{row['error_unit']}"
+    return f"× {row['ratio_to']}" if row.get("calls_per_tick") is None else "calls per tick"
+
+
 def with_tables(page: str) -> str:
     """The page's text with its tables replaced by those of the committed results."""
     found = {file.stem: read_result(file) for file in sorted(RESULTS.glob("*.json"))}
@@ -96,6 +130,7 @@ def with_tables(page: str) -> str:
         "engine": lambda: engine_table(found["engine"]),
         "simulation": lambda: runs_table(found["simulation"]),
         "curves": lambda: curves_table(found.values()),
+        "missed": lambda: missed_table(found.values()),
     }
     for name, table in made.items():
         before, rest = page.split(BEGIN.format(name))
