@@ -11,6 +11,7 @@ from pathlib import Path
 from cobodeck.bench import (
     curves_block,
     engine_block,
+    missed_block,
     plans_block,
     reference_block,
     runs_block,
@@ -36,6 +37,7 @@ PAGES: Mapping[str, Mapping[str, Callable[[], str]]] = {
     "cobodeck/FIGURES.md": {
         "bench simulation": runs_block,
         "bench curves": curves_block,
+        "bench missed": missed_block,
         "bench engine": engine_block,
     },
     "cobodeck/campaign/PRECISION.md": {

@@ -1,4 +1,5 @@
 from cobodeck.bench.compare import (
+    common as common,
     worse as worse,
 )
 from cobodeck.bench.harness import (
@@ -16,6 +17,7 @@ from cobodeck.bench.result import (
 from cobodeck.bench.table import (
     curves_block as curves_block,
     engine_block as engine_block,
+    missed_block as missed_block,
     plans_block as plans_block,
     runs_block as runs_block,
 )

@@ -20,26 +20,39 @@ _KEYS = ("bench", "name", "variant", "knob", "value")
 Row = Mapping[str, Any]
 
 
-def worse(rows: Iterable[Row], before: Iterable[Row]) -> Iterator[str]:
-    """A line per figure of ours that is worse than before."""
+def common(rows: Iterable[Row], before: Iterable[Row]) -> list[tuple[Row, Row]]:
+    """Each row of ours that was measured before, with what it was then."""
     known = {_key(row): row for row in before}
-    for row in rows:
-        old = known.get(_key(row))
-        if old is None or row.get("peer"):
-            continue
+    ours = (row for row in rows if not row.get("peer"))
+    return [(row, known[_key(row)]) for row in ours if _key(row) in known]
+
+
+def worse(rows: Iterable[Row], before: Iterable[Row]) -> Iterator[str]:
+    """A line per figure of ours that is worse than before, or an error no longer known."""
+    for row, old in common(rows, before):
         for figure, is_worse in _FIGURES.items():
             now, then = row.get(figure), old.get(figure)
-            if now is not None and then is not None and is_worse(row, old):
+            if then is None:
+                continue
+            if now is not None and is_worse(row, old):
                 yield f"worse: {_told(row)}: {figure} {now:.3g}, was {then:.3g}"
+            if now is None and figure == "error":
+                yield f"lost: {_told(row)}: error, was {then:.3g}"
 
 
 def _slower(row: Row, old: Row) -> bool:
     spread = max(row.get("spread") or 0.0, old.get("spread") or 0.0)
+    if row.get("more_is_better"):
+        limit = min(old["ratio"] / SLOWER, old["ratio"] - SPREADS * spread)
+        return bool(row["ratio"] < limit and row["ratio_to"] == old["ratio_to"])
     limit = max(SLOWER * old["ratio"], old["ratio"] + SPREADS * spread)
     return bool(row["ratio"] > limit and row["ratio_to"] == old["ratio_to"])
 
 
 def _less_exact(row: Row, old: Row) -> bool:
+    if row.get("more_is_better"):
+        lost = old["error"] - row["error"]
+        return bool(lost > max((LESS_EXACT - 1.0) * abs(old["error"]), ROUNDING))
     return bool(row["error"] > max(LESS_EXACT * old["error"], ROUNDING))
 
 

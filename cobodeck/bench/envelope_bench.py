@@ -80,7 +80,8 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
             gap = gap_beside_turning(math.radians(degrees), seen=seen, approach=approach)
             heeds = "" if slowest is None else f", sign, {slowest:g} s"
             what = f"turns first, {seen} seen{heeds}"
-            yield _row(what, "largest gap", "turn_deg", degrees, gap)
+            row = _row(what, "largest gap", "turn_deg", degrees, gap)
+            yield replace(row, more_is_better=True)
 
 
 def questions() -> tuple[Question, ...]:

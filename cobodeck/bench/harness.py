@@ -38,12 +38,14 @@ def nothing() -> None:
 class Work:
     """Work to be timed: `run(n)` does it n times, `reset` clears up outside the measurement.
 
-    Doing it once handles `items`, such as poses; times are told for one of them.
+    Doing it once handles `items`, such as poses; times are told for one of them. It is done
+    `most` times between two resets.
     """
 
     run: Callable[[int], None]
     reset: Callable[[], None] = nothing
     items: int = 1
+    most: int = sys.maxsize
 
 
 def times(function: Callable[[], Any]) -> Callable[[int], None]:
@@ -74,6 +76,7 @@ class BenchRow:
     `knob` and `value` are the varied setting, `default` marks the one that we use; `spread` is the
     interquartile range of the ratios. `error` is measured against `reference`; without an error
     that says why there is none. `peer`: made by others, and never judged by `compare`.
+    `more_is_better`: so is a larger error, such as a gap, or a larger ratio, such as a speed.
     `calls_per_tick` are Python and C calls, see `simulation`. `goal` is the most that the error
     may be; of calls, or without any error of the ratio, the most that these may be.
     """
@@ -94,6 +97,7 @@ class BenchRow:
     calls_per_tick: float | None = None
     default: bool = False
     peer: bool = False
+    more_is_better: bool = False
 
     def plain(self) -> dict[str, Any]:
         """The row as values for JSON."""
@@ -185,12 +189,14 @@ def _prepare(work: Work, round_s: float) -> _Times:
 
 def seconds_of(work: Work, count: int) -> float:
     """Thread time of doing the work `count` times, s."""
-    with _no_collector():
-        begin = time.thread_time_ns()
-        work.run(count)
-        seconds = (time.thread_time_ns() - begin) / 1e9
-    work.reset()
-    return seconds
+    spent = 0
+    for done in range(0, count, work.most):
+        with _no_collector():
+            begin = time.thread_time_ns()
+            work.run(min(work.most, count - done))
+            spent += time.thread_time_ns() - begin
+        work.reset()
+    return spent / 1e9
 
 
 @contextmanager

@@ -13,14 +13,12 @@ import math
 import statistics
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import Any
 
 from cobodeck.bench.harness import ROUNDS, BenchRow
-from cobodeck.bench.simulation_cpu import HZ
-from cobodeck.loop import Loop
+from cobodeck.bench.simulation_cpu import HZ, cpu_us
 from cobodeck.run import simulate
 from cobodeck.setup import FULL, REFERENCE, Options, open_setup
 from hw import Pose2, Twist2
@@ -71,7 +69,7 @@ class TierCase:
 
 
 CASES = {
-    "study": TierCase("study", Options(requests=20, seed=1), judged=(FULL,)),
+    "study": TierCase("study", Options(requests=20, seed=1), judged=(FULL, 1)),
     "study, firm floor": TierCase(
         "study", Options(requests=20, seed=1), ("plant.sensing.slip=null",), (FULL, 1)
     ),
@@ -144,18 +142,9 @@ def _other_rows(name: str, tier: int, run: TierRun, judge: TierRun) -> Iterator[
 
 def run_of(case: TierCase, tier: int) -> TierRun:
     """The run at this tier."""
-    spent = 0.0
-
-    @contextmanager
-    def timed(_loop: Loop) -> Iterator[None]:
-        nonlocal spent
-        begin = time.thread_time()
-        yield
-        spent = time.thread_time() - begin
-
     setup, options = open_setup(scene=case.scene, sets=case.sets), replace(case.options, tier=tier)
-    figures = simulate(setup, options, around=timed).figures
-    return TierRun(figures, spent / (HZ * figures["sim_s"]) * 1e6)
+    figures = simulate(setup, options).figures
+    return TierRun(figures, cpu_us(figures))
 
 
 def response_difference(run: TierRun, judge: TierRun) -> float:

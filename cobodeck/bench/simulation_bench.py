@@ -123,7 +123,8 @@ def cpu_rows(cases: Mapping[str, RunCase], rounds: int) -> Iterator[BenchRow]:
         goal = None if unit is None else CPU_GOALS.get(name)
         yield replace(row, knob="requests", value=requests, goal=goal)
         speed = 1e6 / HZ / cpu_us
-        yield BenchRow(NAME, f"cpu_{name}", "speed", ratio=speed, ratio_to="real time")
+        yield BenchRow(NAME, f"cpu_{name}", "speed", ratio=speed, ratio_to="real time",
+                       more_is_better=True)  # fmt: skip
 
 
 def _cpu_row(name: str, variant: str, cpu_us: float, unit: float | None) -> BenchRow:

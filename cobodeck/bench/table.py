@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ CURVES = Path(__file__).with_name("curves.svg")
 ENGINE_ROWS = {
     ("no new sample", None): "tick, no new sample",
     ("every tick recorded", None): "… every tick recorded",
+    ("every tick recorded, long run", None): "… after 65 536 of them, the oldest leaving memory",
     ("fresh samples", 5): "… five fresh samples",
     ("in parallel", 100): "tick, 100 in parallel",
     ("edge without timeout", None): "edge without timeout",
@@ -118,6 +119,44 @@ def plans_block() -> str:
     head = ("profile", "time of a plan: median, 99 %", "goals missed", "touching",
             "the arm moves for: median, 95 %")  # fmt: skip
     return f"{markdown_table(head, lines)}\n\n{machine_text(result)}"
+
+
+def missed_block() -> str:
+    """The goals that are missed."""
+    return missed_table(map(read_result, sorted(RESULTS.glob("*.json"))))
+
+
+def missed_table(results: Iterable[Mapping[str, Any]]) -> str:
+    """The goals that these results miss."""
+    rows = [row for result in results for row in result["rows"] if is_missed(row)]
+    lines = (
+        (
+            f"{row['bench']}: {row['name']}",
+            row["variant"] if row["knob"] is None else f"{row['variant']}, {_setting(row)}",
+            f"{_judged(row):.3g} {_measure(row)}",
+            f"{row['goal']:g}",
+        )
+        for row in rows
+    )
+    return f"{markdown_table(('missed', 'what', 'is', 'at most'), lines)}\n\nAll other goals are reached."
+
+
+def is_missed(row: Row) -> bool:
+    """Whether a row has a goal that it does not reach."""
+    found = _judged(row)
+    return row["goal"] is not None and found is not None and found > row["goal"]
+
+
+def _judged(row: Row) -> float | None:
+    """What a goal is for: the error; of calls, or without any error of the ratio, these."""
+    figures = (row["error"], row.get("calls_per_tick"), row["ratio"])
+    return next((figure for figure in figures if figure is not None), None)
+
+
+def _measure(row: Row) -> str:
+    if row["error"] is not None:
+        return f"{row['error_unit']}"
+    return f"× {row['ratio_to']}" if row.get("calls_per_tick") is None else "calls per tick"
 
 
 def machine_text(result: Mapping[str, Any]) -> str:

@@ -67,12 +67,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--show", type=Path, nargs="+", metavar="FILE", help="measure nothing, show earlier --json"
     )
     parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
+        "-o", "--output", type=Path, metavar="FILE",
         help="time against error, or what was judged, as X.svg, .png, .pdf",
-    )
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
@@ -95,9 +92,9 @@ def run(args: argparse.Namespace) -> int:
     """Measure, print, compare."""
     if any(map(is_record, args.names)):
         return _judge(args)
-    from cobodeck.bench import read_result, worse
+    from cobodeck.bench import read_result
 
-    before = [row for file in args.compare for row in read_result(file)["rows"]]
+    before = {file: read_result(file)["rows"] for file in args.compare}
     if args.show:
         results = [read_result(file) for file in args.show]
     else:
@@ -111,7 +108,21 @@ def run(args: argparse.Namespace) -> int:
         raise Problem("--json shows one file at a time")
     if args.output is not None:
         _draw(args, rows)
-    found = list(worse(rows, before))
+    return _compare(args, rows, before)
+
+
+def _compare(args: argparse.Namespace, rows: Sequence[Any], before: Mapping[Path, Any]) -> int:
+    """Tell what is worse than in these files; 1 if something is."""
+    from cobodeck.bench import common, worse
+
+    found: list[str] = []
+    for file, known in before.items():
+        number = len(common(rows, known))
+        if not number:
+            raise Problem(f"{file}: it has none of these rows, so that nothing is compared")
+        found += worse(rows, known)
+        if not args.json:
+            show(f"{number} of {len(rows)} rows compared with {file}")
     for line in found:
         show(line)
     return FAILED if found else OK

@@ -97,6 +97,10 @@ def _ticks(beside: Beside) -> Iterator[BenchCase]:
     yield BenchCase("no new sample", bare, name, own, "signals", works.SIGNALS, 3.5)
     recorded = {"cobodeck": works.recording(run)}
     yield BenchCase("every tick recorded", bare, name, recorded, "signals", works.SIGNALS, 6)
+    run = started(works.PAIR)
+    bare = works.loop(works.steps_of(run))
+    long = {"cobodeck": works.recording(run, long=True)}
+    yield BenchCase("every tick recorded, long run", bare, name, long, "signals", works.SIGNALS)
     for fresh in FRESH:
         run = started(works.PAIR)
         bare = works.loop(works.steps_of(run))

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from cobodeck.bench.engine.bench_states import STATES, Once, Trip, Watch, Working
-from cobodeck.bench.harness import Work
+from cobodeck.bench.harness import Work, nothing
 from engine import TickGrid, interface
 from engine.chart import load_text
 from engine.machine import Machine
@@ -21,7 +21,8 @@ from engine.signals import Board, Measured, declare
 GRID = TickGrid(30)
 SIGNALS = 20
 INTERFACES = {cls.__name__: interface(cls) for cls in STATES}  # type: ignore[arg-type]
-NOWS = [GRID.instant(n) for n in range(1 << 17)]
+NOWS = [GRID.instant(n) for n in range(1 << 12)]
+"""Ticks between two resets: so few that the trace never lets records go, which takes longer."""
 
 PAIR = """
 chart: pair
@@ -124,18 +125,20 @@ def ticking(run: ChartRun) -> Work:
         for now in NOWS[:count]:
             tick(now)
 
-    return Work(work, run.trace.raw.clear)
+    return Work(work, run.trace.raw.clear, most=len(NOWS))
 
 
-def recording(run: ChartRun) -> Work:
-    """Ticks of a run that each write a record."""
+def recording(run: ChartRun, long: bool = False) -> Work:
+    """Ticks of a run that each write a record; in a `long` one old records leave the memory."""
+    while long and not run.trace.gone:
+        run.recorded_tick(NOWS[0])
 
     def work(count: int) -> None:
         tick = run.recorded_tick
         for now in NOWS[:count]:
             tick(now)
 
-    return Work(work, run.trace.raw.clear)
+    return Work(work, nothing if long else run.trace.raw.clear, most=len(NOWS))
 
 
 def sampling(run: ChartRun, fresh: int) -> Work:
@@ -149,7 +152,7 @@ def sampling(run: ChartRun, fresh: int) -> Work:
                 put(name, now, now)
             tick(now)
 
-    return Work(work, run.trace.raw.clear)
+    return Work(work, run.trace.raw.clear, most=len(NOWS))
 
 
 def loop(steps: list[Callable[[], Any]]) -> Work:

@@ -417,6 +417,8 @@ def test_the_rows_are_those_of_the_cases(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(bench, "SPEEDS", (0.5,))
     monkeypatch.setattr(bench, "DELAYS_S", (0.0,))
     monkeypatch.setattr(bench, "TURNS_DEG", (90,))
+    monkeypatch.setattr(bench, "KNOBS", {"directions": (6,), "step": (0.2,), "durations": (1,)})
+    monkeypatch.setattr(bench, "FINE", {"directions": 12, "step": 0.1, "durations": 2})
 
     rows = list(bench.rows(1))
 

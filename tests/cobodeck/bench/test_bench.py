@@ -20,6 +20,7 @@ STEPS_PER_TICK = {"pair": 2, "parallel": 100, "steps": 3, "guarded": 4}
 NAMES = {
     "no new sample",
     "every tick recorded",
+    "every tick recorded, long run",
     "fresh samples",
     "in parallel",
     "edge without timeout",
@@ -88,6 +89,19 @@ def test_five_signals_are_fresh_in_each_tick() -> None:
     works.sampling(run, 5).run(10)
 
     assert sorted(slot.evaluated for slot in run.board.inlets.values())[-6:] == [0, *[10] * 5]
+
+
+@pytest.mark.parametrize("long", [False, True])
+def test_records_leave_the_memory_in_a_long_run_only(long: bool) -> None:
+    run = works.started(works.PAIR)
+    work = works.recording(run, long)
+    before = run.board.ticks, run.trace.end
+
+    harness.seconds_of(work, 20 * len(works.NOWS) + 7)
+
+    assert run.board.ticks - before[0] == 20 * len(works.NOWS) + 7
+    assert (run.trace.gone > 0) == long
+    assert (run.trace.end - before[1] > 80_000) == long
 
 
 def test_the_limit_steps_the_very_generators_of_the_chart() -> None:
@@ -174,6 +188,42 @@ def test_an_error_that_has_grown_is_told_but_rounding_is_not(error: float, growt
     assert len(told) == (growth * error > max(LESS_EXACT * error, 1e-9))
     assert not list(worse([point(error=1e-15)], [point(error=0.0)]))
     assert list(worse([point(error=1e-3)], [point(error=0.0)]))
+
+
+@given(error=st.floats(-1e3, 1e3), lost=st.floats(-1e3, 1e3))
+def test_a_gap_that_has_grown_is_better(error: float, lost: float) -> None:
+    before = {**point(error=error), "more_is_better": True}
+    now = {**before, "error": error - lost}
+    told = list(worse([now], [before]))
+
+    fell = error - now["error"]  # type: ignore[operator]
+    assert len(told) == (fell > max((LESS_EXACT - 1.0) * abs(error), 1e-9))
+
+
+@pytest.mark.parametrize(("now", "told"), [(600.0, 0), (2000.0, 0), (100.0, 1)])
+def test_a_speed_that_has_grown_is_better(now: float, told: int) -> None:
+    before = {**point(ratio=500.0), "more_is_better": True}
+
+    assert len(list(worse([{**before, "ratio": now}], [before]))) == told
+
+
+def test_an_error_that_is_no_longer_known_is_told() -> None:
+    before, now = point(error=0.2, ratio=1.0), point(ratio=1.0)
+
+    assert list(worse([now], [before])) == ["lost: b x, step 0.1: error, was 0.2"]
+    assert not list(worse([before], [now]))
+
+
+def test_what_is_compared_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    here, there = tmp_path / "here.json", tmp_path / "there.json"
+    other = BenchRow("c", "y", "cobodeck", error=1.0).plain()
+    here.write_text(json.dumps(RESULT))
+    there.write_text(json.dumps({**RESULT, "rows": [other]}))
+
+    assert main(["bench", "--show", str(here), "--compare", str(here)]) == OK
+    assert f"1 of 2 rows compared with {here}" in capsys.readouterr().out
+    assert main(["bench", "--show", str(here), "--compare", str(there)]) == USAGE
+    assert "there.json: it has none of these rows" in capsys.readouterr().err
 
 
 def test_ratios_to_different_work_are_not_compared() -> None:

@@ -32,6 +32,7 @@ def test_responses_at_more_ticks_and_poses_with_more_beams_are_nearer() -> None:
         assert fine < coarse
 
 
+@pytest.mark.slow
 def test_more_directions_and_durations_find_better_motions() -> None:
     """The search tries all motions of its grid: a grid that has another's motions is as good."""
     (question, *_) = envelope.questions()

@@ -1,10 +1,12 @@
 """Charts, scenes, robots and profiles are checked together, without loading what runs them."""
 
+import io
 import json
 import os
 import re
 import subprocess
 import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import pytest
@@ -20,10 +22,18 @@ GOOD = "chart: NAME\noutcomes: [done]\nstates:\n" + PARK % ", error: .done"
 WARNED = "chart: warned\noutcomes: [done]\nstates:\n" + PARK % ""
 
 
-def test_everything_shipped_is_right(capsys: pytest.CaptureFixture[str]) -> None:
-    code = main(["validate"])
+@pytest.fixture(scope="module")
+def shipped() -> tuple[int, str]:
+    """Exit code and report of all that is shipped, which takes some seconds."""
+    with redirect_stdout(io.StringIO()) as report:
+        code = main(["validate"])
+    return code, report.getvalue()
 
-    assert code == OK, capsys.readouterr().out
+
+def test_everything_shipped_is_right(shipped: tuple[int, str]) -> None:
+    code, report = shipped
+
+    assert code == OK, report
 
 
 FOLDERS = ("charts", "hw", "cobodeck/campaign")
@@ -224,11 +234,10 @@ def test_props_calibrations_and_arms_are_checked(
     ]  # fmt: skip
 
 
-def test_everything_shipped_is_looked_at(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["validate"]) == OK
-    count = int(re.search(r"in (\d+) files", capsys.readouterr().out)[1])  # type: ignore[index]
-    shipped = [file for folder in FOLDERS for file in (ROOT / folder).rglob("*.yaml")]
-    assert count == sum(EXAMPLES not in file.parents for file in shipped)  # a project of its own
+def test_everything_shipped_is_looked_at(shipped: tuple[int, str]) -> None:
+    count = int(re.search(r"in (\d+) files", shipped[1])[1])  # type: ignore[index]
+    files = [file for folder in FOLDERS for file in (ROOT / folder).rglob("*.yaml")]
+    assert count == sum(EXAMPLES not in file.parents for file in files)  # a project of its own
 
 
 def test_a_profile_goes_with_a_robot_beside_it_or_with_a_shipped_one(
@@ -248,10 +257,9 @@ def test_a_profile_goes_with_a_robot_beside_it_or_with_a_shipped_one(
     assert main(["validate", str(tmp_path)]) == OK
 
 
-def test_what_a_chart_can_do_is_counted(capsys):
-    assert main(["validate"]) == 0
+def test_what_a_chart_can_do_is_counted(shipped: tuple[int, str]) -> None:
     found = r"paper_chase: \d+ configurations, \d+ edges, complete"  # with cobodeck in it
-    assert re.search(found, capsys.readouterr().out)
+    assert re.search(found, shipped[1])
 
 
 MODELINE = "# yaml-language-server: $schema=s.json\n"

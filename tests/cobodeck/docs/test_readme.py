@@ -26,6 +26,7 @@ def test_every_bench_has_a_committed_result():
     assert set(renewed.split()) == set(BENCHES)
 
 
+@pytest.mark.slow
 def test_the_page_of_curves_is_that_of_the_committed_results(tmp_path):
     rows = [row for file in sorted(RESULTS.glob("*.json")) for row in read_result(file)["rows"]]
     draw_bench(rows, tmp_path / "curves.svg")

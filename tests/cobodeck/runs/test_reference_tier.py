@@ -35,6 +35,7 @@ def test_tier_3_says_which_robots_it_cannot_move() -> None:
         stage(replace(setup, robot=weightless), PHYSICAL)
 
 
+@pytest.mark.slow
 @pytest.mark.requirement(22)
 def test_equal_seeds_give_equal_runs() -> None:
     pytest.importorskip("mujoco", reason="the extra `reference` is not installed")

@@ -161,7 +161,7 @@ def errors_of(rows, variant):
 
 @pytest.mark.requirement(43)
 def test_more_steps_bring_a_calibrated_chain_nearer(arm):
-    rows = list(single_rows(arm, rounds=1, poses=10))
+    rows = list(single_rows(arm, rounds=1, poses=3))
     found = errors_of(rows, "calibrated")
     assert found == sorted(found, reverse=True)
     assert found[0] > 1e-4
@@ -170,7 +170,7 @@ def test_more_steps_bring_a_calibrated_chain_nearer(arm):
 
 
 def test_finer_samples_along_lines_are_more_exact(arm):
-    asked = problems(FEW)
+    asked = problems(2)
     by_samples = [row.error for row in duration_rows(arm, asked, 1, (3, 9, 33))]
     assert by_samples == sorted(by_samples, reverse=True)
     assert by_samples[-1] < 1.5

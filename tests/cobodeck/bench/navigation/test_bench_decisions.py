@@ -20,6 +20,7 @@ def place(request):
 
 
 @pytest.mark.requirement(40, 109)
+@pytest.mark.slow
 def test_every_behaviour_has_a_row_by_profile_and_escape_a_goal():
     rows = list(decisions.rows(rounds=1, count=4))
     names = [

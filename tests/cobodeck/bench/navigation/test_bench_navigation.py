@@ -117,6 +117,7 @@ def test_a_straight_drive_takes_the_time_worked_out_by_hand():
 
 
 @pytest.mark.requirement(39, 50)
+@pytest.mark.slow
 def test_a_shorter_period_loses_less_time_and_nobody_is_touched():
     rows = list(period_rows(rounds=1, periods=(0.2, 0.05), trials=TRIALS[1:2]))
     for name in ("profile", "teb"):
