@@ -1,6 +1,6 @@
-"""The table of `cobodeck/paper/README.md`, made from the committed results.
+"""The committed results: their claims, and the table of `cobodeck/paper/README.md`.
 
-`python -m cobodeck.paper.readme` writes it anew.
+`python -m cobodeck.paper.readme` judges the claims and writes the table anew, from their figures.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from cobodeck.paper.claims import claims, contact_counts, safe_times
 from cobodeck.paper.conditions import CONDITIONS
 from cobodeck.paper.published import ARM, KRUSKAL_WALLIS_H, REQUESTS, TABLE_2, TO_SAFETY
 
@@ -22,8 +23,19 @@ Result = Mapping[str, Any]
 
 def committed(profile: str) -> dict[str, Any]:
     """The committed result of a profile."""
-    found: dict[str, Any] = json.loads((RESULTS / f"{profile}.json").read_text(encoding="utf-8"))
+    found: dict[str, Any] = json.loads(_file(profile).read_text(encoding="utf-8"))
     return found
+
+
+def judge_anew(profile: str) -> None:
+    """Replace the claims of a committed result by those of its figures."""
+    found = committed(profile)
+    judged = found | {"claims": claims(found)}
+    _file(profile).write_text(f"{json.dumps(judged)}\n", encoding="utf-8")
+
+
+def _file(profile: str) -> Path:
+    return RESULTS / f"{profile}.json"
 
 
 def with_table(page: str) -> str:
@@ -54,6 +66,10 @@ def _lines() -> Iterator[str]:
     arms = (_spread(found["conditions"]["chase"]["arm_s"]) for found in results)
     yield _row("the arm in chase, s (SD)", arm, arms)
     yield _row("time to safety, s", f"{TO_SAFETY.mean:.2f}", map(_to_safety, results))
+    study = (contact_counts(found["conditions"]) for found in results)
+    yield _row("contacts in requests", "no Escape failed", study)
+    routes = (contact_counts(found["statistics"]["routes"]["conditions"]) for found in results)
+    yield _row("… on random routes", "–", routes)
     yield _row("Kruskal-Wallis, H(2)", f"{KRUSKAL_WALLIS_H}", map(_h, results))
     for pair in ("corner - chase", "center - chase"):
         yield _row(f"response on random routes, {pair}, s", "–", (_gap(f, pair) for f in results))
@@ -81,8 +97,6 @@ def _served(result: Result) -> str:
 
 
 def _to_safety(result: Result) -> str:
-    from cobodeck.paper.claims import safe_times
-
     times = safe_times(result)
     return f"{sum(times) / len(times):.2f} (n = {len(times)})" if times else "no Escape"
 
@@ -104,4 +118,6 @@ def _held(result: Result) -> str:
 
 
 if __name__ == "__main__":
+    for name in PROFILES:
+        judge_anew(name)
     PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
