@@ -8,7 +8,7 @@ from typing import Any
 from cobodeck.campaign.campaign_file import CampaignFile
 from cobodeck.campaign.cell_run import CellResult
 from cobodeck.campaign.product import value_of
-from cobodeck.statistics import mean_bounds, proportion_bounds
+from cobodeck.statistics import bounded_share, mean_bounds
 from cobodeck.terminal import table
 
 COUNTED: Mapping[str, tuple[str, ...]] = {
@@ -50,7 +50,9 @@ def tally(results: Sequence[CellResult]) -> Tally:
         **totals,
         "errors": sum(len(run["errors"]) for run in found),
         "response_s": _mean([response for response in responses if response is not None]),
-        "shares": {name: _share(totals[name], totals[whole]) for name, whole in SHARE_OF.items()},
+        "shares": {
+            name: bounded_share(totals[name], totals[whole]) for name, whole in SHARE_OF.items()
+        },
         "least_gap_m": min(_present(run.get("min_gap_m") for run in found), default=None),
         "stuck_s": max((_stuck(run) for run in found), default=None),
     }
@@ -123,13 +125,6 @@ def _mean(values: Sequence[float]) -> dict[str, float] | None:
         return None
     low, high = mean_bounds(values)
     return {"mean": sum(values) / len(values), "low": low, "high": high}
-
-
-def _share(hits: int | None, number: int | None) -> dict[str, float] | None:
-    if hits is None or not number:
-        return None
-    low, high = proportion_bounds(min(hits, number), number)
-    return {"share": hits / number, "low": low, "high": high}
 
 
 def _mean_text(mean: Mapping[str, float] | None) -> str:
