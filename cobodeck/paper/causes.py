@@ -10,6 +10,7 @@ from typing import Any
 
 from cobodeck.paper.conditions import CONDITIONS, SCENE, SEQUENCE
 from cobodeck.paper.published import ARM, REQUESTS, TABLE_2, TO_SAFETY
+from cobodeck.paper.tables import two_places
 from hw.scene import load_scene
 
 Result = Mapping[str, Any]
@@ -80,7 +81,9 @@ def arm_cause(result: Result) -> str:
         if row["mean"] is not None
     )
     slower = [row for row in result["causes"] if _varies(row, "robot.arm_acceleration")]
-    means = _listed(slower[:1], lambda row: f"mean {_s(row['conditions']['chase']['arm_s'])} s")
+    means = _listed(
+        slower[:1], lambda row: f"mean {two_places(row['conditions']['chase']['arm_s']['mean'])} s"
+    )
     also = f"; {means}" if means else ""
     return (
         f"equal poses have equal motions; planned alone, {', '.join(told)}{also}; planning itself "
@@ -207,10 +210,6 @@ def _listed(rows: Sequence[Row], of: Callable[[Row], str]) -> str:
 
 def _varies(row: Row, key: str) -> bool:
     return any(text.startswith(f"{key}=") for text in row["sets"])
-
-
-def _s(values: Mapping[str, float | None]) -> str:
-    return "-" if values["mean"] is None else f"{values['mean']:.2f}"
 
 
 def _distance(start: Sequence[float], end: Sequence[float], place: tuple[float, float]) -> float:

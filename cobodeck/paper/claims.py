@@ -25,6 +25,7 @@ from cobodeck.paper.causes import (
 )
 from cobodeck.paper.conditions import CONDITIONS
 from cobodeck.paper.published import ARM, EFFECTS, KRUSKAL_WALLIS_H, P_VALUES, TABLE_2, TO_SAFETY
+from cobodeck.paper.tables import two_places
 
 Result = Mapping[str, Any]
 GAP_S = 2.0
@@ -78,7 +79,7 @@ def _responses(result: Result) -> list[Claim]:
         close = _is_like(ours["mean"], printed.mean_s)
         claim = f"Mean response in {name.title()}, within a tenth"
         paper = f"{printed.mean_s:.2f} s (SD {printed.sd_s:.2f})"
-        shown = f"{_s(ours['mean'])} s (SD {_s(ours['sd'])})"
+        shown = f"{two_places(ours['mean'])} s (SD {two_places(ours['sd'])})"
         cause = None if close else response_cause(result, name)
         found.append(Claim(claim, paper, shown, close, cause))
     return found
@@ -304,7 +305,3 @@ def _range(times: Sequence[float]) -> str:
 
 def _is_like(ours: float | None, printed: float) -> bool | None:
     return None if ours is None else abs(ours - printed) <= LIKE * printed
-
-
-def _s(seconds: float | None) -> str:
-    return "-" if seconds is None else f"{seconds:.2f}"

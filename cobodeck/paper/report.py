@@ -45,6 +45,7 @@ def record_conditions(plan: EvaluationPlan, folder: Path, progress: Progress) ->
     records = {name: folder / f"{name}.mcap" for name in CONDITIONS}
     for number, (name, file) in enumerate(records.items()):
         progress(f"record of {name}", number / len(records))
+        file.unlink(missing_ok=True)  # of an earlier evaluation in this folder
         run_cell(plan.cell(name), file)
     return records
 

@@ -7,6 +7,7 @@ import pytest
 from cobodeck.paper import CONDITIONS
 from cobodeck.paper.claims import claims
 from cobodeck.paper.readme import committed
+from cobodeck.paper.tables import tables
 
 
 @pytest.fixture
@@ -59,3 +60,13 @@ def test_contacts_on_the_study_s_walk_are_a_claim_that_names_those_of_the_routes
         result["conditions"][name] |= {"contacts": 0, "contact_list": []}
     claim = claim_of(result, "No contact")
     assert (claim["holds"], claim["cause"]) == (True, None)
+
+
+def test_without_varied_values_claims_are_judged_as_with_them(result):
+    judged = claims(result)
+    result["causes"] = []
+    assert [claim["holds"] for claim in claims(result)] == [claim["holds"] for claim in judged]
+    assert not any(
+        claim["cause"] == "" or "depends on" in (claim["cause"] or "") for claim in claims(result)
+    )
+    assert len(tables(result)) == len(tables(committed("paper"))) - 1
