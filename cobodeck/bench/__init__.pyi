@@ -2,9 +2,7 @@ from cobodeck.bench.compare import (
     worse as worse,
 )
 from cobodeck.bench.harness import (
-    machine as machine,
     own_version as own_version,
-    versions as versions,
 )
 from cobodeck.bench.result import (
     read_result as read_result,

@@ -74,8 +74,8 @@ def _lines() -> Iterator[str]:
     for pair in ("corner - chase", "center - chase"):
         yield _row(f"response on random routes, {pair}, s", "–", (_gap(f, pair) for f in results))
     yield _row("claims that hold", "all", map(_held, results))
-    machine = results[0]["machine"]["platform"]
-    yield f"\nMeasured on {results[0]['date']}, {machine}."
+    machine = results[0]["machine"]
+    yield f"\nMeasured on {results[0]['date']}, {machine['name']}, {machine['system']}."
 
 
 def _row(about: str, printed: str, ours: Any) -> str:

@@ -102,7 +102,8 @@ def page(result: Result, pictures: Iterable[Path]) -> str:
         "hold; one that does not is an answer, with its measured cause."
     )
     if "machine" in result:
-        about += f" {result['date']}, {result['machine']['platform']}."
+        machine = result["machine"]
+        about += f" {result['date']}, {machine['name']}, {machine['system']}."
     first, *rest = tables(result)
     shown = "".join(map(_picture, pictures))
     return (
