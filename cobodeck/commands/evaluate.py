@@ -87,9 +87,9 @@ def run(args: argparse.Namespace) -> int:
     try:
         with _kept(args.out) as store:
             found = evaluate(plan, execution | {"store": store}, progress.at, varied)
-        made = {"date": date.today().isoformat(), "machine": machine(), "versions": versions()}
-        result = made | found
-        files = [] if args.out is None else _write(plan, result, args.out, progress)
+            made = {"date": date.today().isoformat(), "machine": machine(), "versions": versions()}
+            result = made | found
+            files = [] if args.out is None else _write(plan, result, args.out, progress)
     finally:
         progress.done()
     if args.json:

@@ -13,6 +13,7 @@ from typing import Any
 from cobodeck.campaign import run_cell
 from cobodeck.paper.conditions import CONDITIONS, EvaluationPlan
 from cobodeck.paper.tables import JUDGED, ResultTable, tables
+from cobodeck.terminal import PART
 
 Result = Mapping[str, Any]
 Progress = Callable[[str, float | None], None]
@@ -45,7 +46,8 @@ def record_conditions(plan: EvaluationPlan, folder: Path, progress: Progress) ->
     records = {name: folder / f"{name}.mcap" for name in CONDITIONS}
     for number, (name, file) in enumerate(records.items()):
         progress(f"record of {name}", number / len(records))
-        file.unlink(missing_ok=True)  # of an earlier evaluation in this folder
+        for earlier in (file, file.with_name(f"{file.name}{PART}")):  # also one broken off
+            earlier.unlink(missing_ok=True)
         run_cell(plan.cell(name), file)
     return records
 

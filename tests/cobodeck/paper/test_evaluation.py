@@ -41,6 +41,7 @@ def test_runs_that_are_kept_are_not_run_again(tmp_path, capsys):
     *kept, last = store.read_bytes().splitlines(keepends=True)
     assert len(kept) == 5
     store.write_bytes(b"".join(kept))
+    (tmp_path / "chase.mcap").rename(tmp_path / "chase.mcap.part")
     assert main(words) == OK
     assert json.loads(capsys.readouterr().out) == first
     assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8")) == first
