@@ -18,7 +18,7 @@ def test_the_short_form_has_the_structure_of_the_committed_results():
     kept = committed("paper")
     assert found.keys() == kept.keys() - {"date", "machine", "versions"}
     for name in CONDITIONS:
-        assert found["conditions"][name].keys() == kept["conditions"][name].keys()
+        assert found["conditions"][name].keys() >= kept["conditions"][name].keys()  # newer figures
         assert found["conditions"][name]["served"] == 7
     assert [claim["claim"] for claim in found["claims"]] == [
         claim["claim"] for claim in kept["claims"]
