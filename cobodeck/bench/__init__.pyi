@@ -3,9 +3,7 @@ from cobodeck.bench.compare import (
     worse as worse,
 )
 from cobodeck.bench.harness import (
-    machine as machine,
     own_version as own_version,
-    versions as versions,
 )
 from cobodeck.bench.reference_table import (
     reference_block as reference_block,

@@ -12,22 +12,18 @@ from __future__ import annotations
 
 import gc
 import json
-import os
-import platform
 import statistics
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
-from importlib.metadata import PackageNotFoundError, distribution, version
-from pathlib import Path
+from importlib.metadata import PackageNotFoundError, distribution
 from typing import Any
 
 ROUNDS = 5
 ROUND_S = 0.03
 """Approximate time for which one alternative runs in one round, s."""
-LIBRARIES = ("numpy", "scipy", "shapely", "networkx", "numba")
 
 
 def nothing() -> None:
@@ -210,22 +206,6 @@ def _no_collector() -> Iterator[None]:
             gc.enable()
 
 
-def machine() -> dict[str, Any]:
-    """The machine and Python that the figures were measured on."""
-    return {
-        "name": _processor(),
-        "cores": os.cpu_count(),
-        "system": f"{platform.system()} {platform.machine()}",
-        "python": f"{platform.python_implementation()} {platform.python_version()}",
-    }
-
-
-def versions() -> dict[str, str]:
-    """What calls depend on besides our own code: Python and the libraries."""
-    python = f"{platform.python_implementation()} {sys.version_info.major}.{sys.version_info.minor}"
-    return {"python": python, **{name: version(name) for name in LIBRARIES}}
-
-
 def own_version() -> str:
     """Our version, with the commit where the package was installed from one."""
     try:
@@ -235,12 +215,3 @@ def own_version() -> str:
     source = json.loads(found.read_text("direct_url.json") or "{}")
     commit = source.get("vcs_info", {}).get("commit_id")
     return found.version if commit is None else f"{found.version} {commit[:10]}"
-
-
-def _processor() -> str:
-    try:
-        text = Path("/proc/cpuinfo").read_text()
-    except OSError:
-        return platform.processor() or platform.machine()
-    named = (line.partition(":")[2].strip() for line in text.splitlines() if "model name" in line)
-    return next(named, platform.machine())

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import gc
 import json
+import platform
 import statistics
 import sys
 from collections.abc import Iterator, Mapping
@@ -24,9 +25,10 @@ from types import FrameType
 
 from cobodeck.bench import peers, simulation_curves
 from cobodeck.bench.compare import MORE_CALLS
-from cobodeck.bench.harness import ROUNDS, BenchRow, versions
+from cobodeck.bench.harness import ROUNDS, BenchRow
 from cobodeck.bench.simulation_cpu import HZ, least_cpu, run_cpu, shares
 from cobodeck.loop import Loop
+from cobodeck.record.format import versions
 from cobodeck.run import simulate
 from cobodeck.setup import CHART, FULL, Options, Setup, open_setup
 from engine.chart import load_text
@@ -189,6 +191,7 @@ class _Counter:
 def calls_limit(name: str) -> float | None:
     """The most calls per tick that a case may have; None with versions not counted with."""
     known = json.loads(KNOWN_CALLS.read_text())
-    if known["versions"] != versions():
+    python = f"{platform.python_implementation()} {sys.version_info.major}.{sys.version_info.minor}"
+    if not known["versions"].items() <= {**versions(), "python": python}.items():
         return None
     return GROWTH * float(known["calls_per_tick"][name])

@@ -138,7 +138,8 @@ def missed_table(results: Iterable[Mapping[str, Any]]) -> str:
         )
         for row in rows
     )
-    return f"{markdown_table(('missed', 'what', 'is', 'at most'), lines)}\n\nAll other goals are reached."
+    head = ("missed", "what", "is", "at most")
+    return f"{markdown_table(head, lines)}\n\nAll other goals are reached."
 
 
 def is_missed(row: Row) -> bool:

@@ -8,18 +8,17 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from cobodeck.campaign.campaign_file import CampaignFile, load_campaign
+from cobodeck.campaign.campaign_file import SHARE_OF, CampaignFile, load_campaign
 from cobodeck.campaign.cell_run import CellResult, sha256_of
 from cobodeck.campaign.tally import (
-    SHARE_OF,
     Tally,
     broken,
-    share_of,
     table_text,
     tables,
     tally,
 )
 from cobodeck.markdown import markdown_table
+from cobodeck.statistics import bounded_share
 
 SHOWN = 5
 """Number of failed cells that are told."""
@@ -128,7 +127,7 @@ def _kept(folder: Path) -> dict[str, Summary]:
 def _together(found: Mapping[str, Summary]) -> dict[str, Any]:
     names = ("requests", "served", "escapes", *SHARE_OF)
     totals = {name: _sum(found, name) for name in names}
-    shares = {name: share_of(totals[name], totals[whole]) for name, whole in SHARE_OF.items()}
+    shares = {name: bounded_share(totals[name], totals[whole]) for name, whole in SHARE_OF.items()}
     return {**totals, "shares": shares}
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from cobodeck.campaign.campaign_file import SHARE_OF, CampaignFile, Limit
 from cobodeck.campaign.cell_run import CellResult
 from cobodeck.campaign.product import value_of
-from cobodeck.statistics import mean_bounds, proportion_bounds
+from cobodeck.statistics import bounded_share, mean_bounds
 from cobodeck.terminal import table
 
 COUNTED: Mapping[str, tuple[str, ...]] = {
@@ -43,7 +43,9 @@ def tally(results: Sequence[CellResult]) -> Tally:
         **totals,
         "errors": sum(len(run["errors"]) for run in found),
         "response_s": _mean([response for response in responses if response is not None]),
-        "shares": {name: share_of(totals[name], totals[whole]) for name, whole in SHARE_OF.items()},
+        "shares": {
+            name: bounded_share(totals[name], totals[whole]) for name, whole in SHARE_OF.items()
+        },
         "least_gap_m": min(_present(run.get("min_gap_m") for run in found), default=None),
         "stuck_s": max(_present(map(_stuck, found)), default=None),
     }
@@ -81,14 +83,6 @@ def _compared(whole: Tally, name: str, limit: Limit) -> float | None:
         return total
     share = whole["shares"][name]
     return float(total) if share is None else share["share"]
-
-
-def share_of(hits: int | None, number: int | None) -> dict[str, float] | None:
-    """A share with its bounds of 95 %; null if there is nothing to be a share of."""
-    if hits is None or not number:
-        return None
-    low, high = proportion_bounds(min(hits, number), number)
-    return {"share": hits / number, "low": low, "high": high}
 
 
 def table_text(name: str, rows: Sequence[Mapping[str, Any]]) -> str:

@@ -198,12 +198,13 @@ def _measure(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _result(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    from cobodeck.bench import machine, own_version, versions
+    from cobodeck.bench import own_version
+    from cobodeck.record.format import machine, versions
 
     return {
         "date": datetime.now(UTC).date().isoformat(),
         "machine": machine(),
-        "versions": {"cobodeck": own_version(), **versions()},
+        "versions": versions() | {"cobodeck": own_version()},
         "rows": rows,
     }
 

@@ -8,17 +8,31 @@ exit code is 1 only if a run failed.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
 from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.campaign import EXECUTORS
+from cobodeck.campaign import EXECUTORS, ResultStore
 from cobodeck.record.format import machine, versions
-from cobodeck.terminal import OK, Problem, ProgressLine, positive, show, show_json, table, word
+from cobodeck.terminal import (
+    OK,
+    Problem,
+    ProgressLine,
+    complain,
+    positive,
+    show,
+    show_json,
+    table,
+    word,
+)
 
 if TYPE_CHECKING:
     from cobodeck.paper import EvaluationPlan
+
+RUNS = "runs"
+"""Folder below DIR in which the figures of all runs are kept."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -44,33 +58,38 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="once more with all sensors and with the paper's own parts, navfn, TEB and AMCL, so "
         "many requests each; TEB is slow; default 0: not",
     )  # fmt: skip
+    parser.add_argument(
+        "--no-varied", action="store_true",
+        help="without the runs with single values of the profile varied, which tell causes",
+    )  # fmt: skip
     parser.add_argument("--executor", choices=EXECUTORS, default="local", help="default local")
     parser.add_argument(
         "--workers", type=positive, metavar="N", help="processes; default: one per processor"
     )
     parser.add_argument(
         "--out", type=Path, metavar="DIR",
-        help="report.html, requests.csv, result.json, the figures, and the records they are of",
+        help="report.html, requests.csv, result.json, the figures, and the records they are of; "
+        "runs that are kept there are not rerun",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
 def run(args: argparse.Namespace) -> int:
     """Run all, judge, report."""
-    from cobodeck.paper import EvaluationPlan, evaluate
+    from cobodeck.paper import VARIED, EvaluationPlan, evaluate
 
     if args.parts_requests < 0:
         raise Problem("--parts-requests is a number of requests, 0 or more")
-    if args.out is not None:
-        _make_room(args.out)
     plan = EvaluationPlan(args.requests, args.profile, args.tier, args.seeds, args.parts_requests)
     execution = {"executor": args.executor, "workers": args.workers, "own": args.own}
+    varied = () if args.no_varied else VARIED
     progress = ProgressLine("evaluate", 0.0)
     try:
-        found = evaluate(plan, execution, progress.at)
-        made = {"date": date.today().isoformat(), "machine": machine(), "versions": versions()}
-        result = made | found
-        files = [] if args.out is None else _write(plan, result, args.out, progress)
+        with _kept(args.out) as store:
+            found = evaluate(plan, execution | {"store": store}, progress.at, varied)
+            made = {"date": date.today().isoformat(), "machine": machine(), "versions": versions()}
+            result = made | found
+            files = [] if args.out is None else _write(plan, result, args.out, progress)
     finally:
         progress.done()
     if args.json:
@@ -80,11 +99,21 @@ def run(args: argparse.Namespace) -> int:
     return OK
 
 
-def _make_room(folder: Path) -> None:
-    """Make the folder; nothing that is there is overwritten."""
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise Problem(f"{folder}: exists and is not an empty folder; name a new one")
-    folder.mkdir(parents=True, exist_ok=True)
+@contextmanager
+def _kept(folder: Path | None) -> Iterator[ResultStore | None]:
+    """The figures of earlier runs in a folder, which is new, empty, or an evaluation's own."""
+    if folder is None:
+        yield None
+        return
+    runs = folder / RUNS
+    if folder.exists() and not runs.is_dir() and (not folder.is_dir() or any(folder.iterdir())):
+        raise Problem(f"{folder}: neither an empty folder nor an evaluation's; name a new one")
+    with closing(ResultStore(runs)) as store:
+        try:
+            yield store
+        except KeyboardInterrupt:
+            complain(f"{len(store)} runs are kept in {runs}; the same command goes on")
+            raise
 
 
 def _write(

@@ -1,5 +1,6 @@
 from cobodeck.paper.conditions import (
     CONDITIONS as CONDITIONS,
+    VARIED as VARIED,
     EvaluationPlan as EvaluationPlan,
 )
 from cobodeck.paper.evaluation import (

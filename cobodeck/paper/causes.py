@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
 from cobodeck.paper.conditions import CONDITIONS, SCENE, SEQUENCE
 from cobodeck.paper.published import ARM, REQUESTS, TABLE_2, TO_SAFETY
+from cobodeck.paper.tables import two_places
 from hw.scene import load_scene
 
 Result = Mapping[str, Any]
@@ -27,15 +29,17 @@ def response_cause(result: Result, name: str) -> str:
     if run["arm_s"]["mean"] is None:
         return f"{run['served']} of {run['requests']} requests were served"
     base = run["response_s"]["mean"] - run["arm_s"]["mean"]
-    single = [row for row in result["causes"] if len(row["sets"]) == 1]
-    largest = sorted(single, key=lambda row: abs(_mean(row, name) - _first(result, name)))
-    told = _listed(largest[: -MOST - 1 : -1], lambda row: f"{_mean(row, name):.2f} s")
-    nearest = min(result["causes"], key=lambda row: abs(_mean(row, name) - printed), default=None)
-    near = "" if nearest is None else f"; nearest: {_sets(nearest)} ({_mean(nearest, name):.2f} s)"
-    return (
-        f"without the arm the base takes {base:.2f} s, the paper's {printed - ARM.mean:.2f} s; "
-        f"most depends on {told}{near}"
-    )
+    told = f"without the arm the base takes {base:.2f} s, the paper's {printed - ARM.mean:.2f} s"
+    rows = _answered(result, name)
+    own = next((_mean(row, name) for row in rows if not row["sets"]), run["response_s"]["mean"])
+    single = [row for row in rows if len(row["sets"]) == 1]
+    largest = sorted(single, key=lambda row: abs(_mean(row, name) - own))[: -MOST - 1 : -1]
+    if largest:
+        told += f"; most depends on {_listed(largest, lambda row: f'{_mean(row, name):.2f} s')}"
+    nearest = min(rows, key=lambda row: abs(_mean(row, name) - printed), default=None)
+    if nearest is not None:
+        told += f"; nearest: {_sets(nearest)} ({_mean(nearest, name):.2f} s)"
+    return told
 
 
 def gap_cause(result: Result) -> str:
@@ -64,7 +68,7 @@ def nearest_row(result: Result) -> Row | None:
     def miss(row: Row) -> float:
         return sum(abs(_mean(row, name) - TABLE_2[name].mean_s) for name in CONDITIONS)
 
-    return min(result["causes"], key=miss, default=None)
+    return min(_answered(result, *CONDITIONS), key=miss, default=None)
 
 
 def arm_cause(result: Result) -> str:
@@ -77,7 +81,9 @@ def arm_cause(result: Result) -> str:
         if row["mean"] is not None
     )
     slower = [row for row in result["causes"] if _varies(row, "robot.arm_acceleration")]
-    means = _listed(slower[:1], lambda row: f"mean {_s(row['conditions']['chase']['arm_s'])} s")
+    means = _listed(
+        slower[:1], lambda row: f"mean {two_places(row['conditions']['chase']['arm_s']['mean'])} s"
+    )
     also = f"; {means}" if means else ""
     return (
         f"equal poses have equal motions; planned alone, {', '.join(told)}{also}; planning itself "
@@ -133,7 +139,8 @@ def safety_cause(result: Result) -> str:
     rows = [row for row in result["causes"] if _times(row)]
     rows.sort(key=lambda row: abs(max(_times(row)) - TO_SAFETY.mean))
     told = _listed(rows[:MOST], lambda row: ", ".join(f"{time:.2f} s" for time in _times(row)))
-    return f"an Escape ends as soon as it is safe, on its way; mean times with {told}"
+    with_values = f"; mean times with {told}" if rows else ""
+    return f"an Escape ends as soon as it is safe, on its way{with_values}"
 
 
 def failure_cause(result: Result) -> str:
@@ -149,6 +156,24 @@ def failure_cause(result: Result) -> str:
     return "; ".join(shown)
 
 
+def contact_cause(result: Result) -> str:
+    """How fast robot and person closed in on each other, by who touched whom."""
+    shown = []
+    for name in CONDITIONS:
+        met = result["conditions"][name]["contact_list"]
+        for by in dict.fromkeys(contact["by"] for contact in met):
+            own = [contact for contact in met if contact["by"] == by]
+            robot, person = (
+                statistics.fmean(contact[f"{who}_closing_m_s"] for contact in own)
+                for who in ("robot", "person")
+            )
+            shown.append(
+                f"{name}: {len(own)} by the {by}, mean closing speed of the robot {robot:.2f} m/s, "
+                f"of the person {person:.2f} m/s"
+            )
+    return "; ".join(shown)
+
+
 def _ways(result: Result) -> str:
     runs = result["conditions"]
     shown = (f"{runs[name]['distance_m'] / runs[name]['requests']:.1f}" for name in CONDITIONS)
@@ -161,13 +186,18 @@ def _times(row: Row) -> list[float]:
     return [mean for mean in means if mean is not None]
 
 
+def _answered(result: Result, *names: str) -> list[Row]:
+    """The varied values with which requests were served in all of these conditions."""
+    return [
+        row
+        for row in result["causes"]
+        if all(row["conditions"][name]["response_s"]["mean"] is not None for name in names)
+    ]
+
+
 def _mean(row: Row, name: str) -> float:
-    mean: float | None = row["conditions"][name]["response_s"]["mean"]
-    return mean or 0.0
-
-
-def _first(result: Result, name: str) -> float:
-    return _mean(result["causes"][0], name)
+    mean: float = row["conditions"][name]["response_s"]["mean"]
+    return mean
 
 
 def _sets(row: Row) -> str:
@@ -180,10 +210,6 @@ def _listed(rows: Sequence[Row], of: Callable[[Row], str]) -> str:
 
 def _varies(row: Row, key: str) -> bool:
     return any(text.startswith(f"{key}=") for text in row["sets"])
-
-
-def _s(values: Mapping[str, float | None]) -> str:
-    return "-" if values["mean"] is None else f"{values['mean']:.2f}"
 
 
 def _distance(start: Sequence[float], end: Sequence[float], place: tuple[float, float]) -> float:

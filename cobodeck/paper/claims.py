@@ -13,6 +13,7 @@ from typing import Any
 
 from cobodeck.paper.causes import (
     arm_cause,
+    contact_cause,
     energy_cause,
     failure_cause,
     gap_cause,
@@ -24,6 +25,7 @@ from cobodeck.paper.causes import (
 )
 from cobodeck.paper.conditions import CONDITIONS
 from cobodeck.paper.published import ARM, EFFECTS, KRUSKAL_WALLIS_H, P_VALUES, TABLE_2, TO_SAFETY
+from cobodeck.paper.tables import two_places
 
 Result = Mapping[str, Any]
 GAP_S = 2.0
@@ -77,7 +79,7 @@ def _responses(result: Result) -> list[Claim]:
         close = _is_like(ours["mean"], printed.mean_s)
         claim = f"Mean response in {name.title()}, within a tenth"
         paper = f"{printed.mean_s:.2f} s (SD {printed.sd_s:.2f})"
-        shown = f"{_s(ours['mean'])} s (SD {_s(ours['sd'])})"
+        shown = f"{two_places(ours['mean'])} s (SD {two_places(ours['sd'])})"
         cause = None if close else response_cause(result, name)
         found.append(Claim(claim, paper, shown, close, cause))
     return found
@@ -140,13 +142,14 @@ def _tests(result: Result) -> list[Claim]:
     for name, pair in study["jonckheere_terpstra"].items():
         differs = P_VALUES[name].startswith("<")
         either = min(1.0, 2.0 * min(pair["p"], 1.0 - pair["p"]))  # the order may be the other one
-        holds = pair["p_holm"] < SURE if differs else either > UNSURE
+        p, sides = (pair["p_holm"], "Holm") if differs else (either, "both sides, unadjusted")
+        holds = p < SURE if differs else p > UNSURE
         words = "differ" if differs else "do not differ"
         paper = f"r = {EFFECTS[name]:.2f}, p {P_VALUES[name]}"
-        ours = f"r = {pair['r']:.2f}, z = {pair['z']:.2f}, p = {pair['p_holm']:.2g}"
+        ours = f"r = {pair['r']:.2f}, z = {pair['z']:.2f}, p = {p:.2g}"
         ours += ", in the other order" if pair["z"] < 0.0 else ""
         pair_of = " and ".join(part.title() for part in name.split(" < "))
-        claim = f"{pair_of} {words} (Jonckheere-Terpstra, Holm)"
+        claim = f"{pair_of} {words} (Jonckheere-Terpstra, {sides})"
         found.append(Claim(claim, paper, ours, holds, None if holds else _sequences(result)))
     return found
 
@@ -155,7 +158,7 @@ def _ways(result: Result) -> list[Claim]:
     runs = result["conditions"]
     ways = {name: runs[name]["distance_m"] / runs[name]["requests"] for name in CONDITIONS}
     energies = {name: runs[name]["energy_j"] / runs[name]["requests"] for name in CONDITIONS}
-    least = min(ways, key=lambda name: ways[name]) == "chase"
+    least = ways["chase"] < min(ways["corner"], ways["center"])
     others = 0.5 * (energies["corner"] + energies["center"])
     alike = energies["chase"] <= (1.0 + COMPARABLE) * others
     cause = energy_cause(result)
@@ -213,7 +216,7 @@ def _served(result: Result) -> list[Claim]:
 def _escapes(result: Result) -> list[Claim]:
     runs = result["conditions"]
     share = {name: 100.0 * runs[name]["escapes"] / runs[name]["requests"] for name in CONDITIONS}
-    most = max(share, key=lambda name: share[name]) == "chase"
+    most = share["chase"] > max(share["corner"], share["center"])
     ends = [escape["outcome"] for name in CONDITIONS for escape in runs[name]["escape_list"]]
     unsafe = len(ends) - ends.count("safe")
     return [
@@ -235,6 +238,28 @@ def _escapes(result: Result) -> list[Claim]:
     ]
 
 
+def _contacts(result: Result) -> list[Claim]:
+    runs, routes = result["conditions"], result["statistics"]["routes"]["conditions"]
+    holds = not any(runs[name]["contacts"] for name in CONDITIONS)
+    on_study, on_routes = contact_counts(runs), contact_counts(routes)
+    return [
+        Claim(
+            "No contact with the person on the walk of the study",
+            "no Escape failed in 300",
+            f"{on_study}; on random routes {on_routes}",
+            holds,
+            None if holds else contact_cause(result),
+        )
+    ]
+
+
+def contact_counts(runs: Mapping[str, Mapping[str, Any]]) -> str:
+    """Contacts of the three conditions, how many of them by the robot, and requests."""
+    names = ("contacts", "contacts_by_robot", "requests")
+    touched, by_robot, asked = (sum(runs[name][key] for name in CONDITIONS) for key in names)
+    return f"{touched} ({by_robot} by the robot) in {asked}"
+
+
 def _time_to_safety(result: Result) -> Claim:
     paper = f"{TO_SAFETY.least:.2f} to {TO_SAFETY.most:.2f} s, mean {TO_SAFETY.mean:.2f} s"
     claim, times = "Time to safety, mean within a fifth", safe_times(result)
@@ -253,6 +278,7 @@ JUDGES: tuple[Callable[[Result], list[Claim]], ...] = (
     _arm,
     _served,
     _escapes,
+    _contacts,
 )
 
 
@@ -279,7 +305,3 @@ def _range(times: Sequence[float]) -> str:
 
 def _is_like(ours: float | None, printed: float) -> bool | None:
     return None if ours is None else abs(ours - printed) <= LIKE * printed
-
-
-def _s(seconds: float | None) -> str:
-    return "-" if seconds is None else f"{seconds:.2f}"

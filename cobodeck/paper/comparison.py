@@ -19,11 +19,11 @@ from typing import Any
 
 from cobodeck.paper.conditions import CONDITIONS, SEQUENCE
 from cobodeck.statistics import (
+    bounded_share,
     holm,
     jonckheere_terpstra,
     kruskal_wallis,
     mean_bounds,
-    proportion_bounds,
 )
 
 Figures = Mapping[str, Any]
@@ -113,14 +113,7 @@ def _totals(runs: Sequence[Figures]) -> dict[str, Any]:
         for escape in run["escape_list"]
         if escape["outcome"] == "safe"
     ]
-    totals["served_share"] = _share(totals["served"], totals["requests"])
-    totals["escape_failure_share"] = _share(totals["escape_failures"], totals["escapes"])
+    totals["served_share"] = bounded_share(totals["served"], totals["requests"])
+    totals["escape_failure_share"] = bounded_share(totals["escape_failures"], totals["escapes"])
     totals["escape_time_s"] = statistics.fmean(times) if times else None
     return totals
-
-
-def _share(hits: int, number: int) -> dict[str, float] | None:
-    if not number:
-        return None
-    low, high = proportion_bounds(hits, number)
-    return {"share": hits / number, "low": low, "high": high}

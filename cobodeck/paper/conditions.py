@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from cobodeck.campaign import CampaignCell
+from cobodeck.setup import FULL
 
 CONDITIONS = ("chase", "corner", "center")
 """Where the robot is between requests, in the order of Table 2."""
@@ -49,7 +50,6 @@ PARTS: dict[str, tuple[str, ...]] = {
     "navfn, TEB, AMCL": (*_NAVFN, *_TEB, "localization=amcl"),
 }
 """Planners and localizers with all sensors simulated; the last are the paper's own."""
-PARTS_TIER = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +98,7 @@ class EvaluationPlan:
             scene=SCENE,
             profile=self.profile,
             sets=PARTS[name],
-            tier=PARTS_TIER,
+            tier=FULL,
             requests=self.parts_requests,
         )
 

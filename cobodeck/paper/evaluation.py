@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import asdict
 from typing import Any
 
@@ -12,12 +13,11 @@ from cobodeck.paper.claims import claims
 from cobodeck.paper.comparison import on_routes, on_study
 from cobodeck.paper.conditions import CONDITIONS, PARTS, SCENE, VARIED, EvaluationPlan
 from cobodeck.paper.rooms import rooms
-from cobodeck.setup import profile_with
+from cobodeck.setup import FULL, profile_with
 from cobodeck.terminal import FAILED, Problem
 
 Progress = Callable[[str, float | None], None]
 Figures = Mapping[str, Any]
-FULL = 2
 
 
 def evaluate(
@@ -30,7 +30,7 @@ def evaluate(
 
     Args:
         plan: what to evaluate.
-        execution: arguments of `campaign.execute`, such as the number of workers.
+        execution: arguments of `campaign.execute`, such as the number of workers, or the store.
         progress: called with text and the share done, 0 to 1.
         varied: sets of values of the profile, to see what differences depend on.
 
@@ -61,10 +61,11 @@ def _figures(
     """The figures of all cells; without those of signals, which are not about the person."""
     wanted = list(dict.fromkeys(cells))
     found: dict[CampaignCell, dict[str, Any]] = {}
-    for result in execute(wanted, **execution):
-        found[result.cell] = _succeeded(result)
-        if progress is not None:
-            progress(f"{len(found)} of {len(wanted)} runs", len(found) / len(wanted))
+    with closing(execute(wanted, **execution)) as results:
+        for result in results:
+            found[result.cell] = _succeeded(result)
+            if progress is not None:
+                progress(f"{len(found)} of {len(wanted)} runs", len(found) / len(wanted))
     return found
 
 

@@ -1,4 +1,8 @@
-"""What pages say of the committed results."""
+"""The committed results: their claims, and what pages say of them.
+
+`python -m cobodeck.paper.page` judges the claims anew, from the figures; `make figures` writes the
+pages.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.markdown import markdown_table
-from cobodeck.paper.claims import safe_times
+from cobodeck.paper.claims import claims, contact_counts, safe_times
 from cobodeck.paper.conditions import CONDITIONS
 from cobodeck.paper.published import ARM, KRUSKAL_WALLIS_H, REQUESTS, TABLE_2, TO_SAFETY
 
@@ -21,8 +25,19 @@ Cells = tuple[str, ...]
 
 def committed(profile: str) -> dict[str, Any]:
     """The committed result of a profile."""
-    found: dict[str, Any] = json.loads((RESULTS / f"{profile}.json").read_text(encoding="utf-8"))
+    found: dict[str, Any] = json.loads(_file(profile).read_text(encoding="utf-8"))
     return found
+
+
+def judge_anew(profile: str) -> None:
+    """Replace the claims of a committed result by those of its figures."""
+    found = committed(profile)
+    judged = found | {"claims": claims(found)}
+    _file(profile).write_text(f"{json.dumps(judged)}\n", encoding="utf-8")
+
+
+def _file(profile: str) -> Path:
+    return RESULTS / f"{profile}.json"
 
 
 def paper_block() -> str:
@@ -73,6 +88,10 @@ def _others(results: Sequence[Result]) -> Iterator[Cells]:
     arms = (_spread(found["conditions"]["chase"]["arm_s"]) for found in results)
     yield _row("the arm in chase, s (SD)", arm, arms)
     yield _row("time to safety, s", f"{TO_SAFETY.mean:.2f}", map(_to_safety, results))
+    study = (contact_counts(found["conditions"]) for found in results)
+    yield _row("contacts in requests", "no Escape failed", study)
+    routes = (contact_counts(found["statistics"]["routes"]["conditions"]) for found in results)
+    yield _row("… on random routes", "–", routes)
     yield _row("Kruskal-Wallis, H(2)", f"{KRUSKAL_WALLIS_H}", map(_h, results))
     for pair in ("corner - chase", "center - chase"):
         yield _row(f"response on random routes, {pair}, s", "–", (_gap(f, pair) for f in results))
@@ -122,3 +141,8 @@ def _gap(result: Result, pair: str) -> str:
 def _held(result: Result) -> str:
     held = [claim["holds"] for claim in result["claims"]]
     return f"{held.count(True)} of {len(held)}"
+
+
+if __name__ == "__main__":
+    for name in PROFILES:
+        judge_anew(name)

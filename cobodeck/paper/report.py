@@ -13,6 +13,7 @@ from typing import Any
 from cobodeck.campaign import run_cell
 from cobodeck.paper.conditions import CONDITIONS, EvaluationPlan
 from cobodeck.paper.tables import JUDGED, ResultTable, tables
+from cobodeck.terminal import PART
 
 Result = Mapping[str, Any]
 Progress = Callable[[str, float | None], None]
@@ -45,6 +46,8 @@ def record_conditions(plan: EvaluationPlan, folder: Path, progress: Progress) ->
     records = {name: folder / f"{name}.mcap" for name in CONDITIONS}
     for number, (name, file) in enumerate(records.items()):
         progress(f"record of {name}", number / len(records))
+        for earlier in (file, file.with_name(f"{file.name}{PART}")):  # also one broken off
+            earlier.unlink(missing_ok=True)
         run_cell(plan.cell(name), file)
     return records
 
@@ -101,7 +104,8 @@ def page(result: Result, pictures: Iterable[Path]) -> str:
         "hold; one that does not is an answer, with its measured cause."
     )
     if "machine" in result:
-        about += f" {result['date']}, {result['machine']['platform']}."
+        machine = result["machine"]
+        about += f" {result['date']}, {machine['name']}, {machine['system']}."
     first, *rest = tables(result)
     shown = "".join(map(_picture, pictures))
     return (

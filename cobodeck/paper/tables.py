@@ -31,9 +31,8 @@ def tables(result: Result) -> list[ResultTable]:
         route_table(result),
         _rooms(result),
         _arm(result),
-        _causes(result),
     ]
-    return [*found, *_parts(result)]
+    return [*found, *_causes(result), *_parts(result)]
 
 
 def table_2(result: Result) -> ResultTable:
@@ -155,7 +154,9 @@ def _arm(result: Result) -> ResultTable:
     return ResultTable("The arm (5.2.2)", head, rows)
 
 
-def _causes(result: Result) -> ResultTable:
+def _causes(result: Result) -> Iterator[ResultTable]:
+    if not result["causes"]:
+        return
     rows = []
     for row in result["causes"]:
         runs = [row["conditions"][name] for name in CONDITIONS]
@@ -163,9 +164,9 @@ def _causes(result: Result) -> ResultTable:
             (
                 ", ".join(row["sets"]) or "the profile itself",
                 *(_mean_sd(run["response_s"]) for run in runs),
-                _s(runs[0]["arm_s"]["mean"]),
+                two_places(runs[0]["arm_s"]["mean"]),
                 ", ".join(str(run["escapes"]) for run in runs),
-                ", ".join(_s(run["escape_time_s"]["mean"]) for run in runs),
+                ", ".join(two_places(run["escape_time_s"]["mean"]) for run in runs),
                 ", ".join(f"{run['served']}/{run['requests']}" for run in runs),
             )
         )
@@ -174,7 +175,7 @@ def _causes(result: Result) -> ResultTable:
         *("Escapes", "their mean time, s", "served"),
     )
     note = "One round of seven requests each; three figures are those of the three conditions."
-    return ResultTable("What the differences depend on", head, rows, note)
+    yield ResultTable("What the differences depend on", head, rows, note)
 
 
 def _parts(result: Result) -> Iterator[ResultTable]:
@@ -194,7 +195,7 @@ def _parts(result: Result) -> Iterator[ResultTable]:
                     f"{run['served']} of {run['requests']}",
                     f"{run['distance_m'] / run['requests']:.1f}",
                     str(run["escapes"]),
-                    "-" if off is None else _s(off.get("rmse_m")),
+                    "-" if off is None else two_places(off.get("rmse_m")),
                     ", ".join(f"{why} {number}" for why, number in run["refusals"].items()),
                 )
             )
@@ -212,8 +213,9 @@ def _mean_sd(spread: Mapping[str, float | None]) -> str:
 
 
 def _spread(values: Mapping[str, float | None]) -> Row:
-    return tuple(_s(values[key]) for key in ("mean", "sd", "min", "max"))
+    return tuple(two_places(values[key]) for key in ("mean", "sd", "min", "max"))
 
 
-def _s(value: float | None) -> str:
+def two_places(value: float | None) -> str:
+    """The text of a value in tables and claims."""
     return "-" if value is None else f"{value:.2f}"

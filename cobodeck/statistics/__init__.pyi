@@ -1,4 +1,5 @@
 from cobodeck.statistics.bounds import (
+    bounded_share as bounded_share,
     mean_bounds as mean_bounds,
     proportion_bounds as proportion_bounds,
 )

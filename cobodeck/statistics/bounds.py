@@ -27,6 +27,17 @@ def proportion_bounds(hits: int, number: int, confidence: float = 0.95) -> tuple
     return low, high
 
 
+def bounded_share(hits: int | None, number: int | None) -> dict[str, float] | None:
+    """A share with its bounds of 95 %; of more hits than one each, the bounds are those of all.
+
+    None if either is unknown, or there are none to hit.
+    """
+    if hits is None or not number:
+        return None
+    low, high = proportion_bounds(min(hits, number), number)
+    return {"share": hits / number, "low": low, "high": high}
+
+
 def mean_bounds(
     values: Sequence[float], confidence: float = 0.95, seed: int = 0
 ) -> tuple[float, float]:

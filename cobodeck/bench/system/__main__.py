@@ -17,13 +17,12 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-from cobodeck.bench.harness import machine
 from cobodeck.bench.system.comparison import compared
 from cobodeck.bench.system.drawn import COST, FIGURES, NOTES
 from cobodeck.bench.system.knobs import DISTURBED, PRECISION, SystemKnob
 from cobodeck.bench.system.page import RESULTS
 from cobodeck.pictures import draw_knobs
-from cobodeck.record.format import versions
+from cobodeck.record.format import machine, versions
 
 
 def main() -> None:

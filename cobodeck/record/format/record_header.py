@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import platform
 import sys
 from collections.abc import Iterable, Mapping
@@ -240,5 +241,20 @@ def _short(value: Any) -> str:
 
 
 def machine() -> dict[str, str]:
-    """Description of this machine."""
-    return {"platform": platform.platform(), "processor": platform.machine()}
+    """The machine and the Python that figures are of."""
+    libc = platform.libc_ver()
+    return {
+        "name": _processor(),
+        "cores": str(os.cpu_count()),
+        "system": " ".join(filter(None, (platform.system(), platform.machine(), *libc))),
+        "python": f"{platform.python_implementation()} {platform.python_version()}",
+    }
+
+
+def _processor() -> str:
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        return platform.processor() or platform.machine()
+    named = (line.partition(":")[2].strip() for line in text.splitlines() if "model name" in line)
+    return next(named, platform.machine())

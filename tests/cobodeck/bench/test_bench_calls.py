@@ -20,9 +20,9 @@ from cobodeck.bench.simulation_bench import (
     calls_limit,
     calls_per_tick,
     calls_row,
-    versions,
 )
 from cobodeck.commands.bench import text
+from cobodeck.record.format import versions
 from cobodeck.run import simulation as simulate
 
 COUNT = """
@@ -49,7 +49,7 @@ def test_counts_are_known_for_each_case_and_hold_for_their_versions_only(
 ) -> None:
     known = json.loads(KNOWN_CALLS.read_text())
     assert known["calls_per_tick"].keys() == CALLS.keys()
-    assert known["versions"].keys() == versions().keys()
+    assert known["versions"].keys() <= versions().keys()
 
     monkeypatch.setattr("cobodeck.bench.simulation_bench.versions", lambda: known["versions"])
     assert calls_limit("study") == 1.02 * known["calls_per_tick"]["study"]

@@ -62,6 +62,7 @@ def test_every_deep_is_85_cm_ahead_of_who_asks(result):
 def test_the_report_stands_alone_and_has_every_claim_and_request(result, tmp_path):
     page, requests, kept = write_report(result, [], tmp_path)
     text = page.read_text(encoding="utf-8")
+    assert escape(result["machine"]["name"]) in text
     assert not any(sign in text for sign in ("<script", "src=", "href=", "http", "url("))
     assert text.count("<table>") == len(tables(result))
     for claim in result["claims"]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from cobodeck.statistics import mean_bounds, proportion_bounds
+from cobodeck.statistics import bounded_share, mean_bounds, proportion_bounds
 from tests.repeats import examples
 
 
@@ -56,3 +56,14 @@ def test_a_single_value_is_its_own_bound_and_none_has_no_mean():
     assert mean_bounds([3.0]) == (3.0, 3.0)
     with pytest.raises(ValueError, match="no values"):
         mean_bounds([])
+
+
+def test_a_share_has_the_bounds_of_its_proportion():
+    low, high = proportion_bounds(3, 40)
+    assert bounded_share(3, 40) == {"share": 0.075, "low": low, "high": high}
+    assert bounded_share(50, 40) == {
+        "share": 1.25,
+        "low": proportion_bounds(40, 40)[0],
+        "high": 1.0,
+    }
+    assert bounded_share(None, 40) is bounded_share(3, None) is bounded_share(0, 0) is None

@@ -117,13 +117,18 @@ def test_too_many_ways_have_no_exact_probability():
     assert found.p < 0.001
 
 
-@given(st.dictionaries(st.text(max_size=3), st.floats(0.0, 1.0), max_size=6))
-def test_holm_is_between_no_adjustment_and_bonferroni_s_and_keeps_the_order(found):
-    adjusted = holm(found)
-    assert list(adjusted) == list(found)
-    for name, p in found.items():
-        assert p <= adjusted[name] <= min(1.0, len(found) * p)
-        assert all(adjusted[other] >= adjusted[name] for other in found if found[other] > p)
+@settings(max_examples=examples(60))
+@given(st.lists(st.floats(0.0, 1.0) | st.sampled_from((0.01, 0.02, 0.03)), min_size=1, max_size=6))
+def test_statsmodels_adjusts_as_holm_does(found):
+    oracle = pytest.importorskip("statsmodels.stats.multitest")
+    adjusted = holm({str(number): p for number, p in enumerate(found)})
+    assert list(adjusted) == [str(number) for number in range(len(found))]
+    _, theirs, *_ = oracle.multipletests(found, method="holm")
+    assert list(adjusted.values()) == pytest.approx(theirs.tolist(), rel=1e-12)
+
+
+def test_no_probabilities_need_no_adjustment():
+    assert holm({}) == {}
 
 
 @pytest.mark.parametrize("wrong", [[[1.0]], [[1.0], []], [[1.0], [1.0]], [[1.0], [math.nan]]])
