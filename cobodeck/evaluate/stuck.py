@@ -44,7 +44,8 @@ class StuckWatch:
 
     def watch(self, now_ns: int) -> None:
         """Look at what has ended since the last instant."""
-        self._leave()
+        if self._place is not None:
+            self._leave(self._place)
         trace = self.run.trace
         read, self._read = self._read, trace.gone + len(trace.raw)
         if read == self._read:
@@ -54,12 +55,12 @@ class StuckWatch:
                 self._note(now_ns, raw[1] / 1e9, raw[2].path, raw[3])
         self._goals = self._running()  # before what comes next writes other goals
 
-    def _leave(self) -> None:
+    def _leave(self, place: tuple[float, float]) -> None:
         """Forget the place if the base is no longer there."""
         truth = self.plant.truth
-        if self._place is None or truth is None or truth.base is None:
+        if truth is None or truth.base is None:
             return
-        if math.dist((truth.base.x, truth.base.y), self._place) > PLACE_M:
+        if math.dist((truth.base.x, truth.base.y), place) > PLACE_M:
             self._place = None
 
     def _running(self) -> dict[str, tuple[Pose2, ...]]:

@@ -119,7 +119,8 @@ def kept(folder: Path, name: str, *runs: dict[str, Any]) -> None:
     plain = {
         "sim_s": 1800.0, "requests": 10, "served": 9, "refused": 1, "contacts": 0,
         "contacts_by_robot": 0, "escapes": 0, "escape_failures": 0, "errors": [],
-        "response_s": {"mean": 6.0}, "min_gap_m": 0.5,
+        "response_s": {"mean": 6.0}, "min_gap_m": 0.5, "wall_hits": 0, "object_hits": 0,
+        "stuck": [],
     }  # fmt: skip
     results = [
         CellResult(CampaignCell(repetition=n), f"{name} {n}", plain | run, cpu_s=1.0)
@@ -131,7 +132,7 @@ def kept(folder: Path, name: str, *runs: dict[str, Any]) -> None:
 
 
 def test_campaigns_are_told_with_their_bounds_and_what_was_not_expected(tmp_path: Path) -> None:
-    kept(tmp_path, "attentive", *[{}] * 200)
+    kept(tmp_path, "attentive", *[{"contacts_avoidable": 0}] * 200)
     kept(tmp_path, "deaf", {"contacts": 2, "wall_hits": 1, "escapes": 4, "escape_failures": 1})
     kept(tmp_path, "hasty", {"contacts": 1, "contacts_avoidable": 0})
     (tmp_path / "precision.json").write_text('{"knobs": []}', encoding="utf-8")
@@ -139,7 +140,7 @@ def test_campaigns_are_told_with_their_bounds_and_what_was_not_expected(tmp_path
     text = campaigns_block(tmp_path)
     low, high = (f"{100.0 * bound:.2g}" for bound in proportion_bounds(2, 10))
     assert f"| deaf | 10 | 9 | 6.00 | 0 (≤ 31 %) | 2 ({low} to {high} %) | – | 1 of 4 (" in text
-    assert "| attentive | 2 000 | 1 800 | 6.00 | 0 (≤ 0.18 %) | 0 (≤ 0.18 %) | – | 0 of 0 |" in text
+    assert "| attentive | 2 000 | 1 800 | 6.00 | 0 (≤ 0.18 %) | 0 (≤ 0.18 %) | 0 | 0 of 0 |" in text
     assert "202 runs, 101 h simulated, 2026-01-02." in text
     assert text.endswith("\n\ndeaf, not as expected: hits: 1, at most 0 is expected.")
 
