@@ -16,6 +16,7 @@ from contextlib import redirect_stdout
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property, lru_cache
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -25,7 +26,7 @@ from cobodeck.fitness import require
 from cobodeck.project import Catalogue, catalogue
 from cobodeck.record.format import code, sha256, versions
 from cobodeck.run import simulate, stage
-from cobodeck.setup import Options, Setup, longest_s, open_setup, read_inputs, warm_up
+from cobodeck.setup import REFERENCE, Options, Setup, longest_s, open_setup, read_inputs, warm_up
 from cobodeck.terminal import ENDING, Problem, behind_record, complain
 from engine.files import FileError, noting
 from hw import missing
@@ -145,14 +146,17 @@ class CellRunner:
         return sha256_of(content)
 
     def check(self, cell: CampaignCell) -> None:
-        """Set up a run as far as its first tick; raises as `address` does, and for its tier."""
+        """Set up a run as far as its first tick; raises as `address` does, and for its tier.
+
+        A package that is missing here is no mistake of the campaign: the cell itself tells it.
+        """
         self.address(cell)
         try:
-            stage(self.setup(cell), _options(cell))
+            if cell.tier < REFERENCE or find_spec("mujoco") is not None:
+                stage(self.setup(cell), _options(cell))
         except ModuleNotFoundError as error:
-            if (needed := missing(error)) is None:
+            if missing(error) is None:
                 raise
-            raise Problem(f"tier {cell.tier}: it {needed}") from None
 
     def run(self, cell: CampaignCell, record: Path | None = None) -> dict[str, Any]:
         """The figures of a cell, see `run_cell`; files are named without their folders."""

@@ -109,7 +109,7 @@ def _check_limit(
     """S11: a value, `found` as converted, is in the range of a type, whatever gives it."""
     if isinstance(value, Reference) and not value.is_constant:
         checked.limit(value.name, wanted)
-    elif found is not LATER and found is not None and wanted.within is not None:
+    elif isinstance(found, int | float) and wanted.within is not None:  # else of another type
         try:
             wanted.within.require(found, wanted.name)
         except Mismatch as mismatch:
