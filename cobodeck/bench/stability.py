@@ -8,7 +8,7 @@ stands the error that remains. `float32` is what rounding the input to single pr
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -45,9 +45,6 @@ HOME = "the same at the origin"
 JOINTS = (0.4, -1.2, 1.5, -0.9, 1.3, 0.2)
 ROOM = ((0.0, 0.0), (12.0, 0.0), (12.0, 10.0), (0.0, 10.0))
 COLUMN = ((5.0, 4.6), (5.4, 4.6), (5.4, 5.2), (5.0, 5.2))
-
-Answers = Callable[[float], Array]
-"""Places, m, that depend on where the origin is, less that offset."""
 
 
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:  # noqa: ARG001  nothing here is timed

@@ -22,6 +22,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from cobodeck.campaign.cell import CampaignCell, bare_name
+from cobodeck.evaluate import OF_THE_MACHINE
 from cobodeck.fitness import require
 from cobodeck.project import Catalogue, catalogue
 from cobodeck.record.format import code, sha256, versions
@@ -33,8 +34,6 @@ from hw import missing
 from hw.people import open_user
 from hw.scene import Scene
 
-OF_THE_MACHINE = ("wall_s", "realtime_factor", "cpu_us_per_tick")
-"""Figures of the machine rather than of the run."""
 OTHERS = "this worker has other files or other code than the client"
 KEPT = 8
 """Setups that are kept for the next cells."""

@@ -42,8 +42,6 @@ if TYPE_CHECKING:
 
 BLOCKED_S = 5.0
 """Ticks longer than this, s of wall time, are reported with the node that blocks them."""
-SHOWN = 3
-"""Number of contacts and of drop-outs that are listed individually."""
 FAILURES = ("error", "failed")
 """Outcomes of a chart that make the command fail."""
 

@@ -10,6 +10,7 @@ from cobodeck.evaluate.evaluators import (
 )
 from cobodeck.evaluate.figures import (
     NOTHING as NOTHING,
+    OF_THE_MACHINE as OF_THE_MACHINE,
     escape_figures as escape_figures,
     spread as spread,
 )

@@ -21,6 +21,10 @@ SPREAD = ("mean", "sd", "min", "max")
 """The statistics of `spread`."""
 
 
+OF_THE_MACHINE = ("wall_s", "realtime_factor", "cpu_us_per_tick")
+"""Figures of the machine rather than of the run."""
+
+
 def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float | None]:
     """Mean, sample standard deviation, minimum and maximum; `None` where undefined."""
     found = list(values)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Any
 
+from cobodeck.evaluate import OF_THE_MACHINE
 from cobodeck.record.format import trace_line, truth_again
 from cobodeck.record.read.header_differences import HeaderDifference, header_differences
 from cobodeck.record.read.reader import Group, Record
@@ -20,10 +21,7 @@ NEAR_M, NEAR_RAD = 1e-3, 1e-3
 """Poses within these tolerances count as equal, m, rad."""
 ASKED = {"chart", "inputs", "scene", "robot", "user", "profile", "set", "tier", "seed", "tick_hz"}
 """Figures that say what was run; the headers are compared instead."""
-COMPUTING = {
-    *("wall_s", "realtime_factor", "cpu_us_per_tick"),
-    *("left_out", "missed", "overruns", "signals"),
-}
+COMPUTING = {*OF_THE_MACHINE, "left_out", "missed", "overruns", "signals"}
 """Figures about the computation, not its result."""
 
 TraceLine = list[Any]
