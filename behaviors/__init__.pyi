@@ -1,6 +1,8 @@
 from behaviors import (
     chase as chase,
+    danger as danger,
     escape as escape,
+    escape_poses as escape_poses,
     haptic as haptic,
 )
 from behaviors.chase import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from typing import Any
 
-from behaviors.escape import in_zone
+from behaviors.danger import in_zone
 from behaviors.profile import EscapeSettings
 from behaviors.refuge import KEEPS, SLOWLY, is_outside, refuge, way_out
 from behaviors.situation import CHANGES, SETTINGS, WAYS, Situation, settings_of, situation

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from behaviors.escape import in_zone, poses
+from behaviors.danger import in_zone
+from behaviors.escape_poses import poses
 from behaviors.situation import Situation
 from hw import Pose2
 from hw.scene import Point

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from behaviors import escape, haptic
+from behaviors import danger, escape_poses, haptic
 from behaviors.profile import Settings
 from behaviors.situation import chase_space
 from engine import Length, Type
@@ -131,17 +131,17 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
                 about="from the user's body to the robot's centre"),
         Derived(
             "escape.required", DANGER,
-            partial(escape.is_required, environment, settings), bool,
+            partial(danger.is_required, environment, settings), bool,
             about="the user moves and is about to walk into the robot, or, by the zones, is in one",
         ),
         Derived(
             "escape.safe", DANGER,
-            partial(escape.is_safe, environment, settings), bool,
+            partial(danger.is_safe, environment, settings), bool,
             about="the danger is over, with hysteresis",
         ),
         Derived(
             "escape.poses", ("escape.planner", "user.pose", "base.pose"),
-            partial(escape.poses, settings), tuple[Pose2, ...],
+            partial(escape_poses.poses, settings), tuple[Pose2, ...],
             about="the free Escape poses, in order",
         ),
         Derived(

@@ -16,7 +16,7 @@ from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, PathPatch, R
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
-from behaviors import escape, haptic
+from behaviors import escape, escape_poses, haptic
 from behaviors.profile import Settings
 from behaviors.situation import Situation, grid
 from cobodeck.pictures.drawing import Labels, Sheet, ring_of, view_yaw
@@ -114,9 +114,9 @@ def draw_escape(on: Sheet, now: Situation, joints: Joints | None) -> None:
     A ring marks the one that a robot with its arm at `joints`, rad, would drive to now.
     """
     environment, settings, user, robot = now.environment, now.settings, now.user, now.pose
-    free = escape.poses(settings, environment.static_planners["escape"], user, robot)
+    free = escape_poses.poses(settings, environment.static_planners["escape"], user, robot)
     best, _ = escape.choose(now, free, None, joints)
-    everywhere = enumerate(escape.all_poses(settings.escape, user, robot), 1)
+    everywhere = enumerate(escape_poses.all_poses(settings.escape, user, robot), 1)
     shown = [
         (n, pose) for n, pose in everywhere if contains(environment.room.outer, pose.x, pose.y)
     ]

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from behaviors import escape
+from behaviors import danger
 from behaviors.profile.profile import Profile, load_profile
 from behaviors.profile.settings import Settings
 from behaviors.situation.present_situation import Situation
@@ -97,11 +97,11 @@ class Vr:
 
 def is_required(environment: Environment, chosen: Settings, *seen: Any) -> bool:
     """With Escape's planner of a room in which nothing was scanned."""
-    return escape.is_required(environment, chosen, environment.static_planners["escape"], *seen)
+    return danger.is_required(environment, chosen, environment.static_planners["escape"], *seen)
 
 
 def is_safe(environment: Environment, chosen: Settings, *seen: Any) -> bool:
-    return escape.is_safe(environment, chosen, environment.static_planners["escape"], *seen)
+    return danger.is_safe(environment, chosen, environment.static_planners["escape"], *seen)
 
 
 def behaviour(sim: ChartTester) -> str:

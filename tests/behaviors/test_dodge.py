@@ -12,8 +12,9 @@ import pytest
 from hypothesis import assume, given, settings, strategies as st
 from shapely.geometry import LineString, Point, Polygon
 
-from behaviors import escape
-from behaviors.dodge import is_caught, place_with_room, safest_goal, walks_at_it
+from behaviors import escape_poses
+from behaviors.dodge import is_caught, place_with_room, walks_at_it
+from behaviors.escape_goal import safest_goal
 from behaviors.prediction.costs import FAR, crowding, haste, lateness
 from behaviors.prediction.rollout import (
     HORIZON_S,
@@ -169,7 +170,7 @@ def test_the_way_out_of_a_walker_s_path_is_sideways_and_touches_nobody(
     tuned: Profile, situation_of: Callable[..., Situation]
 ) -> None:
     now = situation_of(tuned, Pose2(10, 10, math.pi / 2), facing(13.0, 10.2, math.pi), Twist2(-1.3))
-    goals = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
+    goals = escape_poses.poses(now.settings, now.planners["escape"], now.user, now.pose)
 
     goal, touch_after = safest_goal(now, goals, None)
 
@@ -388,7 +389,7 @@ def test_an_arm_that_is_with_the_user_is_taken_away(
 ) -> None:
     """Right after a Release the arm is where the hand was; going back is no touch."""
     now = situation_of(tuned, Pose2(10, 10), facing(11.5, 10.0, math.pi), Twist2(-0.25))
-    goals = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
+    goals = escape_poses.poses(now.settings, now.planners["escape"], now.user, now.pose)
 
     goal, _ = safest_goal(now, goals, None, Outline(0.99, 0.565, 0.455, 0.455))
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
-from behaviors import dodge, escape
+from behaviors import danger, dodge, escape, escape_poses
 from behaviors.profile.profile import Profile
 from behaviors.profile.settings import Settings
 from behaviors.situation.present_situation import Situation
@@ -121,7 +121,7 @@ def test_by_contact_a_zone_alone_is_no_danger(
 ) -> None:
     """A user 1.4 m away in whose zone the robot is, who walks off sideways or stands."""
     environment, user = environment_of(tuned), user_seeing(bearing, 1.4)
-    assert escape.in_zone(tuned.settings.escape, user, HERE)
+    assert danger.in_zone(tuned.settings.escape, user, HERE)
 
     for velocity in (STANDING, Twist2(0.5, 0.5), Twist2(0.0, 1.5)):
         args = (user, HERE, velocity, STANDING)
@@ -230,7 +230,7 @@ def test_a_walker_counts_as_soon_as_reaction_and_stepping_aside_would_take_as_lo
 
     for distance, expected in ((due - 0.01, True), (due + 0.01, False)):
         user = Pose2(HERE.x + distance, HERE.y)
-        found = escape.will_be_reached(environment, rules, user, HERE, Twist2(-1.0))
+        found = danger.will_be_reached(environment, rules, user, HERE, Twist2(-1.0))
         assert found is expected
 
 
@@ -271,13 +271,13 @@ def test_beside_a_walker_it_is_a_danger_once_braking_after_the_reaction_ends_too
     braking = environment.limits.base_acceleration
     least = least_distance_braking(apart, (pace, 0.0), motion, rules.reaction, braking)
     assume(abs(least - rules.contact) > 0.02)
-    instants = np.arange(0.0, escape.LOOKAHEAD_S, 0.001)
+    instants = np.arange(0.0, danger.LOOKAHEAD_S, 0.001)
     going_on = np.hypot(
         apart[0] + (motion[0] - pace) * instants, apart[1] + motion[1] * instants
     ).min()
     assume(abs(going_on - rules.contact) > 0.02)
 
-    found = escape.will_be_reached(environment, rules, HERE, base, Twist2(pace), Twist2(*motion))
+    found = danger.will_be_reached(environment, rules, HERE, base, Twist2(pace), Twist2(*motion))
 
     assert found is bool(max(least, going_on) < rules.contact)
 
@@ -300,7 +300,7 @@ def test_a_robot_that_keeps_pace_along_a_wall_brakes_before_the_walker_beside_it
 @pytest.mark.requirement(106, 125)
 def test_the_poses_come_in_the_order_of_the_profile(profile: Profile) -> None:
     rules = profile.settings.escape
-    found = list(escape.all_poses(rules, user_seeing(0.0, 2.0), HERE))
+    found = list(escape_poses.all_poses(rules, user_seeing(0.0, 2.0), HERE))
 
     distances = [HERE.distance_to(pose) for pose in found]
     each = [distance for distance in rules.distances for _ in rules.angles]
@@ -335,7 +335,7 @@ def test_an_escape_pose_keeps_the_yaw_and_leads_away_from_the_user_or_past_them(
     widest = max(abs(angle) for angle in profile.settings.escape.angles)
     rules = replace(profile.settings.escape, distances=(distance,), angles=(angle * widest,))
 
-    [pose] = escape.all_poses(rules, UserPose(user, 0.0), base)
+    [pose] = escape_poses.all_poses(rules, UserPose(user, 0.0), base)
 
     assert pose.yaw == yaw
     least = away if abs(angle * widest) <= 0.5 * math.pi else away * math.sin(abs(angle * widest))
@@ -348,7 +348,7 @@ def test_an_escape_pose_keeps_the_yaw_and_leads_away_from_the_user_or_past_them(
 def test_every_pose_of_the_paper_is_farther_from_the_user(paper: Profile) -> None:
     user = user_seeing(0.0, 0.4)
 
-    for pose in escape.all_poses(paper.settings.escape, user, HERE):
+    for pose in escape_poses.all_poses(paper.settings.escape, user, HERE):
         assert pose.distance_to(user.body) > HERE.distance_to(user.body)
 
 
@@ -359,9 +359,9 @@ def test_poses_in_the_inflation_of_a_wall_are_left_out(
     environment, user = environment_of(profile), UserPose(Pose2(5.0, 10.0), math.pi)
     base = Pose2(3.0, 10.0)
 
-    found = escape.poses(profile.settings, environment.static_planners["escape"], user, base)
+    found = escape_poses.poses(profile.settings, environment.static_planners["escape"], user, base)
 
-    every = list(escape.all_poses(profile.settings.escape, user, base))
+    every = list(escape_poses.all_poses(profile.settings.escape, user, base))
     assert 0 < len(found) < len(every)
     assert [pose for pose in every if pose in found] == list(found)
     assert all((pose.x >= 0.77 - 1e-6) == (pose in found) for pose in every)
@@ -372,7 +372,7 @@ class Fleeing:
 
     def __init__(self, now: Situation, context: Any, safe: bool = False) -> None:
         self.base, self.vr = Base("escape"), Vr()
-        poses = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
+        poses = escape_poses.poses(now.settings, now.planners["escape"], now.user, now.pose)
         values = {
             "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
             "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,

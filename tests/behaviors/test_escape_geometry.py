@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from behaviors import escape
+from behaviors import escape_poses
 from behaviors.profile.profile import Profile
 from hw.geometry import STILL, Pose2, Twist2
 from hw.samples import UserPose
@@ -97,7 +97,7 @@ def test_the_twelve_poses_of_the_paper_by_number(paper: Profile, bearing: float)
 
     user = UserPose(Pose2(body.real, body.imag, 0.0), 0.0)
     base = Pose2(robot.real, robot.imag, 1.234)
-    found = list(escape.all_poses(paper.settings.escape, user, base))
+    found = list(escape_poses.all_poses(paper.settings.escape, user, base))
 
     assert [complex(p.x, p.y) for p in found] == [pytest.approx(place) for place in expected]
     assert {pose.yaw for pose in found} == {1.234}
@@ -120,8 +120,8 @@ def test_the_free_poses_beside_a_column(
         return min(pose.x, pose.y, 8.0 - pose.x, 8.0 - pose.y, to_column) >= 0.77
 
     planner = environment_of(profile, room).static_planners["escape"]
-    found = escape.poses(profile.settings, planner, user, base)
+    found = escape_poses.poses(profile.settings, planner, user, base)
 
-    every = list(escape.all_poses(profile.settings.escape, user, base))
+    every = list(escape_poses.all_poses(profile.settings.escape, user, base))
     assert list(found) == [pose for pose in every if is_clear(pose)]
     assert 0 < len(found) < len(every)

@@ -47,7 +47,7 @@ FAULTS = (
     ),
     Fault(
         "calm-without-hysteresis",
-        "behaviors/escape.py",
+        "behaviors/danger.py",
         "reaction=escape.reaction + CALM_S",
         "reaction=escape.reaction",
         (
@@ -57,21 +57,21 @@ FAULTS = (
     ),
     Fault(
         "zone-by-the-body",
-        "behaviors/escape.py",
+        "behaviors/danger.py",
         'view = user.head_yaw if escape.view == "head" else user.body.yaw',
         "view = user.body.yaw",
         "tests/behaviors/test_escape.py::test_the_zones_reach_farther_in_the_direction_of_view",
     ),
     Fault(
         "zone-across-pi",
-        "behaviors/escape.py",
+        "behaviors/danger.py",
         "bearing = wrap(math.atan2(dy, dx) - view)",
         "bearing = math.atan2(dy, dx) - view",
         "tests/behaviors/test_escape.py::test_the_zones_reach_farther_in_the_direction_of_view",
     ),
     Fault(
         "drift-in-the-frame-of-the-base",
-        "behaviors/escape.py",
+        "behaviors/danger.py",
         "will_be_reached(environment, escape, user.body, base, velocity, twist.rotated(base.yaw))",
         "will_be_reached(environment, escape, user.body, base, velocity, twist)",
         "tests/behaviors/test_escape.py::test_the_robot_s_own_motion_counts_towards_a_contact",

@@ -7,7 +7,17 @@ from functools import cache
 
 import numpy as np
 
-from behaviors import chase, dodge, escape, haptic, make_room, refuge, straight_drive
+from behaviors import (
+    chase,
+    danger,
+    dodge,
+    escape_goal,
+    escape_poses,
+    haptic,
+    make_room,
+    refuge,
+    straight_drive,
+)
 from behaviors.prediction.aside import is_met_braking, time_aside
 from behaviors.prediction.costs import crowding, efforts, haste, lateness
 from behaviors.prediction.rollout import evaluate, predict_user, pursued, roll_out
@@ -91,11 +101,11 @@ def escape_choices(at: Elsewhere) -> list[float]:
         now = situation(at, name)
         told = (now.environment, now.settings, now.planners["escape"], now.user, now.pose)
         for velocity in (now.velocity, at.twist(1.4, -0.2), at.twist(-0.5, 0.1)):
-            found.append(escape.is_required(*told, velocity, now.twist))
-            found.append(escape.is_safe(*told, velocity, now.twist))
-        free = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
+            found.append(danger.is_required(*told, velocity, now.twist))
+            found.append(danger.is_safe(*told, velocity, now.twist))
+        free = escape_poses.poses(now.settings, now.planners["escape"], now.user, now.pose)
         found += [len(free), *(v for pose in free for v in at.home_pose(pose))]
-        goal, touch = dodge.safest_goal(now, free, None)
+        goal, touch = escape_goal.safest_goal(now, free, None)
         found += [touch, dodge.is_caught(now, free), *(at.home_pose(goal) if goal else ())]
         found += [make_room.is_crowded(now, 3.0, 1.0, 0.2)]
     return found
@@ -128,7 +138,7 @@ def lines_of_walk(at: Elsewhere) -> list[float]:
     motion = now.twist.rotated(robot.yaw)
     return [
         is_met_braking(apart, now.velocity, motion, 0.9, 0.3, 1.0), time_aside(0.3, 0.1, 1.2, 1.0),
-        escape.in_zone(now.settings.escape, now.user, robot, 0.1), now.rest.distance_to(body),
+        danger.in_zone(now.settings.escape, now.user, robot, 0.1), now.rest.distance_to(body),
     ]  # fmt: skip
 
 

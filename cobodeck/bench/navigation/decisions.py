@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from behaviors import chase, escape, haptic
+from behaviors import chase, escape, escape_poses, haptic
 from behaviors.prediction import costs, rollout, waiting
 from behaviors.profile import load_profile, profile_names
 from behaviors.situation import Situation, chase_space, grid
@@ -97,7 +97,7 @@ def decisions(environment: Environment, settings: Any) -> dict[str, Callable[[Si
         return _step(haptic.ChooseHapticPose(), now, {"haptic.poses": free}, deep=deep)
 
     def for_escape(now: Situation) -> Any:
-        free = escape.poses(settings, planners["escape"], now.user, now.pose)
+        free = escape_poses.poses(settings, planners["escape"], now.user, now.pose)
         return _step(escape.Flee(), now, {"escape.poses": free, "escape.safe": False})
 
     return {"chase": for_chase, "haptic": for_haptic, "escape": for_escape}

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from behaviors import escape
+from behaviors import escape, escape_poses
 from behaviors.chase import Approach
 from behaviors.make_room import MakeRoom
 from behaviors.profile.profile import Profile
@@ -139,7 +139,7 @@ def test_without_scans_all_is_as_the_room_says_and_as_fresh_as_the_poses(
         seen.pass_time(scanning=False)
 
     known, settings = seen.environment.static_planners, seen.read("settings")
-    assert seen.read("escape.poses") == escape.poses(settings, known["escape"], WALKER, ROBOT)
+    assert seen.read("escape.poses") == escape_poses.poses(settings, known["escape"], WALKER, ROBOT)
     stamps = {name: seen.board.slots[name].read().stamp for name in (*POSES, *PLANNERS)}
     assert stamps == {
         "haptic.poses": 0, "escape.poses": seen.now, "chase.space": seen.now,
@@ -338,7 +338,7 @@ def test_whoever_drives_goes_by_the_newest_scan(
     rules = replace(tuned.settings.escape, order=order, distances=(1.75, 2.5))  # beyond the wall
     settings = replace(tuned.settings, escape=rules)
     environment, wheel = planning(tuned, "theta_star").environment(HALL, robot), Wheel()
-    poses = escape.poses(settings, environment.static_planners["escape"], user, ROBOT)
+    poses = escape_poses.poses(settings, environment.static_planners["escape"], user, ROBOT)
     values = {
         "environment": environment, "settings": settings, "base.pose": ROBOT, "base.twist": STILL,
         "user.pose": user, "user.velocity": Twist2(1.0), "arm.joints": None,
@@ -394,7 +394,7 @@ def test_an_escape_pose_is_kept_while_no_scan_comes(
     room = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)), columns=(column,))
     user = UserPose(Pose2(11.9, 9.0, math.pi), math.pi)
     now = situation_of(paper, Pose2(10.0, 9.0), user, room=room)
-    poses = escape.poses(now.settings, now.planners["escape"], now.user, now.pose)
+    poses = escape_poses.poses(now.settings, now.planners["escape"], now.user, now.pose)
     wheel = Wheel()
     values = {
         "environment": now.environment,

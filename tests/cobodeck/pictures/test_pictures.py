@@ -9,7 +9,7 @@ import pytest
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, FancyArrowPatch
 
-from behaviors import escape, haptic
+from behaviors import escape, escape_poses, haptic
 from behaviors.profile.profile import load_profile
 from behaviors.situation.chase_cells import grid
 from cobodeck.__main__ import main
@@ -121,7 +121,9 @@ def test_twelve_escape_arrows_have_the_yaw_of_the_robot(hall):
 @pytest.mark.requirement(108)
 def test_escape_poses_that_are_not_free_are_grey_and_those_outside_are_left_out(lab):
     robot, person = Pose2(1.6, 8.4, 0.0), user(3.5, 7.0, 2.5)
-    free = escape.poses(lab.settings, lab.environment.static_planners["escape"], person, robot)
+    free = escape_poses.poses(
+        lab.settings, lab.environment.static_planners["escape"], person, robot
+    )
     on = lab.draw(Moment(robot, person), ("escape",))
 
     assert 0 < len(free) < 12
@@ -189,7 +191,7 @@ def test_the_escape_pose_with_a_ring_is_the_one_that_would_be_driven_to(profile)
     robot, person = Pose2(1.6, 8.4, 0.0), user(3.5, 7.0, 2.5)
     moment = Moment(robot, person)
     planner = place.environment.static_planners["escape"]
-    free = escape.poses(place.settings, planner, person, robot)
+    free = escape_poses.poses(place.settings, planner, person, robot)
     now = situation_at(moment, person, place.environment, place.settings)
 
     best, _ = escape.choose(now, free, None, None)
