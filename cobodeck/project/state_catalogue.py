@@ -41,6 +41,7 @@ MODULES = (
     "behaviors.make_room",
     "behaviors.haptic",
     "behaviors.escape",
+    "behaviors.paper_escape",
     "behaviors.inform",
     "behaviors.cornered",
 )
