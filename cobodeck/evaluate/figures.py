@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from cobodeck.evaluate.separation_figures import SeparationWatch
 from engine.machine import Box
 from engine.run import ChartRun
-from hw import Contact, Hit
+from hw import BASE, Contact, Hit
 from hw.safety import CycleLog
 
 MOVING = 0.2
@@ -42,14 +42,17 @@ def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float |
 def contact_figures(contacts: Sequence[Contact] | None) -> dict[str, Any]:
     """The numbers of contacts, in all and by cause, and a list; None where they are not known.
 
-    Which were avoidable is found from the record of the run, on demand.
+    `arm_closing_m_s` is the highest speed at which a part of the arm closed in on a person whom it
+    touched, but for the prop in a touch that they had requested; at least 0, None without. Which were avoidable is found from the record of the run, on demand.
     """
     causes = None if contacts is None else [contact.by for contact in contacts]
+    of_arm = [contact.robot_closing for contact in contacts or () if contact.part != BASE]
     return {
         "contacts": None if causes is None else len(causes),
         "contacts_by_robot": None if causes is None else causes.count("robot"),
         "contacts_slow_arm": None if causes is None else causes.count("slow_arm"),
         "contacts_avoidable": None,
+        "arm_closing_m_s": max(0.0, *of_arm) if of_arm else None,
         "contact_list": None if contacts is None else [_listed(c) for c in contacts],
     }
 
