@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from cobodeck.evaluate.separation_figures import SeparationWatch
+from cobodeck.project import nodes_of
 from engine.machine import Box
 from engine.run import ChartRun
 from hw import BASE, Contact, Hit
@@ -43,7 +44,8 @@ def contact_figures(contacts: Sequence[Contact] | None) -> dict[str, Any]:
     """The numbers of contacts, in all and by cause, and a list; None where they are not known.
 
     `arm_closing_m_s` is the highest speed at which a part of the arm closed in on a person whom it
-    touched, but for the prop in a touch that they had requested; at least 0, None without. Which were avoidable is found from the record of the run, on demand.
+    touched, but for the prop in a touch that they had requested; at least 0, None without.
+    Which were avoidable is found from the record of the run, on demand.
     """
     causes = None if contacts is None else [contact.by for contact in contacts]
     of_arm = [contact.robot_closing for contact in contacts or () if contact.part != BASE]
@@ -99,13 +101,15 @@ class Visit(NamedTuple):
     outcome: str | None = None
 
 
-def visits(run: ChartRun, chart: str) -> list[Visit]:
-    """The executions of a used chart, in order of entry."""
-    paths = {
-        vertex.path
-        for vertex in run.machine.vertices.values()
-        if isinstance(vertex, Box) and vertex.chart == chart
-    }
+def boxes_of(run: ChartRun, behaviour: str) -> frozenset[str]:
+    """Paths of the nodes that use a chart of this behaviour, whichever variant it is."""
+    boxes = (vertex for vertex in run.machine.vertices.values() if isinstance(vertex, Box))
+    return nodes_of(behaviour, {box.path: box.chart for box in boxes if box.chart is not None})
+
+
+def visits(run: ChartRun, behaviour: str) -> list[Visit]:
+    """The executions of the charts of a behaviour, in order of entry."""
+    paths = boxes_of(run, behaviour)
     found: list[Visit] = []
     newest: dict[str, int] = {}
     for record in run.trace:

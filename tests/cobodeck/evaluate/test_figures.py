@@ -62,6 +62,46 @@ def test_without_an_escape_there_is_no_time_of_one(sim: ChartTester) -> None:
     assert found["escape_time_s"] == {"mean": None, "min": None, "max": None}
 
 
+VARIANTS = {
+    "paper_escape": """
+chart: paper_escape
+outcomes: [safe, failed]
+states:
+  flee: {watch: FaultRaised, next: {raised: .safe}}
+""",
+    "careful_escape": """
+chart: careful_escape
+outcomes: [safe, failed]
+states:
+  inner: {use: paper_escape, next: {safe: .failed, failed: .failed}}
+""",
+    "ways": """
+chart: ways
+outcomes: [over]
+states:
+  first: {use: paper_escape, next: {safe: second, failed: second}}
+  second: {use: careful_escape, next: {safe: .over, failed: last}}
+  last: {watch: FaultRaised, next: {raised: .over}}
+""",
+}
+
+
+def test_every_chart_of_an_escape_counts_and_one_inside_another_does_not(
+    sim: ChartTester, tmp_path: Path
+) -> None:
+    for name, text in VARIANTS.items():
+        (tmp_path / f"{name}.yaml").write_text(text)
+    sim.start(str(tmp_path / "ways.yaml"))
+    for name in ("first/flee", "second/inner/flee"):
+        sim.end(name, "raised")
+        sim.wait(0.2)
+
+    found = escape_figures(sim.run)
+
+    assert [one["outcome"] for one in found["escape_list"]] == ["safe", "failed"]
+    assert found["escape_failures"] == 1
+
+
 WARNS = """
 chart: warns
 outcomes: [over]
@@ -120,6 +160,7 @@ def test_contacts_are_counted_by_whose_doing_they_were() -> None:
 
     counts = [found[name] for name in ("contacts", "contacts_by_robot", "contacts_slow_arm")]
     assert counts == [3, 1, 1]
+    assert found["arm_closing_m_s"] == 0.2
     assert found["contact_list"][1] == {
         "at_s": 13.0,
         "x": 1.0,
