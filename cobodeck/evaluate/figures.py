@@ -147,6 +147,22 @@ def escape_figures(run: ChartRun) -> dict[str, Any]:
     }
 
 
+def shown_figures(run: ChartRun, shown: Sequence[tuple[int, int]] | None) -> dict[str, Any]:
+    """For how long the robot was shown to the person, s, and how much of it outside Inform (R18).
+
+    `shown` are the spans, ns, in order; None if they are not known.
+    """
+    if shown is None:
+        return dict.fromkeys(("shown_s", "shown_outside_inform_s"))
+    whole = inside = 0
+    informs = [(one.entered_ns, one.ended_ns) for one in visits(run, "inform")]
+    for start, end in shown:
+        whole += end - start
+        for entered, ended in informs:
+            inside += max(0, (end if ended is None else min(end, ended)) - max(start, entered))
+    return {"shown_s": whole / 1e9, "shown_outside_inform_s": (whole - inside) / 1e9}
+
+
 def _visited(escape: Visit) -> dict[str, Any]:
     ended = escape.ended_ns
     time_s = None if ended is None else (ended - escape.entered_ns) / 1e9
@@ -174,6 +190,8 @@ NOTHING: Mapping[str, Any] = {
     "energy_j": None,
     "signs": None,
     "signs_to_standing": None,
+    "shown_s": None,
+    "shown_outside_inform_s": None,
     "situations": None,
     "situations_open": None,
     "time_to_safety_s": dict.fromkeys(("mean", "min", "max")),

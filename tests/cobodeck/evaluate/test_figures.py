@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from cobodeck.evaluate.figures import Visit, contact_figures, escape_figures, visits
+from cobodeck.evaluate.figures import Visit, contact_figures, escape_figures, shown_figures, visits
 from cobodeck.run.run_summary import summary
 from cobodeck.run.simulation import simulate
 from cobodeck.run.topics import COMPANY, ESCAPES, REQUESTS, topics_of
@@ -146,6 +146,35 @@ def test_three_failures_of_escape_within_ten_seconds_are_a_loop_lost_tracking_is
 
     assert found["informs"] == len(entered)
     assert found["loops"] == (loops if because[1] == "no_pose" else 0)
+
+
+@pytest.mark.requirement(18)
+def test_the_time_shown_outside_inform_is_told_apart(sim: ChartTester) -> None:
+    sim.start(WARNS)
+    sim.end("calm", "raised")
+    sim.until("away")
+    sim.end("away/tracking", "lost")
+    sim.until("warned")
+    sim.wait(1.0)
+    entered = visits(sim.run, "inform")[0].entered_ns
+
+    def shown(*spans: tuple[float, float]) -> tuple[float, float]:
+        found = shown_figures(
+            sim.run, [(entered + round(a * 1e9), entered + round(b * 1e9)) for a, b in spans]
+        )
+        return found["shown_s"], found["shown_outside_inform_s"]
+
+    assert shown() == (0.0, 0.0)
+    assert shown((0.0, 0.5)) == (0.5, 0.0)
+    assert shown((-0.25, 0.5)) == (0.75, 0.25)
+    sim.end("warned/ready", "restarted")
+    sim.until("calm")
+    ended = visits(sim.run, "inform")[0].ended_ns
+    assert ended is not None
+    lasted = (ended - entered) / 1e9
+    assert shown((0.0, lasted), (lasted + 1.0, lasted + 2.0)) == pytest.approx((lasted + 1.0, 1.0))
+    assert shown((lasted - 0.5, lasted + 0.25)) == pytest.approx((0.75, 0.25))
+    assert set(shown_figures(sim.run, None).values()) == {None}
 
 
 CONTACTS = [
