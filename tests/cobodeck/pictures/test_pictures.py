@@ -310,7 +310,7 @@ def test_a_scene_without_a_user_shows_room_and_robot_alone(hall):
 
 
 def test_a_moment_of_a_run_shows_what_goes_on_and_where_to():
-    setup = open_setup("cobodeck", "lab_a", "paper")
+    setup = open_setup(None, "lab_a", "paper")
 
     early = after(setup, Options("cornering"), 0.0)
     asking = after(setup, Options("cornering"), 16.0)

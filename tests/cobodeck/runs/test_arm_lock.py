@@ -38,7 +38,8 @@ def driving(sim: ChartTester, tmp_path: Path, request: pytest.FixtureRequest) ->
     user = tmp_path / "user.yaml"
     user.write_text(IN_FRONT)
     script: dict[str, Any] = {"chase/danger": []}
-    sim.start("cobodeck", script, scene="study", user=str(user), profile=request.param)
+    chart = load_profile(request.param).chart
+    sim.start(chart, script, scene="study", user=str(user), profile=request.param)
     sim.until(DRIVE, timeout=5)
     sim.tick(5)
     assert base_of(sim).selected[1:] == ("chase", None)

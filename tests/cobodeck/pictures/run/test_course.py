@@ -183,7 +183,7 @@ def test_the_instant_at_a_time_is_the_last_one_up_to_then() -> None:
 
 
 def test_the_course_of_a_simulated_run_has_what_its_figures_count() -> None:
-    setup = open_setup("cobodeck", "lab_b", "paper")
+    setup = open_setup(None, "lab_b", "paper")
     loop = stage(setup, Options("random", 2, seed=1))
     watch = CourseWatch(setup.robot)
 
