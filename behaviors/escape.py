@@ -17,7 +17,7 @@ from behaviors.situation import (
 from engine import Action, Context, Monitor, On, Run
 from hw import OLD_S, Joints, Pose2
 from states.environment import ARM_JOINTS
-from states.navigation import is_there, user_disc
+from states.navigation import DRIVES, BaseDrive, is_there, user_disc
 
 
 class EscapeRequired(Monitor):
@@ -45,45 +45,42 @@ class Flee(Action):
     """
 
     outcomes = ("safe", "no_pose", "no_way")
-    reads = {**WAYS, ESCAPE_POSES: OLD_S, ESCAPE_SAFE: OLD_S, ARM_JOINTS: OLD_S}
+    reads = {**WAYS, **DRIVES, ESCAPE_POSES: OLD_S, ESCAPE_SAFE: OLD_S, ARM_JOINTS: OLD_S}
     commands = ("base", "vr")
 
     def run(self, ctx: Context) -> Run:
-        from behaviors.straight_drive import command_towards
-
-        base, vr, goal, planner = ctx.part("base"), ctx.part("vr"), None, None
-        warned = False
+        vr, goal, planner, warned = ctx.part("vr"), None, None, False
         on_the_way = settings_of(ctx).escape.safe_on_the_way and not ctx.value(ESCAPE_SAFE)
+        drives = BaseDrive(ctx, "escape", "escape", patience=None, straight=True)
         try:
-            while True:
-                now = situation(ctx, "escape")
-                if now is None:
-                    base.release("escape")
+            with drives as drive:
+                while True:
+                    now = situation(ctx, "escape")
+                    if now is None:
+                        drive.rest()
+                        yield None
+                        continue
+                    subsystem = now.environment.navigation.escape
+                    if planner is not now.planners["escape"]:
+                        planner = now.planners["escape"]
+                        goal = _still_in_reach(now, goal)
+                    there = goal is not None and is_there(now.pose, now.twist, goal, subsystem)
+                    safe = ctx.value(ESCAPE_SAFE)
+                    if safe and (there or (on_the_way and _can_stop(now))):
+                        return "safe"
+                    if there and not safe:
+                        goal = None
+                    free = ctx.value(ESCAPE_POSES) or ()
+                    arm = ctx.value(ARM_JOINTS)
+                    goal, touches = choose(now, free, goal, None if arm is None else arm.joints)
+                    if goal is None:
+                        return "no_way" if free else "no_pose"
+                    if touches and not warned:
+                        vr.inform(True)
+                        warned = True
+                    drive.towards(goal, now=now.around)
                     yield None
-                    continue
-                subsystem = now.environment.navigation.escape
-                if planner is not now.planners["escape"]:
-                    planner = now.planners["escape"]
-                    goal = _still_in_reach(now, goal)
-                there = goal is not None and is_there(now.pose, now.twist, goal, subsystem)
-                safe = ctx.value(ESCAPE_SAFE)
-                if safe and (there or (on_the_way and _can_stop(now))):
-                    return "safe"
-                if there and not safe:
-                    goal = None
-                free = ctx.value(ESCAPE_POSES) or ()
-                arm = ctx.value(ARM_JOINTS)
-                goal, touches = choose(now, free, goal, None if arm is None else arm.joints)
-                if goal is None:
-                    return "no_way" if free else "no_pose"
-                if touches and not warned:
-                    vr.inform(True)
-                    warned = True
-                command = command_towards(now, (goal.x, goal.y), "escape")
-                base.drive(now.slowed(command, "escape"), "escape")
-                yield None
         finally:
-            base.release("escape")
             if warned:
                 vr.inform(False)
 

@@ -40,7 +40,7 @@ GOAL_UNITS = 0.1
 class _Parts:
     """A base and a virtual world that ignore every command."""
 
-    def drive(self, command: Twist2, source: str = "") -> None:
+    def drive(self, command: Twist2, source: str = "", left: float = 0.0) -> None:
         """Ignore it."""
 
     def release(self, source: str = "") -> None:
@@ -108,7 +108,7 @@ def _step(state: Action, now: Situation, more: Mapping[str, Any], **inputs: Any)
     values = {
         "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
         "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
-        "arm.joints": None, **more,
+        "arm.joints": None, "base.mode": "omni", **more,
         **{f"{name}.planner": planner for name, planner in now.planners.items()},
     }  # fmt: skip
     run = state.run(_Moment(values), **inputs)  # type: ignore[arg-type]
