@@ -28,7 +28,7 @@ from behaviors.profile.chart_constants import (
     missing_constants,
     place_of_constant,
 )
-from behaviors.profile.profile_layers import FOLDER, SET, layered
+from behaviors.profile.profile_layers import BASE, FOLDER, SET, layered
 from behaviors.profile.settings import (
     ChaseSettings,
     EscapeSettings,
@@ -42,7 +42,7 @@ from behaviors.profile.settings import (
 )
 from engine import Constant, ConstantMismatch, convert, known_types
 from engine.chart import Chart, Parameter, Reference
-from engine.files import CODE, FileError, Finding, Place
+from engine.files import CODE, FileError, Finding, Place, not_found
 from engine.files.declared import (
     Fault,
     Item,
@@ -218,8 +218,18 @@ class Profile:
 
 
 def profile_names() -> tuple[str, ...]:
-    """The names of the shipped profiles and of a project's own."""
-    return tuple(known_files(FOLDER, "profile"))
+    """The names of the shipped profiles and of a project's own, all of which can be run."""
+    return tuple(name for name, file in known_files(FOLDER, "profile").items() if not is_base(file))
+
+
+def resting_on_base() -> tuple[str, ...]:
+    """The names of the shipped profiles; each of them is merged with the base."""
+    return tuple(sorted(file.stem for file in FOLDER.glob("*.yaml") if not is_base(file)))
+
+
+def is_base(file: Path) -> bool:
+    """Whether this file is no profile, but what the shipped ones share."""
+    return file.resolve() == BASE.resolve()
 
 
 def load_profile(name_or_path: str | Path, sets: Sequence[str] = ()) -> Profile:
@@ -229,6 +239,9 @@ def load_profile(name_or_path: str | Path, sets: Sequence[str] = ()) -> Profile:
         FileError: every mistake in it, with file, line, column and what would be right.
     """
     file = find_file(str(name_or_path), FOLDER, "profile")
+    if is_base(file):
+        hint = f"choose one of {', '.join(profile_names())}, or one of your own with 'base: tuned'"
+        raise not_found(str(name_or_path), "is what they share, and no profile to run", hint)
     return load_yaml(file, lambda item: _profile(item, tuple(sets)))
 
 

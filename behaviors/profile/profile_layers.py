@@ -22,6 +22,8 @@ from engine.files import ANYWHERE, Map, Place, assignment, mistake
 from engine.files.declared import Item, find_file, load_yaml, merged, single
 
 FOLDER = Path(__file__).parent.parent.parent / "charts" / "profiles"
+BASE = FOLDER / "base.yaml"
+"""What the shipped profiles share: the base of each, and no profile to run."""
 HEAD = ("profile", "about", "base")
 """Keys that describe one file; they are not inherited, and `KEY=VALUE` cannot set them."""
 SET = "--set "
@@ -76,7 +78,7 @@ def _on_base(own: Item, above: tuple[Path, ...]) -> Layers:
         return Layers(own, "", (text,))
     named = content["base"]
     here = (*above, Path(own.source.file).resolve())
-    file = named.refer(lambda: find_file(named.target(), FOLDER, "profile"))
+    file = named.refer(lambda: _base_file(own, named.target()))
     if file.resolve() in here:
         chain = " -> ".join(path.name for path in (*here, file))
         raise named.error(f"the bases lead back to this profile: {chain}")
@@ -85,6 +87,12 @@ def _on_base(own: Item, above: tuple[Path, ...]) -> Layers:
         base.item.value.pop(key, None)
     about = f"as {named.value}, but for {', '.join(_own_keys(own))}"
     return Layers(merged(base.item, own), about, (*base.texts, text))
+
+
+def _base_file(own: Item, name: str) -> Path:
+    """The file that is named as the base; that of a shipped profile is never a project's own."""
+    shipped = Path(own.source.file).resolve().parent == FOLDER.resolve()
+    return BASE if shipped and name == BASE.stem else find_file(name, FOLDER, "profile")
 
 
 def _own_keys(own: Item) -> list[str]:

@@ -25,7 +25,8 @@ from states.signals.prediction import PREDICTORS
 from tests.behaviors.conftest import written
 
 CHARTS = FOLDER.parent
-PAPER = (FOLDER / "paper.yaml").read_text()
+PAPER = Path(__file__).with_name("spelled_out.yaml").read_text()
+"""A profile without a base, as those of before."""
 
 
 def unsuited(profile: Profile, robot: RobotModel, uses: Uses | None = None) -> str:
