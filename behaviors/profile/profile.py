@@ -2,6 +2,8 @@
 
     profile: tuned
     about: what it is good for
+    policy: tuned       # whose decisions it has values for: the paper's, or ours
+    chart: cobodeck     # the chart that is run where none is named
     robot: …            # behaviors.profile.settings.RobotSettings
     safety: …           # SafetySettings
     plant: …            # PlantSettings, of simulated robots
@@ -21,7 +23,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from behaviors.profile.chart_constants import (
     PREFIX,
@@ -64,9 +66,13 @@ if TYPE_CHECKING:
     from hw.connection import Narrowed
 
 
+Policy = Literal["paper", "tuned"]
+"""Whose decisions: state classes of one policy alone name it as their attribute `policy`."""
+
+
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """A checked profile.
+    """A checked profile: the `policy` that its values are for, and the top `chart` of that policy.
 
     `places` has the position of every key in its file, and `values` what is written there, by the
     key's dotted name; `sets` are the values that were set on top of the file, as KEY=VALUE.
@@ -74,6 +80,8 @@ class Profile:
 
     name: str
     about: str
+    policy: Policy
+    chart: str
     robot: RobotSettings
     safety: SafetySettings
     plant: PlantSettings
@@ -275,6 +283,10 @@ class ProfileFile:
     """How much it computes."""
     charts: Mapping[str, Mapping[str, Item]] = field(default_factory=dict)
     """Parameters of charts, in place of their defaults."""
+    policy: Policy = "tuned"
+    """Whose decisions its values are for: those of the paper, or what measured best."""
+    chart: Name = "cobodeck"
+    """The chart that is run where none is named."""
     about: str = ""
     """What it is good for."""
     base: Annotated[Item, Written(str)] | None = None
@@ -291,6 +303,8 @@ def _profile(item: Item, sets: tuple[str, ...]) -> Profile:
     return Profile(
         name=read.profile,
         about=read.about or layers.about,
+        policy=read.policy,
+        chart=read.chart,
         robot=read.robot,
         safety=read.safety,
         plant=read.plant,

@@ -25,7 +25,9 @@ FOLDER = Path(__file__).parent.parent.parent / "charts" / "profiles"
 BASE = FOLDER / "base.yaml"
 """What the shipped profiles share: the base of each, and no profile to run."""
 HEAD = ("profile", "about", "base")
-"""Keys that describe one file; they are not inherited, and `KEY=VALUE` cannot set them."""
+"""Keys that describe one file; they are not inherited."""
+FIXED = (*HEAD, "policy", "chart")
+"""Keys that say what a profile is; `KEY=VALUE` cannot set them, and charts cannot pick them."""
 SET = "--set "
 """What the places of single values on top begin with, in place of a file."""
 
@@ -48,8 +50,8 @@ class Layers:
 
     @property
     def values(self) -> dict[str, Any]:
-        """Every plain value and list as written, by its dotted key, without the keys of `HEAD`."""
-        return {key: value for key, value in _leaves(self.item) if key not in HEAD}
+        """Every plain value and list as written, by its dotted key, without the keys of `FIXED`."""
+        return {key: value for key, value in _leaves(self.item) if key not in FIXED}
 
     @property
     def places(self) -> dict[str, Place]:
@@ -102,7 +104,7 @@ def _own_keys(own: Item) -> list[str]:
 def _setting(text: str) -> Item:
     """`KEY=VALUE` as a mapping; its mistakes are reported for the text as a whole."""
     key, source = assignment(text, "--set", "chase.inner=2.6 m")
-    if key in HEAD:
+    if key in FIXED:
         hint = "choose another file with --profile"
         raise mistake(source.file, f"{key!r} cannot be set", hint=hint)
     return single(key, Item(source, source.value, ANYWHERE))

@@ -26,13 +26,13 @@ from behaviors.prediction.rollout import (
 )
 from behaviors.profile.profile import Profile
 from behaviors.situation.present_situation import Situation
-from behaviors.straight_drive import command_towards
 from hw.geometry import Outline, Pose2, Twist2
 from hw.model.robot import Footprint
 from hw.samples import USER_RADIUS, UserPose
 from hw.scene.room import Room
 from hw.sim.contact.contact import gap
 from states.signals.prediction import PREDICTORS
+from tests.behaviors.straight import command_towards
 from tests.repeats import examples
 
 

@@ -256,7 +256,7 @@ def test_a_profile_goes_with_a_robot_beside_it_or_with_a_shipped_one(
 
 
 def test_what_a_chart_can_do_is_counted(shipped: tuple[int, str]) -> None:
-    found = r"paper_chase: \d+ configurations, \d+ edges, complete"  # with cobodeck in it
+    found = r"paper_cobodeck: \d+ configurations, \d+ edges, complete"
     assert re.search(found, shipped[1])
 
 
