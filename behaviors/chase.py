@@ -22,7 +22,7 @@ from engine.files import Duration, Length
 from hw import OLD_S, Pose2, Pose3, UserPose, wrap
 from hw.scene import Point
 from states.environment import BASE_REFUSAL, HAPTIC_REQUEST, planner_key
-from states.navigation import DRIVES, command_of, place_near, user_disc
+from states.navigation import DRIVES, BaseDrive, place_near
 from states.signals import PREDICTORS
 
 if TYPE_CHECKING:
@@ -204,27 +204,16 @@ class Approach(Action):
         self.near, self.ahead = near, ahead
 
     def run(self, ctx: Context) -> Run:
-        from states.navigation import driver_of
-
-        base, driver = ctx.part("base"), None
-        try:
+        with BaseDrive(ctx, "chase", "chase", patience=None) as drive:
             while (now := situation(ctx, "chase")) is not None:
                 if distance_soon(now, self.ahead) <= self.near:
                     return "near"
                 goal = self._goal(now)
                 if goal is None:
                     return "no_path"
-                driver = driver or driver_of(now.environment, "chase", now.planners["chase"])
-                driver.planner = now.planners["chase"]
-                driver.go_to(goal)
-                disc = user_disc(now.user, now.environment.navigation.chase)
-                command = command_of(ctx, driver, now.around, disc, now.environment.period)
-                if driver.status == "arrived":
+                if drive.towards(goal, now=now.around) == "arrived":
                     return "near"  # within the tolerance of the drive
-                base.drive(command, "chase")
                 yield ctx.value(BASE_REFUSAL)
-        finally:
-            base.release("chase")
         return "lost"
 
     def _goal(self, now: Situation) -> Pose2 | None:

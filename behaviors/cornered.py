@@ -14,7 +14,7 @@ from engine.files import Duration, Length, Speed
 from hw import Pose2, UserPose
 from hw.scene import Point
 from states.environment import BASE_REFUSAL, USER_VELOCITY, extrapolated_state
-from states.navigation import DRIVES, command_of, user_disc
+from states.navigation import DRIVES, BaseDrive
 
 NEAR, NEAR_S = 1.9, 1.0
 """A user nearer than NEAR, m, who sets off towards the robot at 1 m/s cannot be warned in time."""
@@ -158,32 +158,21 @@ def _drive_to(
     LOOK_S `better` is asked again: of two ways of the same length the robot may have taken the
     other one.
     """
-    from states.navigation import driver_of
-
-    base, navigation = ctx.part("base"), begun.environment.navigation
-    driver = driver_of(begun.environment, "escape", begun.planners["escape"])
-    driver.go_to(Pose2(*place, begun.pose.yaw))
+    goal = Pose2(*place, begun.pose.yaw)
     again = NEVER_NS if better is None else ctx.after(LOOK_S)
-    try:
+    drives = BaseDrive(ctx, "escape", "escape", speed=speed, apart=KEEPS, source="chase")
+    with drives as drive:
         while (now := situation(ctx, "escape")) is not None:
             if until is not None and until(now):
                 return True
-            driver.planner = now.planners["escape"]
             if better is not None and ctx.now >= again:
                 again = ctx.after(LOOK_S)
                 found = better(now)
                 if found not in (None, place):
                     place = found
-                    driver.go_to(Pose2(*place, begun.pose.yaw))
-            disc, period = user_disc(now.user, navigation.named(KEEPS)), now.environment.period
-            command = command_of(ctx, driver, now.around, disc, period)
-            if driver.status == "arrived":
-                return until is None
-            if driver.path is None:
-                return False
-            share = speed / navigation.escape.max_speed
-            base.drive(now.environment.slowed(command, share, "escape"), "chase")
+                    goal = Pose2(*place, begun.pose.yaw)
+            ended = drive.towards(goal, now=now.around)
+            if ended is not None:
+                return ended == "arrived" and until is None
             yield ctx.value(BASE_REFUSAL)
-    finally:
-        base.release("chase")
     return False

@@ -9,12 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from behaviors.escape_goal import safest_goal
 from hypothesis import assume, given, settings, strategies as st
 from shapely.geometry import LineString, Point, Polygon
 
 from behaviors import escape_poses
 from behaviors.dodge import is_caught, place_with_room, walks_at_it
-from behaviors.escape_goal import safest_goal
 from behaviors.prediction.costs import FAR, crowding, haste, lateness
 from behaviors.prediction.rollout import (
     HORIZON_S,
@@ -26,13 +26,13 @@ from behaviors.prediction.rollout import (
 )
 from behaviors.profile.profile import Profile
 from behaviors.situation.present_situation import Situation
-from behaviors.straight_drive import command_towards
 from hw.geometry import Outline, Pose2, Twist2
 from hw.model.robot import Footprint
 from hw.samples import USER_RADIUS, UserPose
 from hw.scene.room import Room
 from hw.sim.contact.contact import gap
 from states.signals.prediction import PREDICTORS
+from tests.behaviors.straight import command_towards
 from tests.repeats import examples
 
 

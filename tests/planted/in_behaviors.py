@@ -162,7 +162,7 @@ FAULTS = (
     ),
     Fault(
         "user-in-the-frame-of-the-base",
-        "behaviors/straight_drive.py",
+        "states/navigation/local/straight_planner.py",
         "return _turned((near.nx, near.ny), yaw)",
         "return near.nx, near.ny",
         (

@@ -16,7 +16,6 @@ from behaviors import (
     haptic,
     make_room,
     refuge,
-    straight_drive,
 )
 from behaviors.prediction.aside import is_met_braking, time_aside
 from behaviors.prediction.costs import crowding, efforts, haste, lateness
@@ -30,6 +29,7 @@ from cobodeck.avoidable.motion_search import Question, RobotLimits, RobotState, 
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.samples import UserPose
 from hw.scene.room import Room
+from tests.behaviors.straight import command_towards
 from tests.stress.bodies import ROBOT
 from tests.stress.elsewhere import Elsewhere
 
@@ -126,7 +126,7 @@ def haptic_choices(at: Elsewhere) -> list[float]:
 def drives_straight(at: Elsewhere) -> list[float]:
     now, found = situation(at), []
     for goal in ((8.0, 6.0), (6.3, 3.0), (13.4, 5.6)):
-        command = straight_drive.command_towards(now, at.point(*goal), "escape")
+        command = command_towards(now, at.point(*goal), "escape")
         found += [command.vx, command.vy, command.wz]
     return found
 

@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from behaviors import chase, escape, escape_poses, haptic
+from behaviors import chase, escape, escape_candidates, escape_poses, haptic, paper_escape
 from behaviors.prediction import costs, rollout, waiting
-from behaviors.profile import load_profile, profile_names
+from behaviors.profile import Profile, load_profile, profile_names
 from behaviors.situation import Situation, chase_space, grid
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, timed_each, times
 from engine import Action
@@ -40,7 +40,7 @@ GOAL_UNITS = 0.1
 class _Parts:
     """A base and a virtual world that ignore every command."""
 
-    def drive(self, command: Twist2, source: str = "") -> None:
+    def drive(self, command: Twist2, source: str = "", left: float = 0.0) -> None:
         """Ignore it."""
 
     def release(self, source: str = "") -> None:
@@ -74,7 +74,7 @@ def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
     for profile in map(load_profile, profile_names()):
         environment = profile.environment(scene.room, robot)
         found = situations(environment, profile.settings, count)
-        for behaviour, decide in decisions(environment, profile.settings).items():
+        for behaviour, decide in decisions(environment, profile).items():
             works = [Work(times(partial(decide, now))) for now in found]
             row = BenchRow(NAME, f"{behaviour} decision", profile.name, reference="has no error")
             mean, late = timed_each(row, works, rounds)
@@ -82,9 +82,10 @@ def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
             yield replace(late, goal=GOAL_UNITS if behaviour == "escape" else None)
 
 
-def decisions(environment: Environment, settings: Any) -> dict[str, Callable[[Situation], Any]]:
-    """For each behaviour, the work between a sample and its decision."""
-    cells, planners = grid(environment, settings), environment.static_planners
+def decisions(environment: Environment, profile: Profile) -> dict[str, Callable[[Situation], Any]]:
+    """For each behaviour, the work between a sample and its decision, by the profile's policy."""
+    settings, planners = profile.settings, environment.static_planners
+    cells, rules = grid(environment, settings), settings.escape
 
     def for_chase(now: Situation) -> Any:
         space = chase_space.space(settings, lambda: cells, planners["chase"], now.user)
@@ -98,11 +99,11 @@ def decisions(environment: Environment, settings: Any) -> dict[str, Callable[[Si
 
     def for_escape(now: Situation) -> Any:
         free = escape_poses.poses(settings, planners["escape"], now.user, now.pose)
-        if settings.policy == "paper":
+        if profile.policy == "paper":
             return _step(paper_escape.DriveToFirst(), now, {"escape.poses": free})
         found = escape_candidates.candidates(now, free, environment.outline())
         seen = {"escape.poses": free, "escape.candidates": found}
-        state = escape.DriveToBest(settings.escape.earlier_by, settings.escape.wider_by)
+        state = escape.DriveToBest(rules.earlier_by, rules.wider_by)
         return _step(state, now, seen)
 
     return {"chase": for_chase, "haptic": for_haptic, "escape": for_escape}
@@ -113,7 +114,7 @@ def _step(state: Action, now: Situation, more: Mapping[str, Any], **inputs: Any)
     values = {
         "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
         "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
-        "arm.joints": None, **more,
+        "arm.joints": None, "base.mode": "omni", **more,
         **{f"{name}.planner": planner for name, planner in now.planners.items()},
     }  # fmt: skip
     run = state.run(_Moment(values), **inputs)  # type: ignore[arg-type]

@@ -286,6 +286,9 @@ class Wheel:
     def __init__(self) -> None:
         self.command = STILL
 
+    def use(self, _mode: str) -> None:
+        pass
+
     def drive(self, command: Twist2, *_: Any) -> None:
         self.command = command
 
