@@ -154,10 +154,6 @@ class UserSettings:
 class EscapeSettings:
     """The trigger (R104), the Escape poses (R105-R108) and when the user is safe (R112)."""
 
-    view: Literal["head", "body"]
-    """Whose direction tells what is ahead of the user."""
-    trigger: Literal["zones", "contact"]
-    """A user who moves within a zone, or only a predicted contact."""
     ahead: Annotated[Length, above_0(10.0)]
     """Radius of the zone that the user sees."""
     half_view: Annotated[Angle, Range(0.0, math.pi)]
@@ -168,8 +164,6 @@ class EscapeSettings:
     """A slower user triggers nothing; 0 is the literal rule of the paper."""
     hysteresis: Annotated[Length, Range(0.0, 5.0)]
     """How much farther the user has to be for the zones to be left."""
-    predict: bool
-    """Whether predicted contacts trigger too."""
     contact: Annotated[Length, above_0(5.0)]
     """A predicted distance below this is a contact."""
     reaction: Annotated[Duration, Range(0.0, 10.0)]
@@ -180,19 +174,10 @@ class EscapeSettings:
     """Of the poses from the user; each with each of `angles`."""
     angles: Annotated[tuple[Behind, ...], Count(1)]
     """Of the poses, off the direction away from the user."""
-    order: Literal["given", "earliest"]
-    """Poses as given, or the earliest reached first."""
-    safe_on_the_way: bool
-    """Whether an Escape ends as soon as the user is safe."""
     earlier_by: Annotated[Duration, Range(0.0, 10.0)] | None = None
     """Another pose is taken on the way if the user is safe earlier by this."""
     wider_by: Annotated[Length, Range(0.0, 5.0)] | None = None
     """… or, where every drive ends in a contact, if its gap is wider by this."""
-
-    def faults(self) -> Iterator[Fault]:
-        """Invalid combinations of values, each with its key."""
-        if self.trigger == "contact" and not self.predict:
-            yield "trigger", "contact needs predict: true; without it nothing would trigger"
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,7 +36,7 @@ VARIED: tuple[tuple[str, ...], ...] = (
     ("plant.tracking_delay=0.1 s",),
     ("chase.pick=sample",),
     ("escape.moving=0 m/s",),
-    ("escape.safe_on_the_way=false",),
+    ("charts.paper_escape.must_reach=true",),
     ("escape.distances=[1.0 m, 1.75 m, 2.5 m]",),
     ("robot.base_yaw_rate=0.5 rad/s", "robot.base_acceleration=0.35 m/s2",
      "robot.arm_acceleration=0.6 rad/s2"),

@@ -11,11 +11,12 @@ from behaviors import (
     chase,
     danger,
     dodge,
-    escape_goal,
+    escape_candidates,
     escape_poses,
     haptic,
     make_room,
     refuge,
+    zones,
 )
 from behaviors.prediction.aside import is_met_braking, time_aside
 from behaviors.prediction.costs import crowding, efforts, haste, lateness
@@ -105,7 +106,8 @@ def escape_choices(at: Elsewhere) -> list[float]:
             found.append(danger.is_safe(*told, velocity, now.twist))
         free = escape_poses.poses(now.settings, now.planners["escape"], now.user, now.pose)
         found += [len(free), *(v for pose in free for v in at.home_pose(pose))]
-        goal, touch = escape_goal.safest_goal(now, free, None)
+        seen = escape_candidates.candidates(now, free)
+        goal, touch = seen.better_than(None, 0.2, 0.05), seen.touch_after
         found += [touch, dodge.is_caught(now, free), *(at.home_pose(goal) if goal else ())]
         found += [make_room.is_crowded(now, 3.0, 1.0, 0.2)]
     return found
@@ -138,7 +140,7 @@ def lines_of_walk(at: Elsewhere) -> list[float]:
     motion = now.twist.rotated(robot.yaw)
     return [
         is_met_braking(apart, now.velocity, motion, 0.9, 0.3, 1.0), time_aside(0.3, 0.1, 1.2, 1.0),
-        danger.in_zone(now.settings.escape, now.user, robot, 0.1), now.rest.distance_to(body),
+        zones.in_zone(now.settings.escape, now.user, robot, 0.1), now.rest.distance_to(body),
     ]  # fmt: skip
 
 

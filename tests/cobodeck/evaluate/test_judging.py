@@ -37,7 +37,7 @@ SECOND = 10**9
 SLOW = (
     "robot.base_acceleration=0.5 m/s2",
     "escape.distances=[1.0 m, 1.75 m, 2.5 m]",
-    "escape.safe_on_the_way=false",
+    "charts.paper_escape.must_reach=true",
 )
 
 
