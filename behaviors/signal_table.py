@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from functools import cache, partial
+from functools import partial
 from typing import TYPE_CHECKING
 
-from behaviors import danger, escape_poses, haptic
+from behaviors import danger, escape_poses
 from behaviors.profile import Settings
-from behaviors.situation import chase_space
 from engine import Length, Type
 from engine.signals import Derived, Estimated, Measured, Signal
 from hw import (
@@ -41,9 +40,6 @@ from states.localization.frames import FramesEstimator
 from states.signals import StillnessEstimator, VelocityEstimator
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from states.navigation import GlobalPlanner
     from states.navigation.grid import Costmaps
 
@@ -125,7 +121,6 @@ def signals(
 
 def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ...]:
     """The signals that CoboDeck's own decisions are based on: zones, poses and spaces."""
-    cells = cache(partial(_cells, environment, settings))
     return (
         Derived("user.distance", ("user.pose", "base.pose"), _distance, Length,
                 about="from the user's body to the robot's centre"),
@@ -143,16 +138,6 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
             "escape.poses", ("escape.planner", "user.pose", "base.pose"),
             partial(escape_poses.poses, settings), tuple[Pose2, ...],
             about="the free Escape poses, in order",
-        ),
-        Derived(
-            "chase.space", ("chase.planner", "user.pose"),
-            partial(chase_space.space, settings, cells), chase_space.ChaseSpace,
-            about="the cells about the user, best first",
-        ),
-        Derived(
-            "haptic.poses", ("haptic.planner", "vr.haptic_request"),
-            partial(haptic.poses, settings), tuple[Pose2, ...],
-            about="the free Haptic rover poses, in order",
         ),
     )  # fmt: skip
 
@@ -226,9 +211,3 @@ def _sigma(environment: Environment) -> PoseSigma:
 
 def _distance(user: UserPose, base: Pose2) -> float:
     return user.body.distance_to(base)
-
-
-def _cells(environment: Environment, settings: Settings) -> NDArray[np.float64]:
-    from behaviors.situation import grid
-
-    return grid(environment, settings)
