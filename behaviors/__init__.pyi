@@ -25,4 +25,5 @@ from behaviors.signal_table import (
 from behaviors.waiting_place import (
     chase_cell as chase_cell,
     chase_place as chase_place,
+    free_cells as free_cells,
 )

@@ -174,9 +174,9 @@ class EscapeSettings:
     """Of the poses from the user; each with each of `angles`."""
     angles: Annotated[tuple[Behind, ...], Count(1)]
     """Of the poses, off the direction away from the user."""
-    earlier_by: Annotated[Duration, Range(0.0, 10.0)] | None = None
+    earlier_by: Annotated[Duration, Range(0.0, 10.0)]
     """Another pose is taken on the way if the user is safe earlier by this."""
-    wider_by: Annotated[Length, Range(0.0, 5.0)] | None = None
+    wider_by: Annotated[Length, Range(0.0, 5.0)]
     """… or, where every drive ends in a contact, if its gap is wider by this."""
 
 
