@@ -54,10 +54,10 @@ class UserReady(Monitor):
 
     def __init__(
         self,
-        least: Duration = 2.0,
-        until_clear: bool = True,
-        cornered: Duration = 6.0,
-        moment: Duration = 0.2,
+        least: Annotated[Duration, FROM_0] = 0.0,
+        until_clear: bool = False,
+        cornered: Annotated[Duration, FROM_0] = 0.0,
+        moment: Annotated[Duration, FROM_0] = 0.0,
     ) -> None:
         self.least, self.until_clear = least, until_clear
         self.cornered, self.moment = cornered, moment

@@ -39,7 +39,8 @@ class Waiting:
             "stop.engaged": None,
         }  # fmt: skip
         self.ctx = FakeContext(values)
-        self.run = UserReady(**parameters).run(self.ctx)
+        shown = {"least": 2.0, "until_clear": True, "cornered": 6.0, "moment": 0.2}
+        self.run = UserReady(**{**shown, **parameters}).run(self.ctx)
         self.until = 0
         assert self.at(0.0, **(LOST if lost else {})) is None
 
