@@ -1,4 +1,5 @@
 from behaviors.profile.profile import (
+    Policy as Policy,
     Profile as Profile,
     ProfileFile as ProfileFile,
     is_base as is_base,
