@@ -23,7 +23,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from behaviors.profile.chart_constants import (
     PREFIX,
@@ -32,11 +32,13 @@ from behaviors.profile.chart_constants import (
 )
 from behaviors.profile.profile_layers import BASE, FOLDER, SET, layered
 from behaviors.profile.settings import (
+    POLICIES,
     ChaseSettings,
     EscapeSettings,
     HapticSettings,
     InformSettings,
     PlantSettings,
+    Policy,
     RobotSettings,
     SafetySettings,
     Settings,
@@ -64,10 +66,6 @@ from states.environment import Environment
 
 if TYPE_CHECKING:
     from hw.connection import Narrowed
-
-
-Policy = Literal["paper", "tuned"]
-"""Whose decisions: state classes of one policy alone name it as their attribute `policy`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,7 +273,7 @@ class ProfileFile:
     """The behaviour Chase."""
     haptic: HapticSettings
     """The behaviour Haptic."""
-    inform: InformSettings = field(default_factory=InformSettings)
+    inform: InformSettings
     """The behaviour Inform."""
     localization: Localization = "combined"
     """Scan matching with particles, filter and trackers combined; or AMCL alone."""
@@ -283,7 +281,7 @@ class ProfileFile:
     """How much it computes."""
     charts: Mapping[str, Mapping[str, Item]] = field(default_factory=dict)
     """Parameters of charts, in place of their defaults."""
-    policy: Policy = "tuned"
+    policy: Policy = POLICIES[0]
     """Whose decisions its values are for: those of the paper, or what measured best."""
     chart: Name = "cobodeck"
     """The chart that is run where none is named."""
@@ -297,9 +295,22 @@ class ProfileFile:
             yield "about", "the key 'about' is missing"
 
 
+def _with_hint(error: FileError) -> FileError:
+    """The mistakes of a profile without a base, with what it would lack nothing by."""
+    hint = "with `base: tuned` it needs only what differs"
+    lacking = (finding.message.endswith(" is missing") for finding in error.findings)
+    return FileError(
+        dataclasses.replace(finding, hint=finding.hint or hint) if lacks else finding
+        for finding, lacks in zip(error.findings, lacking, strict=True)
+    )
+
+
 def _profile(item: Item, sets: tuple[str, ...]) -> Profile:
     layers = layered(item, sets)
-    read = record(layers.item, ProfileFile)
+    try:
+        read = record(layers.item, ProfileFile)
+    except FileError as error:
+        raise error if "base" in layers.item.mapping() else _with_hint(error) from None
     return Profile(
         name=read.profile,
         about=read.about or layers.about,
@@ -311,7 +322,9 @@ def _profile(item: Item, sets: tuple[str, ...]) -> Profile:
         navigation=read.navigation,
         localization=read.localization,
         localizer=read.localizer,
-        settings=Settings(read.user, read.escape, read.chase, read.haptic, read.inform),
+        settings=Settings(
+            read.user, read.escape, read.chase, read.haptic, read.inform, read.policy
+        ),
         charts={
             chart: {name: value.value for name, value in values.items()}
             for chart, values in read.charts.items()

@@ -18,6 +18,8 @@ from functools import reduce
 from pathlib import Path
 from typing import Any
 
+from behaviors.profile.old_keys import drop_old_keys
+from behaviors.profile.settings import POLICIES
 from engine.files import ANYWHERE, Map, Place, assignment, mistake
 from engine.files.declared import Item, find_file, load_yaml, merged, single
 
@@ -67,7 +69,8 @@ def layered(own: Item, sets: Sequence[str] = ()) -> Layers:
             text is not KEY=VALUE.
     """
     found = _on_base(own, ())
-    item = reduce(merged, map(_setting, sets), found.item)
+    policy = _policy(found.item)
+    item = reduce(merged, (_setting(text, policy) for text in sets), found.item)
     # keys missing in all layers are reported for the file, not for the last value set
     item = dataclasses.replace(item, source=own.source, at=own.at)
     return dataclasses.replace(found, item=item, texts=(*found.texts, *sets))
@@ -77,6 +80,7 @@ def _on_base(own: Item, above: tuple[Path, ...]) -> Layers:
     content = own.mapping()
     text = own.source.text
     if "base" not in content:
+        drop_old_keys(own, _policy(own))
         return Layers(own, "", (text,))
     named = content["base"]
     here = (*above, Path(own.source.file).resolve())
@@ -87,6 +91,7 @@ def _on_base(own: Item, above: tuple[Path, ...]) -> Layers:
     base = named.refer(lambda: load_yaml(file, lambda item: _on_base(item, here)))
     for key in HEAD:
         base.item.value.pop(key, None)
+    drop_old_keys(own, _policy(own, base.item))
     about = f"as {named.value}, but for {', '.join(_own_keys(own))}"
     return Layers(merged(base.item, own), about, (*base.texts, text))
 
@@ -97,17 +102,27 @@ def _base_file(own: Item, name: str) -> Path:
     return BASE if shipped and name == BASE.stem else find_file(name, FOLDER, "profile")
 
 
+def _policy(own: Item, base: Item | None = None) -> str:
+    """The policy that a layer says, or its base does."""
+    said = own.mapping().get("policy")
+    if said is None:
+        return POLICIES[0] if base is None else _policy(base)
+    return str(said.value)
+
+
 def _own_keys(own: Item) -> list[str]:
     return [key for key, _ in _leaves(own) if key not in HEAD] or ["nothing"]
 
 
-def _setting(text: str) -> Item:
+def _setting(text: str, policy: str) -> Item:
     """`KEY=VALUE` as a mapping; its mistakes are reported for the text as a whole."""
     key, source = assignment(text, "--set", "chase.inner=2.6 m")
     if key in FIXED:
         hint = "choose another file with --profile"
         raise mistake(source.file, f"{key!r} cannot be set", hint=hint)
-    return single(key, Item(source, source.value, ANYWHERE))
+    found = single(key, Item(source, source.value, ANYWHERE))
+    drop_old_keys(found, policy)
+    return found
 
 
 def _leaves(item: Item) -> Iterator[tuple[str, Any]]:

@@ -30,6 +30,8 @@ from cobodeck.terminal import (
     show_json,
     word,
 )
+from engine.files import FileError, in_order
+from engine.files.declared import notes
 from engine.run import Raised
 from hw import missing
 
@@ -260,21 +262,23 @@ def _setup(args: argparse.Namespace) -> Setup:
     from cobodeck.setup import of_other_policy, open_setup, read_inputs
 
     known, body = catalogue(own=args.own), _robot_of(args)
-    setup = open_setup(
-        args.chart,
-        args.scene,
-        args.profile,
-        args.tick_hz,
-        body,
-        known=known,
-        sets=args.sets,
-        inputs=read_inputs(args.inputs),
-    )
+    with notes() as old:
+        setup = open_setup(
+            args.chart,
+            args.scene,
+            args.profile,
+            args.tick_hz,
+            body,
+            known=known,
+            sets=args.sets,
+            inputs=read_inputs(args.inputs),
+        )
     require("begin", setup=setup)
     charts = reached({setup.chart.name}, setup.library)
     about_place = () if setup.place is None else setup.place.remarks
     replaced = replacements(setup.library, known, charts)
-    for remark in (*replaced, *of_other_policy(setup), *about_place):
+    told = (str(FileError([note])) for note in in_order(old))
+    for remark in (*told, *replaced, *of_other_policy(setup), *about_place):
         complain(remark)
     return setup
 

@@ -23,9 +23,9 @@ from behaviors.prediction.costs import crowding, efforts, haste, lateness
 from behaviors.prediction.rollout import evaluate, predict_user, pursued, roll_out
 from behaviors.prediction.waiting import risks, way_risks
 from behaviors.profile.profile import Profile, load_profile
-from behaviors.situation.chase_cells import grid
-from behaviors.situation.chase_space import space
+from behaviors.situation.chase_cells import ChaseRing, timed_cells, weighted_cells
 from behaviors.situation.present_situation import Situation
+from behaviors.waiting_place import chase_cell, chase_place, free_cells
 from cobodeck.avoidable.motion_search import Question, RobotLimits, RobotState, Walk, best_motion
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.samples import UserPose
@@ -84,10 +84,13 @@ def chase_places(at: Elsewhere) -> list[float]:
     found = []
     for name in ("paper", "tuned"):
         now = situation(at, name)
-        cells = grid(now.environment, now.settings)
-        around = space(now.settings, lambda cells=cells: cells, now.planners["chase"], now.user)
-        free = around.all_free()
-        best = chase.best_cell(now, around)
+        ring, rules = ChaseRing.of(now.settings.chase), now.settings.chase
+        if name == "paper":
+            free = free_cells(now, weighted_cells(ring, rules.best_angle, rules.best_radius))
+            best = chase_cell(now, ring, rules.best_angle, rules.best_radius)
+        else:
+            free = free_cells(now, timed_cells(now.environment, now.settings, ring))
+            best = chase_place(now, ring)
         assert best is not None
         yaw = chase.tangent_yaw(now.user.body, best, now.pose.yaw)
         found += [len(free), *at.home_pose(Pose2(*best, yaw))]
@@ -118,7 +121,7 @@ def haptic_choices(at: Elsewhere) -> list[float]:
     deep = Pose3.from_yaw(*at.point(4.95, 5.3), 1.3, at.yaw(0.1))
     free = haptic.poses(now.settings, now.planners["haptic"], deep)
     times = haptic.reachable(now, "haptic", free)
-    best = haptic.best_pose(now, times, deep)
+    best = haptic.soonest_pose(now, times, deep)
     assert best is not None
     for pose in free:
         found += at.home_pose(pose)

@@ -18,7 +18,7 @@ import numpy as np
 from behaviors import chase, escape, escape_candidates, escape_poses, haptic, paper_escape
 from behaviors.prediction import costs, rollout, waiting
 from behaviors.profile import Profile, load_profile, profile_names
-from behaviors.situation import Situation, chase_space, grid
+from behaviors.situation import Situation
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, timed_each, times
 from engine import Action
 from hw import USER_RADIUS, Pose2, Pose3, Twist2, UserPose, compile_examples
@@ -85,17 +85,17 @@ def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
 def decisions(environment: Environment, profile: Profile) -> dict[str, Callable[[Situation], Any]]:
     """For each behaviour, the work between a sample and its decision, by the profile's policy."""
     settings, planners = profile.settings, environment.static_planners
-    cells, rules = grid(environment, settings), settings.escape
+    rules, paper = settings.escape, profile.policy == "paper"
+    cell = chase.ChooseChaseCell() if paper else chase.ChooseChasePose()
+    pose = haptic.ChooseFirstHapticPose() if paper else haptic.ChooseHapticPose()
 
     def for_chase(now: Situation) -> Any:
-        space = chase_space.space(settings, lambda: cells, planners["chase"], now.user)
-        return _step(chase.ChooseChasePose(), now, {"chase.space": space})
+        return _step(cell, now, {})
 
     def for_haptic(now: Situation) -> Any:
         x, y = now.user.body.transform(settings.haptic.deep_ahead, 0.0)
         deep = Pose3.from_yaw(x, y, settings.haptic.deep_height, now.user.body.yaw)
-        free = haptic.poses(settings, planners["haptic"], deep)
-        return _step(haptic.ChooseHapticPose(), now, {"haptic.poses": free}, deep=deep)
+        return _step(pose, now, {}, deep=deep)
 
     def for_escape(now: Situation) -> Any:
         free = escape_poses.poses(settings, planners["escape"], now.user, now.pose)
@@ -103,7 +103,7 @@ def decisions(environment: Environment, profile: Profile) -> dict[str, Callable[
             return _step(paper_escape.DriveToFirst(), now, {"escape.poses": free})
         found = escape_candidates.candidates(now, free, environment.outline())
         seen = {"escape.poses": free, "escape.candidates": found}
-        state = escape.DriveToBest(rules.earlier_by or 0.0, rules.wider_by or 0.0)
+        state = escape.DriveToBest(rules.earlier_by, rules.wider_by)
         return _step(state, now, seen)
 
     return {"chase": for_chase, "haptic": for_haptic, "escape": for_escape}

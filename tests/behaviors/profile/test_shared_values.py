@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,8 @@ from engine.files.declared.named import with_own_files
 from engine.files.finding import FileError
 from engine.files.source import plain, read_file
 from tests.behaviors.conftest import written
+
+TUNED = FOLDER / "tuned.yaml"
 
 
 def leaves(value: object, key: str = "") -> dict[str, object]:
@@ -33,6 +36,28 @@ def test_each_key_of_a_shipped_profile_differs_from_base_and_from_the_other() ->
 
     for one, other in (*((own, shared) for own in profiles), profiles):
         assert not {key for key in one.keys() & other.keys() if one[key] == other[key]}
+
+
+HELD = re.findall(
+    r"^#   (\w+\.[\w.]+) +(\S+) to (\S+)( \S+)?  +(\S.*)$", TUNED.read_text(), re.MULTILINE
+)
+
+
+def test_twelve_values_stand_in_front_with_what_more_of_them_costs() -> None:
+    head = TUNED.read_text().partition("\nprofile:")[0]
+    assert len(HELD) == 12 == len(re.findall(r"^#   \w+\.", head, re.MULTILINE))
+
+
+@pytest.mark.parametrize(("key", "least", "most", "unit", "cost"), HELD)
+def test_each_of_the_twelve_has_its_value_inside_the_range_that_is_told(
+    key: str, least: str, most: str, unit: str, cost: str
+) -> None:
+    now = load_profile("tuned").values[key]
+    number = float(str(now).removesuffix(unit)) if unit else float(now)
+
+    assert float(least) <= number <= float(most)
+    assert cost
+    load_profile("tuned", [f"{key}={most}{unit}"])
 
 
 def test_base_is_no_profile_to_run(tmp_path: Path) -> None:

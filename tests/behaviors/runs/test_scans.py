@@ -42,7 +42,7 @@ from tests.scans import scan_of
 HALL = Room(outer=((0.0, 0.0), (16.0, 0.0), (16.0, 12.0), (0.0, 12.0)))
 CORRIDOR = Room(outer=((0.0, 0.0), (16.0, 0.0), (16.0, 3.0), (0.0, 3.0)))
 HZ = 30
-POSES = ("haptic.poses", "escape.poses", "chase.space")
+POSES = ("escape.poses",)
 PLANNERS = tuple(f"{name}.planner" for name in SUBSYSTEMS)
 WANTED = (*POSES, *PLANNERS, "settings")
 ROBOT, DEEP = Pose2(6.0, 6.0), Pose3.from_yaw(8.0, 6.0, 1.4, math.pi)
@@ -88,8 +88,7 @@ class Watching:
         return None if newest is None else newest.value
 
     def free(self, name: str) -> set[Any]:
-        found = self.read(name)
-        return {tuple(cell) for cell in found.free()} if name == "chase.space" else set(found)
+        return set(self.read(name))
 
 
 @pytest.fixture
@@ -106,8 +105,7 @@ def watching(tuned: Profile, robot: RobotModel) -> Callable[..., Watching]:
 @pytest.mark.requirement(37, 77, 100, 105)
 @pytest.mark.parametrize("planner", ["exact", "theta_star", "navfn"])
 @pytest.mark.parametrize(
-    ("name", "post"), [("haptic.poses", (7.3, 7.6)), ("escape.poses", (7.8, 6.4)),
-                       ("chase.space", (7.0, 5.0))],
+    ("name", "post"), [("escape.poses", (7.8, 6.4))],
 )  # fmt: skip
 def test_scans_take_poses_away_and_clearing_brings_them_back(
     watching: Callable[..., Watching], planner: str, name: str, post: Point
@@ -144,7 +142,7 @@ def test_without_scans_all_is_as_the_room_says_and_as_fresh_as_the_poses(
     assert seen.read("escape.poses") == escape_poses.poses(settings, known["escape"], WALKER, ROBOT)
     stamps = {name: seen.board.slots[name].read().stamp for name in (*POSES, *PLANNERS)}
     assert stamps == {
-        "haptic.poses": 0, "escape.poses": seen.now, "chase.space": seen.now,
+        "escape.poses": seen.now,
         **dict.fromkeys(PLANNERS, ALWAYS_NS),
     }  # fmt: skip
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from cobodeck.evaluate.figures import Visit, contact_figures, escape_figures, visits
+from cobodeck.evaluate.figures import Visit, contact_figures, escape_figures, shown_figures, visits
 from cobodeck.run.run_summary import summary
 from cobodeck.run.simulation import simulate
 from cobodeck.run.topics import COMPANY, ESCAPES, REQUESTS, topics_of
@@ -62,6 +62,46 @@ def test_without_an_escape_there_is_no_time_of_one(sim: ChartTester) -> None:
     assert found["escape_time_s"] == {"mean": None, "min": None, "max": None}
 
 
+VARIANTS = {
+    "paper_escape": """
+chart: paper_escape
+outcomes: [safe, failed]
+states:
+  flee: {watch: FaultRaised, next: {raised: .safe}}
+""",
+    "careful_escape": """
+chart: careful_escape
+outcomes: [safe, failed]
+states:
+  inner: {use: paper_escape, next: {safe: .failed, failed: .failed}}
+""",
+    "ways": """
+chart: ways
+outcomes: [over]
+states:
+  first: {use: paper_escape, next: {safe: second, failed: second}}
+  second: {use: careful_escape, next: {safe: .over, failed: last}}
+  last: {watch: FaultRaised, next: {raised: .over}}
+""",
+}
+
+
+def test_every_chart_of_an_escape_counts_and_one_inside_another_does_not(
+    sim: ChartTester, tmp_path: Path
+) -> None:
+    for name, text in VARIANTS.items():
+        (tmp_path / f"{name}.yaml").write_text(text)
+    sim.start(str(tmp_path / "ways.yaml"))
+    for name in ("first/flee", "second/inner/flee"):
+        sim.end(name, "raised")
+        sim.wait(0.2)
+
+    found = escape_figures(sim.run)
+
+    assert [one["outcome"] for one in found["escape_list"]] == ["safe", "failed"]
+    assert found["escape_failures"] == 1
+
+
 WARNS = """
 chart: warns
 outcomes: [over]
@@ -108,6 +148,35 @@ def test_three_failures_of_escape_within_ten_seconds_are_a_loop_lost_tracking_is
     assert found["loops"] == (loops if because[1] == "no_way" else 0)
 
 
+@pytest.mark.requirement(18)
+def test_the_time_shown_outside_inform_is_told_apart(sim: ChartTester) -> None:
+    sim.start(WARNS)
+    sim.end("calm", "raised")
+    sim.until("away")
+    sim.end("away/tracking", "lost")
+    sim.until("warned")
+    sim.wait(1.0)
+    entered = visits(sim.run, "inform")[0].entered_ns
+
+    def shown(*spans: tuple[float, float]) -> tuple[float, float]:
+        found = shown_figures(
+            sim.run, [(entered + round(a * 1e9), entered + round(b * 1e9)) for a, b in spans]
+        )
+        return found["shown_s"], found["shown_outside_inform_s"]
+
+    assert shown() == (0.0, 0.0)
+    assert shown((0.0, 0.5)) == (0.5, 0.0)
+    assert shown((-0.25, 0.5)) == (0.75, 0.25)
+    sim.end("warned/ready", "restarted")
+    sim.until("calm")
+    ended = visits(sim.run, "inform")[0].ended_ns
+    assert ended is not None
+    lasted = (ended - entered) / 1e9
+    assert shown((0.0, lasted), (lasted + 1.0, lasted + 2.0)) == pytest.approx((lasted + 1.0, 1.0))
+    assert shown((lasted - 0.5, lasted + 0.25)) == pytest.approx((0.75, 0.25))
+    assert set(shown_figures(sim.run, None).values()) == {None}
+
+
 CONTACTS = [
     Contact(12_300_000_000, 1.2, 3.4, "base", 0.4, 0.0, False),
     Contact(13_000_000_000, 1.0, 3.0, "wrist_2", 0.2, 0.1, True),
@@ -120,6 +189,7 @@ def test_contacts_are_counted_by_whose_doing_they_were() -> None:
 
     counts = [found[name] for name in ("contacts", "contacts_by_robot", "contacts_slow_arm")]
     assert counts == [3, 1, 1]
+    assert found["arm_closing_m_s"] == 0.2
     assert found["contact_list"][1] == {
         "at_s": 13.0,
         "x": 1.0,

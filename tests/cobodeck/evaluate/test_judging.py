@@ -63,7 +63,7 @@ class Kept:
 def ran(
     scene: str, profile: str, seconds: float, user: str | None = None, sets: tuple[str, ...] = ()
 ) -> tuple[Loop, Kept]:
-    loop = stage(open_setup("cobodeck", scene, profile, sets=sets), Options(user, 2))
+    loop = stage(open_setup(None, scene, profile, sets=sets), Options(user, 2))
     kept = Kept(loop)
     outline = ROBOT.footprint
     senses = Evaluator(

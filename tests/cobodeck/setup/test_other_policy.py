@@ -50,3 +50,12 @@ def test_states_of_both_policies_and_of_ones_own_are_told_nothing_of() -> None:
     assert not list(of_other_policy(marked(open_setup("cobodeck"), "tuned", "UserLost")))
     away = marked(open_setup("inform"), "paper", "ReachDeep")
     assert not list(of_other_policy(away))  # of states that cannot be entered
+
+
+def test_values_for_a_chart_whose_twin_is_used_are_told() -> None:
+    sets = ["charts.chase.far=5 m", "charts.paper_chase.near=2 m"]
+
+    (told,) = of_other_policy(open_setup(profile="paper", sets=sets))
+
+    assert told.endswith("charts.chase: is not used, but paper_chase; write charts.paper_chase")
+    assert not list(of_other_policy(open_setup(profile="tuned", sets=sets[:1])))
