@@ -103,7 +103,7 @@ def decisions(environment: Environment, profile: Profile) -> dict[str, Callable[
             return _step(paper_escape.DriveToFirst(), now, {"escape.poses": free})
         found = escape_candidates.candidates(now, free, environment.outline())
         seen = {"escape.poses": free, "escape.candidates": found}
-        state = escape.DriveToBest(rules.earlier_by or 0.0, rules.wider_by or 0.0)
+        state = escape.DriveToBest(rules.earlier_by, rules.wider_by)
         return _step(state, now, seen)
 
     return {"chase": for_chase, "haptic": for_haptic, "escape": for_escape}
