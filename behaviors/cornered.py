@@ -143,7 +143,7 @@ class Withdraw(Action):
 
 def _given(**parameters: float | None) -> Callable[[Settings], LeaveSettings]:
     """The profile's values with those parameters of a node that are given."""
-    own = {name: value for name, value in parameters.items() if value is not None}
+    own: dict[str, Any] = {name: v for name, v in parameters.items() if v is not None}
     return lambda settings: replace(settings.chase.leave, **own)
 
 

@@ -249,6 +249,8 @@ class ChaseSettings:
     many of response."""
     leave: LeaveSettings
     """How a place is left where the robot cannot wait."""
+    cornered: Annotated[Duration, above_0(600.0)]
+    """Chase ends when the robot has been in a zone without a way out for so long."""
     room: Annotated[Length, Range(0.0, 10.0)] | None = None
     """The chart keeps this far from a walking user; 0: it leaves that to Escape."""
     band: Annotated[Length, above_0(10.0)] | None = None
@@ -257,8 +259,6 @@ class ChaseSettings:
     """A user who is followed has been caught up with at this distance."""
     ahead: Annotated[Duration, Range(0.0, 10.0)] | None = None
     """The user is followed by where they will be after so long."""
-    cornered: Annotated[Duration, above_0(600.0)] | None = None
-    """Chase ends when the robot has been in a zone without a way out for so long."""
 
     def faults(self) -> Iterator[Fault]:
         """Invalid combinations of values, each with its key."""

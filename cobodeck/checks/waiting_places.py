@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from behaviors.profile import Settings
-    from behaviors.situation import Array, Situation
+    from behaviors.situation import Situation
     from states.environment import Environment
 
 APART, PLACES = 1.0, 150
@@ -38,10 +38,7 @@ class WaitingReport:
 
 def waiting_report(environment: Environment, settings: Settings) -> WaitingReport | None:
     """Look at users all over the room; None if there is no floor for them to stand on."""
-    from behaviors.situation import grid
-
-    cells = grid(environment, settings)
-    found = [(now, _risk(now, cells)) for now in _users(environment, settings)]
+    found = [(now, _risk(now)) for now in _users(environment, settings)]
     if not found:
         return None
     risks = [(risk, now) for now, risk in found if risk is not None]
@@ -73,12 +70,24 @@ def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
                 yield Situation(environment, settings, body, STILL, user, STILL, planners)
 
 
-def _risk(now: Situation, cells: Array) -> float | None:
-    """The risk at the free cell with the largest weight, s; None without a free cell."""
-    from behaviors import out_of_the_way
+def _risk(now: Situation) -> float | None:
+    """The risk at the place that is worth most, s; None without a free cell."""
+    from behaviors import free_cells
     from behaviors.prediction import risks
-    from behaviors.situation import space
+    from behaviors.situation import ChaseRing, timed_cells, weighted_cells
 
-    around = space(now.settings, lambda: cells, now.planners["chase"], now.user)
-    chosen = out_of_the_way(now, around.all_free())
-    return float(risks(now, chosen[:1, :2])[0]) if len(chosen) else None
+    settings, chase = now.settings, now.settings.chase
+    ring = ChaseRing.of(chase)
+    if settings.policy == "paper":
+        cells = free_cells(now, weighted_cells(ring, chase.best_angle, chase.best_radius))
+        worth, risk = cells[:, 2], None
+    else:
+        cells = free_cells(now, timed_cells(now.environment, settings, ring))
+        risk = risks(now, cells[:, :2])
+        worth = -cells[:, 2] - chase.risk * risk
+    if not len(cells):
+        return None
+    best = int(worth.argmax())
+    if risk is None:
+        risk, best = risks(now, cells[best : best + 1, :2]), 0
+    return float(risk[best])
