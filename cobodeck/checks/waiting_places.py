@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from behaviors.profile import Settings
-    from behaviors.situation import Array, Situation
+    from behaviors.situation import Situation
     from states.environment import Environment
 
 APART, PLACES = 1.0, 150
