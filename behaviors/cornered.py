@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from typing import Any
 
-from behaviors.danger import in_zone
 from behaviors.profile import EscapeSettings
 from behaviors.refuge import KEEPS, SLOWLY, is_outside, refuge, way_out
 from behaviors.situation import CHANGES, SETTINGS, WAYS, Situation, settings_of, situation
+from behaviors.zones import in_zone
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration, Length, Speed
 from hw import Pose2, UserPose

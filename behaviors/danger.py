@@ -11,7 +11,8 @@ from behaviors.escape_poses import free_poses
 from behaviors.prediction import is_met_braking, time_aside
 from behaviors.profile import EscapeSettings, Settings
 from behaviors.situation import Situation
-from hw import STILL, Pose2, Twist2, UserPose, wrap
+from behaviors.zones import in_zone
+from hw import STILL, Pose2, Twist2, UserPose
 from states import SubsystemName
 from states.environment import Environment
 from states.signals import time_to_contact
@@ -29,18 +30,6 @@ BRAKED_S = 0.15
 """… even after braking for this long, s, until Chase drives on."""
 LOOKAHEAD_S = 3.0
 """Predicted contacts later than this are ignored, s."""
-
-
-def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float = 0.0) -> bool:
-    """True if the robot's centre is in one of the user's two zones (R104), grown by `margin`, m."""
-    dx, dy = base.x - user.body.x, base.y - user.body.y
-    distance = math.hypot(dx, dy)
-    if distance >= max(escape.ahead, escape.around) + margin:
-        return False
-    view = user.head_yaw if escape.view == "head" else user.body.yaw
-    bearing = wrap(math.atan2(dy, dx) - view)
-    reach = escape.ahead if abs(bearing) <= escape.half_view else escape.around
-    return distance < reach + margin
 
 
 def is_required(

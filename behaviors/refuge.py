@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from behaviors.danger import in_zone
 from behaviors.escape_poses import poses
 from behaviors.situation import Situation
+from behaviors.zones import in_zone
 from hw import Pose2
 from hw.scene import Point
 from states import SubsystemName

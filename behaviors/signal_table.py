@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import cache, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from behaviors import danger, escape_poses, haptic
 from behaviors.profile import Settings
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from behaviors.escape_candidates import EscapeCandidates
     from states.navigation import GlobalPlanner
     from states.navigation.grid import Costmaps
 
@@ -145,6 +146,11 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
             about="the free Escape poses, in order",
         ),
         Derived(
+            "escape.candidates", _candidates_of(environment),
+            partial(_candidates, environment, settings), object,
+            about="the free Escape poses, with what is predicted for the drive to each of them",
+        ),
+        Derived(
             "chase.space", ("chase.planner", "user.pose"),
             partial(chase_space.space, settings, cells), chase_space.ChaseSpace,
             about="the cells about the user, best first",
@@ -226,6 +232,18 @@ def _sigma(environment: Environment) -> PoseSigma:
 
 def _distance(user: UserPose, base: Pose2) -> float:
     return user.body.distance_to(base)
+
+
+def _candidates_of(environment: Environment) -> tuple[str, ...]:
+    """The inputs of the candidates: the arm's joints, too, of a robot that has an arm."""
+    arm = () if environment.robot.arm is None else ("arm.joints",)
+    return ("escape.poses", *DANGER, *arm)
+
+
+def _candidates(*seen: Any) -> EscapeCandidates:
+    from behaviors.escape_candidates import seen_candidates
+
+    return seen_candidates(*seen)
 
 
 def _cells(environment: Environment, settings: Settings) -> NDArray[np.float64]:

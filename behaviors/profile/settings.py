@@ -184,6 +184,10 @@ class EscapeSettings:
     """Poses as given, or the earliest reached first."""
     safe_on_the_way: bool
     """Whether an Escape ends as soon as the user is safe."""
+    earlier_by: Annotated[Duration, Range(0.0, 10.0)] | None = None
+    """Another pose is taken on the way if the user is safe earlier by this."""
+    wider_by: Annotated[Length, Range(0.0, 5.0)] | None = None
+    """… or, where every drive ends in a contact, if its gap is wider by this."""
 
     def faults(self) -> Iterator[Fault]:
         """Invalid combinations of values, each with its key."""

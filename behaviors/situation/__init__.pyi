@@ -12,6 +12,7 @@ from behaviors.situation.chase_space import (
 )
 from behaviors.situation.keys import (
     CHASE_SPACE as CHASE_SPACE,
+    ESCAPE_CANDIDATES as ESCAPE_CANDIDATES,
     ESCAPE_POSES as ESCAPE_POSES,
     ESCAPE_REQUIRED as ESCAPE_REQUIRED,
     ESCAPE_SAFE as ESCAPE_SAFE,

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from cobodeck.project.named_files import head_of
+from cobodeck.project.old_names import OLD_CHARTS
 from cobodeck.project.state_catalogue import CHARTS, Catalogue, shipped_charts
 from cobodeck.terminal import Problem
 from engine.files import did_you_mean
@@ -36,7 +37,8 @@ def chart_file(name_or_path: str, catalogue: Catalogue) -> Path:
     names = chart_names(catalogue)
     if name_or_path in names:
         return names[name_or_path]
-    raise Problem(f"no chart {name_or_path!r}; {did_you_mean(name_or_path, names)}")
+    hint = OLD_CHARTS.get(name_or_path) or did_you_mean(name_or_path, names)
+    raise Problem(f"no chart {name_or_path!r}; {hint}")
 
 
 def behaviour_of(chart: str) -> str:

@@ -98,7 +98,12 @@ def decisions(environment: Environment, settings: Any) -> dict[str, Callable[[Si
 
     def for_escape(now: Situation) -> Any:
         free = escape_poses.poses(settings, planners["escape"], now.user, now.pose)
-        return _step(escape.Flee(), now, {"escape.poses": free, "escape.safe": False})
+        if settings.policy == "paper":
+            return _step(paper_escape.DriveToFirst(), now, {"escape.poses": free})
+        found = escape_candidates.candidates(now, free, environment.outline())
+        seen = {"escape.poses": free, "escape.candidates": found}
+        state = escape.DriveToBest(settings.escape.earlier_by, settings.escape.wider_by)
+        return _step(state, now, seen)
 
     return {"chase": for_chase, "haptic": for_haptic, "escape": for_escape}
 
