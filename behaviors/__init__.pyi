@@ -6,20 +6,23 @@ from behaviors import (
     haptic as haptic,
 )
 from behaviors.chase import (
-    best_cell as best_cell,
-    out_of_the_way as out_of_the_way,
     tangent_yaw as tangent_yaw,
 )
 from behaviors.haptic import (
     all_poses as all_poses,
-    best_pose as best_pose,
+    first_pose as first_pose,
     poses as poses,
     reachable as reachable,
     round_poses as round_poses,
+    soonest_pose as soonest_pose,
 )
 from behaviors.signal_table import (
     ESTIMATE as ESTIMATE,
     MEASURED as MEASURED,
     planning as planning,
     signals as signals,
+)
+from behaviors.waiting_place import (
+    chase_cell as chase_cell,
+    chase_place as chase_place,
 )

@@ -11,7 +11,6 @@ from behaviors.escape_poses import free_poses
 from behaviors.prediction import is_met_braking, time_aside
 from behaviors.profile import EscapeSettings, Settings
 from behaviors.situation import Situation
-from behaviors.zones import in_zone
 from hw import STILL, Pose2, Twist2, UserPose
 from states import SubsystemName
 from states.environment import Environment
@@ -41,22 +40,15 @@ def is_required(
     velocity: Twist2,
     twist: Twist2,
 ) -> bool:
-    """True if the user moves, and the robot is in a zone or about to be walked into (R104).
+    """True if the user moves and is about to walk into the robot, or, cornered, soon will be.
 
-    `planner` is Escape's, `twist` the robot's velocity in the base frame. By the profile's
-    `trigger` a zone alone is no danger; a user approaching a robot that cannot get away is one.
+    `planner` is Escape's, `twist` the robot's velocity in the base frame.
     """
     escape = settings.escape
     if velocity.speed < escape.moving:
         return False
-    if escape.trigger == "zones" and in_zone(escape, user, base):
-        return True
-    if not escape.predict:
-        return False
     if will_be_reached(environment, escape, user.body, base, velocity, twist.rotated(base.yaw)):
         return True
-    if escape.trigger == "zones":
-        return False
     if _is_far(user, base, velocity):
         return False
     ways: Ways = {"escape": planner}
@@ -84,15 +76,11 @@ def is_safe(
     velocity: Twist2,
     twist: Twist2,
 ) -> bool:
-    """True if the danger is over, with hysteresis (R112); arguments as for `is_required`.
+    """True if no contact is predicted any more, with hysteresis (R112).
 
-    No contact is predicted, and, if zones are what triggers, the robot is outside both.
+    Arguments as for `is_required`.
     """
     escape = settings.escape
-    if escape.trigger == "zones" and in_zone(escape, user, base, escape.hysteresis):
-        return False
-    if not escape.predict:
-        return True
     later = replace(
         escape, contact=escape.contact + escape.hysteresis, reaction=escape.reaction + CALM_S
     )
@@ -100,8 +88,6 @@ def is_safe(
     for driven in (motion, _braked(motion, slower)):
         if will_be_reached(environment, later, user.body, base, velocity, driven):
             return False
-    if escape.trigger == "zones":
-        return True
     if _is_far(user, base, velocity, CALM_S):
         return True
     ways: Ways = {"escape": planner}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from behaviors.escape_drive import can_stop, drive_to_goals
+from behaviors.escape_drive import AWAY, can_stop, drive_to_goals
 from behaviors.escape_poses import free_poses
 from behaviors.situation import (
     ESCAPE_CANDIDATES,
@@ -116,7 +116,7 @@ class DriveToBest(Action):
 
     outcomes = ("reached", "no_way")
     outputs = {"reached": {"pose": Pose2}}
-    reads = {**WAYS, ESCAPE_POSES: OLD_S, ESCAPE_CANDIDATES: OLD_S, ARM_JOINTS: OLD_S}
+    reads = {**AWAY, ESCAPE_CANDIDATES: OLD_S, ARM_JOINTS: OLD_S}
     commands = ("base",)
     policy = "tuned"
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from typing import Any
 
-from behaviors.situation import Situation, situation
+from behaviors.situation import ESCAPE_POSES, WAYS, Situation, situation
 from engine import Context
-from hw import Pose2
-from states.navigation import is_there
+from hw import OLD_S, Pose2
+from states.navigation import DRIVES, BaseDrive, is_there
 
 Chooser = Callable[[Context, Situation, Pose2 | None], Pose2 | None]
 """The pose to drive to, from the one driven to so far; None: no pose can be reached."""
+AWAY: Mapping[str, float | None] = {**WAYS, **DRIVES, ESCAPE_POSES: OLD_S}
+"""`reads` of a state that drives to Escape poses."""
 
 
 def drive_to_goals(ctx: Context, choose: Chooser) -> Generator[Any, None, Any]:
@@ -20,14 +22,12 @@ def drive_to_goals(ctx: Context, choose: Chooser) -> Generator[Any, None, Any]:
     Ends `reached`, with the `pose` at which the robot stands, or `no_way` without one. While the
     pose of robot or user or the user's velocity is unknown the base brakes.
     """
-    from behaviors.straight_drive import command_towards
-
-    base, goal, planner = ctx.part("base"), None, None
-    try:
+    goal, planner = None, None
+    with BaseDrive(ctx, "escape", "escape", patience=None, straight=True) as drive:
         while True:
             now = situation(ctx, "escape")
             if now is None:
-                base.release("escape")
+                drive.rest()
                 yield None
                 continue
             if planner is not now.planners["escape"]:
@@ -39,11 +39,8 @@ def drive_to_goals(ctx: Context, choose: Chooser) -> Generator[Any, None, Any]:
             goal = choose(ctx, now, goal)
             if goal is None:
                 return "no_way"
-            command = command_towards(now, (goal.x, goal.y), "escape")
-            base.drive(now.slowed(command, "escape"), "escape")
+            drive.towards(goal, now=now.around)
             yield None
-    finally:
-        base.release("escape")
 
 
 def _still_in_reach(now: Situation, goal: Pose2 | None) -> Pose2 | None:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterable, Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Annotated
 
+from behaviors.choice import cheapest
 from behaviors.profile import CloseSettings, HapticSettings, Settings
-from behaviors.situation import CHANGES, HAPTIC_POSES, WAYS, Situation, situation
+from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine import Action, Context, Monitor, On, Run, Yielded
+from engine.files import Angle, Length
+from engine.files.declared import ABOVE_0
 from hw import Pose2, Pose3, wrap
 from states import SubsystemName
 from states.environment import HAPTIC_REQUEST, RELEASE, planner_key
@@ -28,7 +31,12 @@ def all_poses(haptic: HapticSettings, deep: Pose3) -> Iterator[Pose2]:
 
     Angle 0 is on the line from the user through the DEEP; the robot faces the DEEP (R76, R85).
     """
-    return (_pose(deep, haptic.radius, angle) for angle in haptic.angles)
+    return half_circle(deep, haptic.radius, haptic.angles)
+
+
+def half_circle(deep: Pose3, radius: float, angles: Iterable[float]) -> Iterator[Pose2]:
+    """Rover poses that face the DEEP at this distance, m, and at these angles, rad, in order."""
+    return (_pose(deep, radius, angle) for angle in angles)
 
 
 def round_poses(close: CloseSettings, deep: Pose3) -> Iterator[Pose2]:
@@ -43,8 +51,6 @@ def round_poses(close: CloseSettings, deep: Pose3) -> Iterator[Pose2]:
 def close_poses(now: Situation, deep: Pose3) -> tuple[Pose2, ...]:
     """The free poses of the second choice, with what Escape keeps clear."""
     close, planner = now.settings.haptic.close, now.planners[CLOSE]
-    if close is None:
-        return ()
     found = outside(now, CLOSE, round_poses(close, deep))
     return tuple(pose for pose in found if planner.is_free((pose.x, pose.y)))
 
@@ -111,14 +117,16 @@ def reachable(
     return found
 
 
-def best_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 | None:
-    """The first pose, or with `order` "time" the one with the prop at the DEEP soonest.
+def first_pose(now: Situation, free: Sequence[Pose2]) -> Pose2 | None:
+    """The first of the free poses that the robot can drive to (R76); None if it can to none."""
+    planner, here = now.planners["haptic"], (now.pose.x, now.pose.y)
 
-    None: with `order` "time", the DEEP is out of the arm's reach from all of them.
-    """
-    if now.settings.haptic.order == "given":
-        return next(iter(times), None)
-    return soonest_pose(now, times, deep)
+    def total(i: int) -> int | None:
+        place = (free[i].x, free[i].y)
+        return None if planner.plan(here, place, now.user_disc("haptic", place)) is None else i
+
+    first = cheapest(range(len(free)), total)
+    return None if first is None else free[first]
 
 
 def soonest_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 | None:
@@ -157,12 +165,57 @@ class Released(Monitor):
         return sample is not None and sample.value is not None and sample.stamp == since
 
 
-class ChooseHapticPose(Action):
-    """Choose a Haptic rover pose among those that are free and can be reached.
+class _ChoosesPose(Action):
+    """Chooses among Haptic rover poses on a half circle in front of the DEEP."""
 
-    By the profile's `order`: the first one given, or the one with the prop at the DEEP soonest,
-    by the exact reach of the arm. `close`: none of these will do, but one of the profile's `close`
-    ones, with the distances from walls and user that Escape keeps.
+    reads = WAYS
+
+    def __init__(
+        self,
+        radius: Annotated[Length, ABOVE_0] | None = None,
+        angles: tuple[Angle, ...] | None = None,
+    ) -> None:
+        self.radius, self.angles = radius, angles
+
+    def _free(self, now: Situation, deep: Pose3) -> tuple[Pose2, ...]:
+        """The free poses outside of the user's disc, in order (R77)."""
+        haptic, planner = now.settings.haptic, now.planners["haptic"]
+        angles = haptic.angles if self.angles is None else self.angles
+        every = half_circle(deep, self.radius or haptic.radius, angles)
+        return outside(now, "haptic", (p for p in every if planner.is_free((p.x, p.y))))
+
+
+class ChooseFirstHapticPose(_ChoosesPose):
+    """The paper's choice: the first Haptic rover pose that is free and can be reached (R75-R77).
+
+    Poses are on a half circle in front of the DEEP, of this `radius`, in the order of their
+    `angles` off the line from the user through the DEEP; what is not given is the profile's.
+    `deep_blocked`: the DEEP is in or behind a wall, or so near to one that the prop would touch it.
+    `no_pose`: no rover pose is free; `no_way`: none that is can be reached.
+    """
+
+    policy = "paper"
+    outcomes = ("chosen", "deep_blocked", "no_pose", "no_way")
+    outputs = {"chosen": {"pose": Pose2}}
+
+    def run(self, ctx: Context, deep: Pose3) -> Run:
+        now = yield from _now(ctx, "haptic")
+        if is_blocked(now, deep):
+            return "deep_blocked"
+        free = self._free(now, deep)
+        best = first_pose(now, free)
+        if best is not None:
+            return "chosen", {"pose": best}
+        return "no_way" if free else "no_pose"
+
+
+class ChooseHapticPose(_ChoosesPose):
+    """The Haptic rover pose with the prop at the DEEP soonest, by the exact reach of the arm.
+
+    Poses are on a half circle in front of the DEEP, of this `radius`, at these `angles` off the
+    line from the user through the DEEP; what is not given is the profile's. `close`: none of these
+    will do, but one of the profile's `close` ones, with the distances from walls and user that
+    Escape keeps.
 
     `deep_blocked`: the DEEP is in or behind a wall, or so near to one that the prop would touch it,
     or that they leave the arm no room. `no_pose`: no rover pose is free. `out_of_reach`: the arm
@@ -170,34 +223,30 @@ class ChooseHapticPose(Action):
     would.
     """
 
+    policy = "tuned"
     outcomes = ("chosen", "close", "deep_blocked", "no_pose", "no_way", "out_of_reach")
     outputs = {"chosen": {"pose": Pose2}, "close": {"pose": Pose2}}
-    reads = {**WAYS, HAPTIC_POSES: None}
 
     def run(self, ctx: Context, deep: Pose3) -> Run:
         now = yield from _now(ctx, "haptic")
         if is_blocked(now, deep):
             return "deep_blocked"
-        free = outside(now, "haptic", ctx.value(HAPTIC_POSES) or ())
-        times = reachable(now, "haptic", free)
-        best = best_pose(now, times, deep)
+        times = reachable(now, "haptic", self._free(now, deep))
+        best = soonest_pose(now, times, deep)
         if best is not None:
             return "chosen", {"pose": best}
-        if now.settings.haptic.close is not None:
-            if times:
-                yield None  # what follows is more than the work of one tick
-            now = yield from _now(ctx, CLOSE)
-            free = close_poses(now, deep)
-            near = within_reach(now, free, deep)
-            for wide in (True, False):
-                yield None
-                ways = reachable(now, CLOSE, (p for p in near if p not in times), wide=wide)
-                best = yield from _close_pose(now, ways, deep)
-                if best is not None:
-                    return "close", {"pose": best}
-                times |= ways
-        else:
-            near = within_reach(now, free, deep)
+        if times:
+            yield None  # what follows is more than the work of one tick
+        now = yield from _now(ctx, CLOSE)
+        free = close_poses(now, deep)
+        near = within_reach(now, free, deep)
+        for wide in (True, False):
+            yield None
+            ways = reachable(now, CLOSE, (p for p in near if p not in times), wide=wide)
+            best = yield from _close_pose(now, ways, deep)
+            if best is not None:
+                return "close", {"pose": best}
+            times |= ways
         if not free:
             return "no_pose"
         if is_walled(now, tuple(times), deep):

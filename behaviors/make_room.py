@@ -8,7 +8,9 @@ from behaviors.prediction import turns_at_it
 from behaviors.situation import CHANGES, READS, TURN_ROOM, WAYS, Situation, situation
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration, Length, Speed
+from hw import Pose2
 from states.environment import BASE_REFUSAL, USER_STANDS_SINCE
+from states.navigation import DRIVES, BaseDrive
 from states.signals import PREDICTORS
 
 THINK_S = 0.2
@@ -96,7 +98,7 @@ class MakeRoom(Action):
     """
 
     outcomes = ("clear", "lost")
-    reads = {**WAYS, **WATCHES, BASE_REFUSAL: None}
+    reads = {**WAYS, **DRIVES, **WATCHES}
     commands = ("base",)
 
     def __init__(
@@ -110,11 +112,9 @@ class MakeRoom(Action):
 
     def run(self, ctx: Context) -> Run:
         from behaviors.dodge import place_with_room
-        from behaviors.straight_drive import command_towards
 
-        base, band = ctx.part("base"), (self.room, self.far)
-        again, found = 0, None
-        try:
+        band, again, found = (self.room, self.far), 0, None
+        with BaseDrive(ctx, "chase", "chase", patience=None, straight=True) as drive:
             while (now := situation(ctx, "chase", "escape")) is not None:
                 watched = watched_from(ctx)
                 if not is_crowded(now, self.room + SLACK, self.ahead, self.walking, watched):
@@ -122,10 +122,8 @@ class MakeRoom(Action):
                 if found is None or ctx.now >= again:
                     again = ctx.after(THINK_S)
                     found = place_with_room(now, band, None if found is None else found[0])
-                goal, keeps = found
-                command = command_towards(now, goal, "chase", keeps)
-                base.drive(now.slowed(command, "chase"), "chase")
+                place, keeps = found
+                drive.keep(keeps)
+                drive.towards(Pose2(*place), now=now.around)
                 yield ctx.value(BASE_REFUSAL)
-        finally:
-            base.release("chase")
         return "lost"

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from behaviors.choice import cheapest
-from behaviors.escape_drive import can_stop, drive_to_goals
+from behaviors.escape_drive import AWAY, can_stop, drive_to_goals
 from behaviors.situation import CHANGES, ESCAPE_POSES, READS, WAYS, Situation, situation
 from behaviors.zones import in_zone
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Angle, Length, Speed
-from hw import OLD_S, Pose2
+from hw import Pose2
 from states.navigation import user_disc
 
 
@@ -81,7 +81,7 @@ class DriveToFirst(Action):
 
     outcomes = ("reached", "no_way")
     outputs = {"reached": {"pose": Pose2}}
-    reads = {**WAYS, ESCAPE_POSES: OLD_S}
+    reads = AWAY
     commands = ("base",)
     policy = "paper"
 

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from functools import cache, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from behaviors import danger, escape_poses, haptic
+from behaviors import danger, escape_poses
 from behaviors.profile import Settings
-from behaviors.situation import chase_space
 from engine import Angle, Length, Type
 from engine.signals import Derived, Estimated, Measured, Signal
 from hw import (
@@ -42,9 +41,6 @@ from states.localization.frames import FramesEstimator
 from states.signals import StillnessEstimator, VelocityEstimator
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from behaviors.escape_candidates import EscapeCandidates
     from states.navigation import GlobalPlanner
     from states.navigation.grid import Costmaps
@@ -127,7 +123,6 @@ def signals(
 
 def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ...]:
     """The signals that CoboDeck's own decisions are based on: zones, poses and spaces."""
-    cells = cache(partial(_cells, environment, settings))
     return (
         Derived("user.distance", ("user.pose", "base.pose"), _distance, Length,
                 about="from the user's body to the robot's centre"),
@@ -152,16 +147,6 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
             "escape.candidates", _candidates_of(environment),
             partial(_candidates, environment, settings), object,
             about="the free Escape poses, with what is predicted for the drive to each of them",
-        ),
-        Derived(
-            "chase.space", ("chase.planner", "user.pose"),
-            partial(chase_space.space, settings, cells), chase_space.ChaseSpace,
-            about="the cells about the user, best first",
-        ),
-        Derived(
-            "haptic.poses", ("haptic.planner", "vr.haptic_request"),
-            partial(haptic.poses, settings), tuple[Pose2, ...],
-            about="the free Haptic rover poses, in order",
         ),
     )  # fmt: skip
 
@@ -251,9 +236,3 @@ def _candidates(*seen: Any) -> EscapeCandidates:
 
 def _gaze(user: UserPose, base: Pose2) -> float:
     return abs(wrap(user.body.yaw + user.body.bearing_to(base) - user.head_yaw))
-
-
-def _cells(environment: Environment, settings: Settings) -> NDArray[np.float64]:
-    from behaviors.situation import grid
-
-    return grid(environment, settings)

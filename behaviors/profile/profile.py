@@ -320,7 +320,9 @@ def _profile(item: Item, sets: tuple[str, ...]) -> Profile:
         navigation=read.navigation,
         localization=read.localization,
         localizer=read.localizer,
-        settings=Settings(read.user, read.escape, read.chase, read.haptic, read.inform),
+        settings=Settings(
+            read.user, read.escape, read.chase, read.haptic, read.inform, read.policy
+        ),
         charts={
             chart: {name: value.value for name, value in values.items()}
             for chart, values in read.charts.items()

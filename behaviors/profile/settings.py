@@ -154,10 +154,6 @@ class UserSettings:
 class EscapeSettings:
     """The trigger (R104), the Escape poses (R105-R108) and when the user is safe (R112)."""
 
-    view: Literal["head", "body"]
-    """Whose direction tells what is ahead of the user."""
-    trigger: Literal["zones", "contact"]
-    """A user who moves within a zone, or only a predicted contact."""
     ahead: Annotated[Length, above_0(10.0)]
     """Radius of the zone that the user sees."""
     half_view: Annotated[Angle, Range(0.0, math.pi)]
@@ -168,8 +164,6 @@ class EscapeSettings:
     """A slower user triggers nothing; 0 is the literal rule of the paper."""
     hysteresis: Annotated[Length, Range(0.0, 5.0)]
     """How much farther the user has to be for the zones to be left."""
-    predict: bool
-    """Whether predicted contacts trigger too."""
     contact: Annotated[Length, above_0(5.0)]
     """A predicted distance below this is a contact."""
     reaction: Annotated[Duration, Range(0.0, 10.0)]
@@ -180,27 +174,34 @@ class EscapeSettings:
     """Of the poses from the user; each with each of `angles`."""
     angles: Annotated[tuple[Behind, ...], Count(1)]
     """Of the poses, off the direction away from the user."""
-    order: Literal["given", "earliest"]
-    """Poses as given, or the earliest reached first."""
-    safe_on_the_way: bool
-    """Whether an Escape ends as soon as the user is safe."""
     earlier_by: Annotated[Duration, Range(0.0, 10.0)] | None = None
     """Another pose is taken on the way if the user is safe earlier by this."""
     wider_by: Annotated[Length, Range(0.0, 5.0)] | None = None
     """… or, where every drive ends in a contact, if its gap is wider by this."""
 
-    def faults(self) -> Iterator[Fault]:
-        """Invalid combinations of values, each with its key."""
-        if self.trigger == "contact" and not self.predict:
-            yield "trigger", "contact needs predict: true; without it nothing would trigger"
+
+@dataclass(frozen=True, slots=True)
+class LeaveSettings:
+    """How Chase leaves a place where it cannot wait, in the user's sight or to a refuge."""
+
+    speed: Annotated[Speed, above_0(5.0)]
+    """Of a robot that leaves the zones of a user who stands."""
+    circles: Annotated[tuple[Annotated[Length, above_0(20.0)], ...], Count(1)]
+    """Around the user, on which places to go to lie …"""
+    directions: Annotated[int, Range(1, 360)]
+    """… so many on each."""
+    farthest: Annotated[Length, above_0(100.0)]
+    """The longest path to one of them."""
+    worth: Annotated[Duration, Range(0.0, 60.0)]
+    """By how much a place has to be better for a robot that is outside the zones already."""
+    look_again: Annotated[Duration, above_0(60.0)]
+    """After so long a robot looks again for a way out, or for a better place."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChaseSettings:
     """The Chase space (R93-R101) with its margins against the Escape zones (R103)."""
 
-    view: Literal["head", "body"]
-    """Whose direction tells what is ahead of the user."""
     inner: Annotated[Length, above_0(10.0)]
     """Inner radius of the space."""
     outer: Annotated[Length, above_0(10.0)]
@@ -211,27 +212,23 @@ class ChaseSettings:
     """Full angle of the sector cut out ahead of the user."""
     rear: Annotated[Angle, Range(0.0, 2.0 * math.pi)]
     """Full angle of the sector cut out behind the user."""
-    margin: Annotated[Length, Range(0.0, 5.0)] | None
-    """Escape zones are widened by this; null: not looked at."""
-    margin_angle: Annotated[Angle, Range(0.0, math.pi)] | None
-    """Escape zones are widened by this to either side; null: not looked at."""
-    weight: Literal["angle_radius", "time_to_haptic"]
-    """The weighting of cells."""
+    margin: Annotated[Length, Range(0.0, 5.0)]
+    """Escape zones are widened by this for the choice of our policy."""
+    margin_angle: Annotated[Angle, Range(0.0, math.pi)]
+    """Escape zones are widened by this to either side, likewise."""
     best_angle: Annotated[Angle, Range(0.0, math.pi)]
-    """Where `angle_radius` is highest."""
+    """Off the user's view, where the weight of the paper's cells is highest."""
     best_radius: Annotated[Length, above_0(10.0)]
-    """Where `angle_radius` is highest."""
-    pick: Literal["largest", "sample"]
-    """The largest weight, or at random by weight."""
-    tie: Annotated[float, Range(0.0, 1.0)]
-    """Weights this near to the largest are equal: the shortest path decides."""
-    seed: Annotated[int, Range(0, 2**63)]
-    """Of the random choice."""
+    """Where the weight of the paper's cells is highest; nearer to the user ours cost more."""
+    tie: Annotated[Duration, above_0(60.0)]
+    """Places whose costs differ by less are equal: the shortest path decides."""
+    tries: Annotated[int, Range(1, 1000)]
+    """Of places without a way there so many are tried, best first: the most work of a choice."""
     risk: Annotated[float, Range(0.0, 1000.0)]
     """A second that waiting there is expected to cost (`behaviors.prediction.waiting`) counts as so
-    many of response; 0: places are weighed by the response alone."""
-    stays: bool
-    """Without a free place the robot stays where it is; else Chase fails."""
+    many of response."""
+    leave: LeaveSettings
+    """How a place is left where the robot cannot wait."""
     room: Annotated[Length, Range(0.0, 10.0)] | None = None
     """The chart keeps this far from a walking user; 0: it leaves that to Escape."""
     band: Annotated[Length, above_0(10.0)] | None = None
@@ -240,8 +237,8 @@ class ChaseSettings:
     """A user who is followed has been caught up with at this distance."""
     ahead: Annotated[Duration, Range(0.0, 10.0)] | None = None
     """The user is followed by where they will be after so long."""
-    cornered: Annotated[Duration, Range(0.0, 600.0)] | None = None
-    """Chase ends when the robot has been in a zone without a way out for so long; 0: never."""
+    cornered: Annotated[Duration, above_0(600.0)] | None = None
+    """Chase ends when the robot has been in a zone without a way out for so long."""
 
     def faults(self) -> Iterator[Fault]:
         """Invalid combinations of values, each with its key."""
@@ -249,8 +246,6 @@ class ChaseSettings:
             yield "inner", f"{self.inner:g} is not below outer, {self.outer:g}"
         if self.front + self.rear >= 2.0 * math.pi:
             yield "rear", "front and rear cut out the whole turn; nothing is left of the space"
-        if (self.margin is None) != (self.margin_angle is None):
-            yield "margin", "margin and margin_angle go together; give both, or null for both"
 
 
 @dataclass(frozen=True, slots=True)
@@ -280,11 +275,9 @@ class HapticSettings:
     """Of the half circle."""
     angles: Annotated[tuple[Annotated[Angle, Range(-math.pi, math.pi)], ...], Count(1)]
     """Of the poses on it."""
-    order: Literal["given", "time"]
-    """As given, or by the time until the prop is at the DEEP."""
-    close: CloseSettings | None
+    close: CloseSettings
     """The poses to choose among if none of these will do, with no more distance from walls and user
-    than Escape keeps; null: no second choice."""
+    than Escape keeps."""
     deep_ahead: Annotated[Length, Range(0.0, 3.0)]
     """Where Chase expects the next DEEP, ahead of the user (R132)."""
     deep_height: Annotated[Length, above_0(3.0)]
@@ -312,3 +305,5 @@ class Settings:
     chase: ChaseSettings
     haptic: HapticSettings
     inform: InformSettings = field(default_factory=InformSettings)
+    policy: Literal["paper", "tuned"] = "tuned"
+    """Whose decisions they are for; pictures draw these."""

@@ -1,14 +1,17 @@
-from states.navigation.drive import (
-    DRIVES as DRIVES,
-    PLANNERS as PLANNERS,
-    command_of as command_of,
+from states.navigation.beside_user import (
     is_there as is_there,
     place_near as place_near,
-    planner_of as planner_of,
     user_disc as user_disc,
     wide_disc as wide_disc,
 )
+from states.navigation.drive import (
+    DRIVES as DRIVES,
+    PLANNERS as PLANNERS,
+    BaseDrive as BaseDrive,
+    planner_of as planner_of,
+)
 from states.navigation.planner_interfaces import (
+    Driver as Driver,
     GlobalPlanner as GlobalPlanner,
     Limits as Limits,
     Tolerance as Tolerance,
@@ -17,4 +20,5 @@ from states.navigation.planners import (
     GLOBAL_PLANNERS as GLOBAL_PLANNERS,
     LOCAL_PLANNERS as LOCAL_PLANNERS,
     driver_of as driver_of,
+    straight_driver_of as straight_driver_of,
 )

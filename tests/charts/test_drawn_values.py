@@ -126,5 +126,5 @@ def test_a_drawing_says_where_values_come_from() -> None:
     assert notes["chase"]["near"] == ("3.4 m", "tuned: chase.near")
     assert notes["inform"]["patience"] == ("33 s", "--set charts.inform.patience=33 s")
     assert notes["ask"]["patience"] == ("0 s", "")  # `with` goes before the profile
-    assert notes["ask"]["least"] == ("6 s", "tuned: inform.cornered")
-    assert notes["ask/ready"]["cornered"] == ("6 s", "tuned: inform.cornered")
+    assert notes["ask"]["least"] == ("6 s", "base: inform.cornered")
+    assert notes["ask/ready"]["cornered"] == ("6 s", "base: inform.cornered")

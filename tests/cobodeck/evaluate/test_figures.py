@@ -28,13 +28,13 @@ states:
 def test_the_time_of_an_escape_is_from_entering_it_to_being_safe(sim: ChartTester) -> None:
     sim.start(FLEES)
     for name, seconds, outcome in [
-        ("first/flee", 0.5, "safe"),
-        ("second/flee", 0.2, "no_way"),
-        ("first/flee", 1.5, "safe"),
+        ("first/away/drive/safe", 0.5, "safe"),
+        ("second/away/drive/go", 0.2, "no_way"),
+        ("first/away/drive/safe", 1.5, "safe"),
     ]:
         sim.wait(seconds)
         sim.end(name, outcome)
-        sim.until(name.replace("first", "second") if "first" in name else "first/flee")
+        sim.until("second/tracking" if "first" in name else "first/tracking")
     sim.wait(2.0)
 
     found = escape_figures(sim.run)
@@ -106,11 +106,11 @@ WARNS = """
 chart: warns
 outcomes: [over]
 states:
-  calm: {watch: FaultRaised, next: {raised: away}}
+  idle: {watch: FaultRaised, next: {raised: away}}
   away:
     use: escape
-    next: {safe: calm, failed: warned, user_lost: warned, fault: warned}
-  warned: {use: inform, next: {restarted: calm}}
+    next: {safe: idle, failed: warned, user_lost: warned, fault: warned}
+  warned: {use: inform, next: {restarted: idle}}
 """
 
 
@@ -128,24 +128,24 @@ states:
         ([1.0, 9.0, 17.0, 25.0, 33.0], 0),
     ],
 )
-@pytest.mark.parametrize("because", [("away/flee", "no_pose"), ("away/tracking", "lost")])
+@pytest.mark.parametrize("because", [("away/away/drive/go", "no_way"), ("away/tracking", "lost")])
 def test_three_failures_of_escape_within_ten_seconds_are_a_loop_lost_tracking_is_none(
     sim: ChartTester, because: tuple[str, str], entered: list[float], loops: int
 ) -> None:
     sim.start(WARNS)
     for at in entered:
         sim.until(lambda at=at: sim.now >= at - 0.05, timeout=40)
-        sim.end("calm", "raised")
+        sim.end("idle", "raised")
         sim.until("away", timeout=0.2)
         sim.end(*because)
         sim.until("warned", timeout=0.2)
         sim.end("warned/ready", "restarted")
-        sim.until("calm", timeout=0.2)
+        sim.until("idle", timeout=0.2)
 
     found = escape_figures(sim.run)
 
     assert found["informs"] == len(entered)
-    assert found["loops"] == (loops if because[1] == "no_pose" else 0)
+    assert found["loops"] == (loops if because[1] == "no_way" else 0)
 
 
 @pytest.mark.requirement(18)
