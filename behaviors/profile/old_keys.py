@@ -28,7 +28,46 @@ class OldKey:
     values: Collection[Any] | None = None
 
 
-OLD_KEYS: Mapping[str, OldKey] = {}
+def _switch(paper: Any, tuned: Any) -> OldKey:
+    """A switch between the two policies, which say this."""
+    return OldKey(
+        "the profile's policy and chart choose: paper and paper_cobodeck, or tuned and cobodeck",
+        {"paper": (paper,), "tuned": (tuned,)},
+    )
+
+
+def _off(instead: str, *values: Any) -> OldKey:
+    """Values that switched something off which the paper's policy does not have."""
+    return OldKey(instead, {"paper": values}, values)
+
+
+_MUST_REACH = "charts.escape.must_reach or charts.paper_escape.must_reach: an Escape ends at a pose"
+_SAMPLE = "charts.paper_chase.sample: the seed of a random choice among the cells"
+OLD_KEYS: Mapping[str, OldKey] = {
+    "escape.view": OldKey(
+        "the zones lie ahead of the head", {"paper": ("head",), "tuned": ("head",)}
+    ),
+    "escape.trigger": _switch("zones", "contact"),
+    "escape.predict": _switch(paper=False, tuned=True),
+    "escape.order": _switch("given", "earliest"),
+    "escape.safe_on_the_way": OldKey(_MUST_REACH, {"paper": (True,), "tuned": (True,)}),
+    "chase.view": OldKey(
+        "the Chase space lies about the body", {"paper": ("body",), "tuned": ("body",)}
+    ),
+    "chase.weight": _switch("angle_radius", "time_to_haptic"),
+    "chase.pick": OldKey(_SAMPLE, {"paper": ("largest",), "tuned": ("largest",)}),
+    "chase.seed": OldKey(_SAMPLE, None),
+    "chase.stays": _switch(paper=False, tuned=True),
+    "chase.margin": _off("give a length", None),
+    "chase.margin_angle": _off("give an angle", None),
+    "chase.tie": OldKey(
+        "it is a time now, as 0.15 s", {"paper": (0,), "tuned": (0.01,)}, (0, 0.01)
+    ),
+    "chase.risk": _off("give one above 0", 0),
+    "chase.cornered": _off("give a time above 0", 0, "0 s"),
+    "haptic.order": _switch("given", "time"),
+    "haptic.close": _off("give the poses", None),
+}
 
 
 def drop_old_keys(own: Item, policy: str, old: Mapping[str, OldKey] = OLD_KEYS) -> None:
@@ -47,6 +86,7 @@ def _drop(own: Item, key: str, old: OldKey, policy: str) -> None:
         return
     if old.said is not None and value not in old.said.get(policy, ()):
         raise found.error(f"{value!r} is gone", old.instead)
-    found.note(f"is gone; the policy {policy} does so anyway", old.instead)
+    read = "nobody reads it" if old.said is None else f"the policy {policy} does so anyway"
+    found.note(f"{value!r} is gone; {read}", old.instead)
     section, _, name = key.rpartition(".")
     del own.inner(section).value[name]

@@ -14,4 +14,8 @@ OLD_CHARTS: Mapping[str, str] = {
     "paper_parked": "it is condition_parked, by the profile paper paper_condition_parked",
     "paper_parking": "it is condition_parking, and its guards stand in condition_parked",
 }
-OLD_STATES: Mapping[str, str] = {}
+OLD_STATES: Mapping[str, str] = {
+    "Flee": "`use: escape`, or beside each other OutOfDanger, NoEscapePose, TouchAhead and "
+    "DriveToBest, as in the chart escape",
+    "GiveUp": "a timeout of the node, as `stay` of the chart paper_chase has it",
+}

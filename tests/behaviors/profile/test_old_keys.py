@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
+import yaml
 
 from behaviors.profile.old_keys import OLD_KEYS, OldKey, drop_old_keys
+from behaviors.profile.profile import load_profile
 from engine.files.declared.item import notes, parse_yaml
 from engine.files.finding import FileError
 from engine.files.source import plain
@@ -74,5 +77,34 @@ def test_what_there_still_is_is_left_alone() -> None:
     assert not told
 
 
-def test_each_key_that_is_gone_tells_what_there_is_in_its_place() -> None:
-    assert all(old.instead for old in OLD_KEYS.values())
+SAID = [
+    (key, policy, value)
+    for key, old in OLD_KEYS.items()
+    for policy, values in (old.said or {"paper": (7,), "tuned": (7,)}).items()
+    for value in values
+]
+
+
+@pytest.mark.parametrize(("key", "policy", "value"), SAID)
+def test_a_profile_that_says_what_its_policy_does_is_read_as_if_it_did_not(
+    key: str, policy: str, value: Any
+) -> None:
+    with notes() as told:
+        found = load_profile(policy, [f"{key}={yaml.safe_dump(value).split()[0]}"])
+
+    assert found.settings == load_profile(policy).settings
+    assert [note.message.partition(":")[0] for note in told] == [key]
+    assert told[0].hint
+
+
+@pytest.mark.parametrize(
+    ("key", "policy", "value"),
+    [(key, policy, value) for key, policy, value in SAID if OLD_KEYS[key].said is not None],
+)
+def test_what_the_other_policy_says_is_refused(key: str, policy: str, value: Any) -> None:
+    (other,) = {"paper", "tuned"} - {policy}
+    old = OLD_KEYS[key]
+    if value in (old.said or {}).get(other, ()):
+        return
+    with pytest.raises(FileError, match=re.escape(old.instead)):
+        load_profile(other, [f"{key}={yaml.safe_dump(value).split()[0]}"])

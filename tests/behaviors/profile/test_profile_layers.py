@@ -76,7 +76,7 @@ def test_a_base_may_have_a_base_and_paths_start_at_the_file(tmp_path: Path) -> N
     assert mine.about == "as sub/below.yaml, but for chase.inner"
     assert mine.places["chase.inner"].file == str(tmp_path / "mine.yaml")
     assert Path(mine.places["chase.outer"].file).resolve() == tmp_path / "bottom.yaml"
-    assert mine.places["chase.cell"].file == str(FOLDER / "base.yaml")
+    assert mine.places["chase.front"].file == str(FOLDER / "base.yaml")
 
 
 def test_the_name_and_the_description_are_not_inherited(tmp_path: Path) -> None:
