@@ -2,7 +2,6 @@ from behaviors import (
     chase as chase,
     danger as danger,
     escape as escape,
-    escape_candidates as escape_candidates,
     escape_poses as escape_poses,
     haptic as haptic,
 )

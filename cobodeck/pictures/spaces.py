@@ -16,7 +16,7 @@ from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, PathPatch, R
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
-from behaviors import escape_candidates, escape_poses, haptic
+from behaviors import escape, escape_poses, haptic
 from behaviors.profile import Settings
 from behaviors.situation import ChaseRing, Situation, timed_cells, weighted_cells
 from cobodeck.pictures.drawing import Labels, Sheet, ring_of
@@ -124,7 +124,7 @@ def draw_escape(on: Sheet, now: Situation, joints: Joints | None) -> None:
     """
     environment, settings, user, robot = now.environment, now.settings, now.user, now.pose
     free = escape_poses.poses(settings, environment.static_planners["escape"], user, robot)
-    best = _escape_goal(now, free, joints)
+    best, _ = escape.choose(now, free, None, joints)
     everywhere = enumerate(escape_poses.all_poses(settings.escape, user, robot), 1)
     shown = [
         (n, pose) for n, pose in everywhere if contains(environment.room.outer, pose.x, pose.y)
@@ -148,14 +148,6 @@ def draw_escape(on: Sheet, now: Situation, joints: Joints | None) -> None:
         on.explain("… driven to if raised now", sign)
     if len(free) < len(shown):
         on.explain("… not free", Line2D([], [], color=DROPPED, lw=2.0, marker="x", ms=6))
-
-
-def _escape_goal(now: Situation, free: Sequence[Pose2], joints: Joints | None) -> Pose2 | None:
-    """The free pose to which the policy drives first; None without one."""
-    if now.settings.policy == "paper":
-        return next(iter(free), None)
-    found = escape_candidates.candidates(now, free, now.environment.outline(joints))
-    return None if found.best is None else found.poses[found.best]
 
 
 def _around(pose: Pose2, shape: Footprint) -> list[Point]:
