@@ -23,6 +23,8 @@ from behaviors.signal_table import (
     signals as signals,
 )
 from behaviors.waiting_place import (
+    cells_with_risk as cells_with_risk,
     chase_cell as chase_cell,
     chase_place as chase_place,
+    free_cells as free_cells,
 )

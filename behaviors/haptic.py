@@ -12,10 +12,11 @@ from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine import Action, Context, Monitor, On, Run, Yielded
 from engine.files import Angle, Length
 from engine.files.declared import ABOVE_0
-from hw import Pose2, Pose3, wrap
+from hw import USER_RADIUS, Pose2, Pose3, wrap
+from hw.safety import SafetyLimits, allowed_speed, nearness
 from states import SubsystemName
 from states.environment import HAPTIC_REQUEST, RELEASE, planner_key
-from states.navigation import wide_disc
+from states.navigation import comes_in, way_in
 
 if TYPE_CHECKING:
     from states.navigation import GlobalPlanner
@@ -96,25 +97,57 @@ def poses(settings: Settings, planner: GlobalPlanner, deep: Pose3) -> tuple[Pose
 
 
 def reachable(
-    now: Situation, name: SubsystemName, free: Iterable[Pose2], *, wide: bool = False
+    now: Situation, name: SubsystemName, free: Iterable[Pose2], *, round_user: bool = False
 ) -> dict[Pose2, float]:
     """The poses that the robot can drive to, in order, each with the time of the drive, s.
 
-    `name` is the subsystem with whose planner and distance from the user, `wide` around the disc
-    that a close drive prefers.
+    `name` is the subsystem with whose planner and distance from the user. With `round_user` it goes
+    round them with Haptic's distance, and comes in from outside, no faster than the safety chain
+    will admit.
     """
-    planner, here = now.planners[name], (now.pose.x, now.pose.y)
-    navigation = now.environment.navigation
     found = {}
     for goal in free:
-        place = (goal.x, goal.y)
-        disc = now.user_disc(name, place)
-        if wide:
-            disc = wide_disc(now.user, navigation.haptic, navigation.named(name), goal)
-        path = planner.plan(here, place, disc)
-        if path is not None:
-            found[goal] = drive_time(now, path.length, abs(wrap(goal.yaw - now.pose.yaw)))
+        outside = goal
+        if round_user and not comes_in(now.pose, now.user, goal):
+            outside = way_in(now.user, goal, now.environment.navigation.haptic.user_radius)
+        length = _way_length(now, name, outside, goal)
+        if length is not None:
+            turn = abs(wrap(goal.yaw - now.pose.yaw))
+            closing = max(0.0, outside.distance_to(now.user.body) - goal.distance_to(now.user.body))
+            found[goal] = drive_time(now, length, turn) + closing_time(now, goal, closing)
     return found
+
+
+def _way_length(now: Situation, name: SubsystemName, outside: Pose2, goal: Pose2) -> float | None:
+    """Length of the path to the place outside of which the goal is, m; None without a way."""
+    planner, here, place = now.planners[name], (now.pose.x, now.pose.y), (outside.x, outside.y)
+    keeps: SubsystemName = name if outside is goal else "haptic"
+    path = planner.plan(here, place, now.user_disc(keeps, place))
+    if path is None or (outside is not goal and not planner.allows(place, (goal.x, goal.y))):
+        return None
+    return path.length
+
+
+def closing_time(now: Situation, goal: Pose2, closing: float) -> float:
+    """Time to come nearer to the user by so much, m, on the last of the way to a goal, s.
+
+    The safety chain admits a closing speed by the gap, or that of a granted touch; the mean of its
+    inverse at both ends counts.
+    """
+    if closing <= 0.0:
+        return 0.0
+    environment, user = now.environment, now.user.body
+    limits = SafetyLimits.of(environment.robot, environment.limits)
+    shape, stopping = limits.footprint, limits.stopping
+    braking = (stopping.deceleration, stopping.reaction, stopping.clearance)
+    place = goal.inverse().transform(user.x, user.y)
+    gap = nearness(shape.half_length, shape.half_width, *place, USER_RADIUS).gap
+    fastest = environment.navigation.haptic.max_speed
+    slowness = []
+    for left in (gap, gap + closing):
+        admitted = allowed_speed(left, limits.uncertainty, 0.0, braking)
+        slowness.append(1.0 / min(fastest, max(limits.touch_speed, admitted)))
+    return 0.5 * closing * sum(slowness)
 
 
 def first_pose(now: Situation, free: Sequence[Pose2]) -> Pose2 | None:
@@ -240,9 +273,10 @@ class ChooseHapticPose(_ChoosesPose):
         now = yield from _now(ctx, CLOSE)
         free = close_poses(now, deep)
         near = within_reach(now, free, deep)
-        for wide in (True, False):
+        for round_user in (True, False):
             yield None
-            ways = reachable(now, CLOSE, (p for p in near if p not in times), wide=wide)
+            left = (p for p in near if p not in times)
+            ways = reachable(now, CLOSE, left, round_user=round_user)
             best = yield from _close_pose(now, ways, deep)
             if best is not None:
                 return "close", {"pose": best}

@@ -64,6 +64,7 @@ OLD_KEYS: Mapping[str, OldKey] = {
         "it is a time now, as 0.15 s", {"paper": (0,), "tuned": (0.01,)}, (0, 0.01)
     ),
     "chase.risk": _off("give one above 0", 0),
+    "chase.room": _off("give a length above 0", 0, "0 m"),
     "chase.cornered": _off("give a time above 0", 0, "0 s"),
     "haptic.order": _switch("given", "time"),
     "haptic.close": _off("give the poses", None),

@@ -30,13 +30,15 @@ from behaviors.profile.chart_constants import (
     missing_constants,
     place_of_constant,
 )
-from behaviors.profile.profile_layers import BASE, FOLDER, POLICIES, SET, Policy, layered
+from behaviors.profile.profile_layers import BASE, FOLDER, SET, layered
 from behaviors.profile.settings import (
+    POLICIES,
     ChaseSettings,
     EscapeSettings,
     HapticSettings,
     InformSettings,
     PlantSettings,
+    Policy,
     RobotSettings,
     SafetySettings,
     Settings,
@@ -271,7 +273,7 @@ class ProfileFile:
     """The behaviour Chase."""
     haptic: HapticSettings
     """The behaviour Haptic."""
-    inform: InformSettings = field(default_factory=InformSettings)
+    inform: InformSettings
     """The behaviour Inform."""
     localization: Localization = "combined"
     """Scan matching with particles, filter and trackers combined; or AMCL alone."""

@@ -16,19 +16,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any
 
 from behaviors.profile.old_keys import drop_old_keys
+from behaviors.profile.settings import POLICIES
 from engine.files import ANYWHERE, Map, Place, assignment, mistake
 from engine.files.declared import Item, find_file, load_yaml, merged, single
 
 FOLDER = Path(__file__).parent.parent.parent / "charts" / "profiles"
 BASE = FOLDER / "base.yaml"
 """What the shipped profiles share: the base of each, and no profile to run."""
-Policy = Literal["tuned", "paper"]
-"""Whose decisions: state classes of one policy alone name it as their attribute `policy`."""
-POLICIES: tuple[Policy, ...] = get_args(Policy)
-"""The first is that of profiles that name none."""
 HEAD = ("profile", "about", "base")
 """Keys that describe one file; they are not inherited."""
 FIXED = (*HEAD, "policy", "chart")

@@ -1,9 +1,8 @@
 """All parameters of the four behaviours, by name; a profile gives their values.
 
-No value hides in the code: what only charts pick by name may be missing in older profiles, and is
-then told to whoever picks it; nothing else has a default. Ranges are wide: they exclude
-mistakes (36 rad for 36 deg, a negative inflation), not unwise values. The wiring provides one
-`Settings` as the constant signal `settings`.
+No value hides in the code: nothing has a default. Ranges are wide: they exclude mistakes (36 rad
+for 36 deg, a negative inflation), not unwise values. The wiring provides one `Settings` as the
+constant signal `settings`.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from engine.files import (
     Acceleration,
@@ -29,6 +28,10 @@ from hw.model import ANY, ByArm, MotionLimits, RobotModel, SensorErrors, SensorM
 from hw.safety import SafetyLimits
 from states.signals import PREDICTORS
 
+Policy = Literal["tuned", "paper"]
+"""Whose decisions: state classes of one policy alone name it as their attribute `policy`."""
+POLICIES: tuple[Policy, ...] = get_args(Policy)
+"""The first is that of profiles that name none."""
 _WIDEST = math.radians(120.0) + 1e-9
 Behind = Annotated[Angle, Range(-_WIDEST, _WIDEST)]
 """Angle off the direction away from the user, rad; beyond a right angle the pose leads past
@@ -46,8 +49,6 @@ PredictorName = Annotated[str, _predictor, Written({"enum": list(PREDICTORS)})]
 
 
 ApproachLength = Annotated[Length, Range(0.02, 0.3)]
-APPROACH = (0.12, 0.08, 0.05)
-"""Lengths of the line to a DEEP, m, where a profile does not give any."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +72,10 @@ class RobotSettings:
     arm_parked: ByArm | None
     """Joint angles of the folded arm, by the arm's name, or for any arm; for others, and with null:
     those of the robot's prop."""
-    arm_approach: Annotated[tuple[ApproachLength, ...], Count(1, 9)] | None = APPROACH
+    arm_approach: Annotated[tuple[ApproachLength, ...], Count(1, 9)] | None
     """Lengths of the line on which the prop comes to a DEEP, tried in this order; null: it comes
     straight from anywhere."""
-    arm_parking: Annotated[Duration, above_0(600.0)] | None = None
+    arm_parking: Annotated[Duration, above_0(600.0)]
     """Charts give up parking the arm after this long."""
 
     def parked(self, arm: str) -> Six | None:
@@ -174,9 +175,9 @@ class EscapeSettings:
     """Of the poses from the user; each with each of `angles`."""
     angles: Annotated[tuple[Behind, ...], Count(1)]
     """Of the poses, off the direction away from the user."""
-    earlier_by: Annotated[Duration, Range(0.0, 10.0)] | None = None
+    earlier_by: Annotated[Duration, Range(0.0, 10.0)]
     """Another pose is taken on the way if the user is safe earlier by this."""
-    wider_by: Annotated[Length, Range(0.0, 5.0)] | None = None
+    wider_by: Annotated[Length, Range(0.0, 5.0)]
     """… or, where every drive ends in a contact, if its gap is wider by this."""
 
 
@@ -229,15 +230,15 @@ class ChaseSettings:
     many of response."""
     leave: LeaveSettings
     """How a place is left where the robot cannot wait."""
-    room: Annotated[Length, Range(0.0, 10.0)] | None = None
-    """The chart keeps this far from a walking user; 0: it leaves that to Escape."""
-    band: Annotated[Length, above_0(10.0)] | None = None
+    room: Annotated[Length, above_0(10.0)]
+    """The chart keeps this far from a walking user."""
+    band: Annotated[Length, above_0(10.0)]
     """… but no farther than this."""
-    near: Annotated[Length, above_0(10.0)] | None = None
+    near: Annotated[Length, above_0(10.0)]
     """A user who is followed has been caught up with at this distance."""
-    ahead: Annotated[Duration, Range(0.0, 10.0)] | None = None
+    ahead: Annotated[Duration, Range(0.0, 10.0)]
     """The user is followed by where they will be after so long."""
-    cornered: Annotated[Duration, above_0(600.0)] | None = None
+    cornered: Annotated[Duration, above_0(600.0)]
     """Chase ends when the robot has been in a zone without a way out for so long."""
 
     def faults(self) -> Iterator[Fault]:
@@ -288,11 +289,11 @@ class HapticSettings:
 class InformSettings:
     """How long the robot is shown to the user."""
 
-    least: Annotated[Duration, Range(0.0, 600.0)] | None = None
+    least: Annotated[Duration, Range(0.0, 600.0)]
     """So long at least."""
-    cornered: Annotated[Duration, Range(0.0, 600.0)] | None = None
+    cornered: Annotated[Duration, Range(0.0, 600.0)]
     """So long at least if it could not drive off when that began."""
-    until_clear: bool | None = None
+    until_clear: bool
     """And until both zones are clear, or there is a way out of them."""
 
 
@@ -304,6 +305,6 @@ class Settings:
     escape: EscapeSettings
     chase: ChaseSettings
     haptic: HapticSettings
-    inform: InformSettings = field(default_factory=InformSettings)
-    policy: Literal["paper", "tuned"] = "tuned"
+    inform: InformSettings
+    policy: Policy
     """Whose decisions they are for; pictures draw these."""

@@ -1,8 +1,9 @@
 from states.navigation.beside_user import (
+    comes_in as comes_in,
     is_there as is_there,
     place_near as place_near,
     user_disc as user_disc,
-    wide_disc as wide_disc,
+    way_in as way_in,
 )
 from states.navigation.drive import (
     DRIVES as DRIVES,

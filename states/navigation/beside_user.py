@@ -41,6 +41,26 @@ def wide_disc(user: UserPose, own: Subsystem, least: Subsystem, goal: Pose2) -> 
     return Disc(user.body.x, user.body.y, radius)
 
 
+def comes_in(pose: Pose2, user: UserPose, goal: Pose2) -> bool:
+    """True if the straight line from here to the goal comes no nearer to the user than the goal."""
+    body = user.body
+    outwards = (goal.x - body.x, goal.y - body.y)
+    return (pose.x - goal.x) * outwards[0] + (pose.y - goal.y) * outwards[1] >= 0.0
+
+
+def way_in(user: UserPose, goal: Pose2, radius: float) -> Pose2:
+    """The place outside of a disc around the user from which a goal within it lies straight ahead.
+
+    It has the goal's yaw; a goal outside of the disc is this place itself.
+    """
+    body, away = user.body, user.body.distance_to(goal)
+    if away >= radius or away == 0.0:
+        return goal
+    stretch = radius / away
+    x, y = body.x + stretch * (goal.x - body.x), body.y + stretch * (goal.y - body.y)
+    return Pose2(x, y, goal.yaw)
+
+
 def place_near(planner: GlobalPlanner, here: Point, user: Point, near: float) -> Point | None:
     """The first place within `near`, m, of a user on the path to them; None without a path."""
     end = user if planner.is_free(user) else planner.nearest_free(user)

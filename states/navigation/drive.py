@@ -24,7 +24,7 @@ from states.environment import (
     extrapolated_state,
     planner_key,
 )
-from states.navigation.beside_user import user_disc, wide_disc
+from states.navigation.beside_user import comes_in, user_disc, way_in, wide_disc
 from states.subsystems import SUBSYSTEMS, SubsystemName
 
 if TYPE_CHECKING:
@@ -143,14 +143,17 @@ class BaseDrive:
         if driver is None or goal is not self._goal:
             driver = self._set_out_for(goal, planner)
         driver.planner = planner
-        disc = self._disc(planner, now, goal)
+        aim, disc = self._leg(planner, now, goal)
+        driver.go_to(aim)
         command = self._command(driver, now, disc)
-        self._base.drive(command, self._source, driver.left)
-        if driver.status == "arrived" or (passing and now.pose.distance_to(goal) <= passing):
+        left = driver.left if aim is goal else driver.left + aim.distance_to(goal)
+        self._base.drive(command, self._source, left)
+        there = aim is goal and driver.status == "arrived"
+        if there or (passing and now.pose.distance_to(goal) <= passing):
             return "arrived"
         if self._progress is None:
             return None
-        return self._progress.failure(ctx, driver.left, goal.yaw - now.pose.yaw)
+        return self._progress.failure(ctx, left, goal.yaw - now.pose.yaw)
 
     def rest(self) -> None:
         """Drive no farther, and let the base stand, until there is a goal again."""
@@ -165,7 +168,6 @@ class BaseDrive:
             self._driver = self._made(planner)
         self._driver.planner = planner
         self._goal = goal
-        self._driver.go_to(goal)
         if self._progress is not None:
             self._progress.begin_anew()
         if self._source == "haptic":
@@ -200,16 +202,26 @@ class BaseDrive:
             share=now.share,
         )
 
-    def _disc(
+    def _leg(
         self, planner: GlobalPlanner, now: extrapolated_state.RobotAndUser, goal: Pose2
-    ) -> Disc | None:
-        """The disc around the user to keep out of: the wide one if there is a path around it."""
+    ) -> tuple[Pose2, Disc | None]:
+        """What to drive to now, the goal or the way in to it, and the disc to keep out of.
+
+        To a goal near the user the drive goes round them as far away as its own subsystem does, and
+        comes in from outside; where there is no such way, as near as it has to.
+        """
         user, own, kept = now.user, self._own, self._kept
         if kept is own or user is None or self._is_apart or self._straight:
-            return user_disc(user, own)
-        wide = wide_disc(user, own, kept, goal)
-        path = planner.plan((now.pose.x, now.pose.y), (goal.x, goal.y), wide)
-        return user_disc(user, kept) if path is None else wide
+            return goal, user_disc(user, own)
+        disc, here = wide_disc(user, own, kept, goal), (now.pose.x, now.pose.y)
+        if not comes_in(now.pose, user, goal):
+            outside = way_in(user, goal, own.user_radius)
+            round_it = user_disc(user, own)
+            if planner.plan(here, (outside.x, outside.y), round_it) is not None:
+                return outside, round_it
+        if planner.plan(here, (goal.x, goal.y), disc) is None:
+            disc = Disc(disc.x, disc.y, kept.user_radius)
+        return goal, disc
 
 
 def _keeping(ctx: SignalReader, subsystem: SubsystemName, clearance: Clearance) -> SubsystemName:

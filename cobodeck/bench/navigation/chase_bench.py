@@ -15,11 +15,10 @@ from functools import partial
 
 import numpy as np
 
-from behaviors import chase_cell, chase_place
+from behaviors import cells_with_risk, chase_cell, chase_place, free_cells
 from behaviors.prediction import costs, rollout, waiting
 from behaviors.profile import Settings, load_profile
 from behaviors.situation import Array, ChaseRing, Situation, timed_cells, weighted_cells
-from behaviors.waiting_place import cells_with_risk, free_cells
 from cobodeck.bench.harness import ROUNDS, BenchRow, TimedPoint, Work, timed, times
 from cobodeck.bench.navigation.decisions import SCENE, situations
 from hw import compile_examples

@@ -94,7 +94,7 @@ def test_what_the_shipped_charts_pick_is_in_the_shipped_profiles(profile: Profil
 
     assert library["chase"].parameters["room"].default == Reference("profile.chase.room")
     assert applied["room"].default == profile.values["chase.room"]
-    assert applied["room"].origin == f"{profile.name}: chase.room"
+    assert applied["room"].origin == "base: chase.room"  # where it is written
     assert (applied["far"].default, applied["far"].origin) == ("4 m", "")
     assert not profile.chart_values(library)  # each of these values has one home
 
@@ -117,7 +117,7 @@ def test_a_value_on_top_or_for_one_chart_goes_first_and_is_told(tmp_path: Path) 
     mine = load_profile(written(tmp_path, text))
     found = picking(mine)
     assert (found["far"].default, found["far"].origin) == ("5 m", "mine: charts.picking.far")
-    assert found["room"].origin == "tuned: chase.room"  # where it is written
+    assert found["room"].origin == "base: chase.room"  # where it is written
 
     sets = ["chase.room=2 m", "charts.picking.far=6 m"]
     found = picking(load_profile("tuned", sets))
@@ -176,17 +176,6 @@ def test_a_picked_value_that_does_not_fit_is_told_with_its_place(
 
     assert f"mine.yaml:{line}:" in str(failure.value)
     assert message in str(failure.value)
-
-
-def test_a_profile_from_before_is_read_and_what_it_lacks_is_told(tmp_path: Path) -> None:
-    before = re.sub(r"  (arm_parking|room|band|near|cornered): .*\n|inform:(?s:.*)", "", PAPER)
-    mine = load_profile(written(tmp_path, before))
-
-    with pytest.raises(FileError, match=r"no value .profile\.chase\.room in the profile paper"):
-        picking(mine)
-
-    said = load_profile(written(tmp_path, f"{before}charts: {{picking: {{room: 1 m}}}}\n"))
-    assert picking(said)["room"].default == "1 m"
 
 
 def test_a_environment_has_the_room_the_robot_and_the_limits(profile: Profile, robot: Any) -> None:
