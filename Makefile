@@ -8,7 +8,7 @@ STOLEN := $(ALONE) -n auto --dist worksteal
 SLEEPERS := $(ALONE) -n 4 --dist loadfile
 LONG := $(if $(CI),slow,slow or hypothesis)
 THOROUGH := $(if $(CI),,THOROUGH=1)
-SWEEPS = $(notdir $(basename $(wildcard cobodeck/campaign/files/precision_*.yaml cobodeck/campaign/files/disturbed_*.yaml)))
+SWEEPS = $(notdir $(basename $(wildcard cobodeck/campaign/files/precision_*.yaml cobodeck/campaign/files/disturbed_*.yaml cobodeck/campaign/files/key_*.yaml)))
 # the second also if the first fails; 5: nothing of it was asked for
 both = failed=0; $(1) $(PYTEST) || [ $$? = 5 ] || failed=1; $(2) $(PYTEST) || [ $$? = 5 ] || failed=1; exit $$failed
 # tests start many processes: their modules are compiled once, whatever the shell says

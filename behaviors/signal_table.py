@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from behaviors import danger, escape_poses
 from behaviors.profile import Settings
-from engine import Length, Type
+from engine import Angle, Length, Type
 from engine.signals import Derived, Estimated, Measured, Signal
 from hw import (
     ArmState,
@@ -25,6 +25,7 @@ from hw import (
     Twist2,
     UserPose,
     WrenchReading,
+    wrap,
 )
 from states import SUBSYSTEMS, SubsystemName
 from states.environment import Environment
@@ -125,6 +126,8 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
     return (
         Derived("user.distance", ("user.pose", "base.pose"), _distance, Length,
                 about="from the user's body to the robot's centre"),
+        Derived("user.gaze", ("user.pose", "base.pose"), _gaze, Angle,
+                about="from where the user looks to the robot's centre; 0: they look at it"),
         Derived(
             "escape.required", DANGER,
             partial(danger.is_required, environment, settings), bool,
@@ -229,3 +232,7 @@ def _candidates(*seen: Any) -> EscapeCandidates:
     from behaviors.escape_candidates import seen_candidates
 
     return seen_candidates(*seen)
+
+
+def _gaze(user: UserPose, base: Pose2) -> float:
+    return abs(wrap(user.body.yaw + user.body.bearing_to(base) - user.head_yaw))

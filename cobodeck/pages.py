@@ -17,7 +17,7 @@ from cobodeck.bench import (
     runs_block,
     tiers_in_short,
 )
-from cobodeck.bench.system import disturbed_block, precision_block
+from cobodeck.bench.system import disturbed_block, keys_block, precision_block
 from cobodeck.campaign import campaigns_block, campaigns_in_short
 from cobodeck.markdown import with_blocks
 from cobodeck.paper import paper_block, paper_in_short
@@ -44,6 +44,7 @@ PAGES: Mapping[str, Mapping[str, Callable[[], str]]] = {
         "precision": precision_block,
         "disturbed": disturbed_block,
     },
+    "cobodeck/campaign/KEYS.md": {"keys": keys_block},
     "cobodeck/campaign/README.md": {"campaigns": campaigns_block},
     "cobodeck/paper/README.md": {"evaluate paper": paper_block},
     "hw/sim/physics/README.md": {"bench reference": reference_block},

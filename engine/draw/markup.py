@@ -22,7 +22,7 @@ from engine.draw.wording import noted, packed
 Holds = Callable[[str], bool]
 HEAD_WIDTH, ROW_WIDTH, LEAF_WIDTH, PIN_WIDTH = 80, 56, 40, 28
 """Characters in a line of small letters."""
-MOST_LINES = 4
+MOST_LINES = 8
 """Lines of notes under a name."""
 Side = Literal["above", "below"]
 SIDES: tuple[Side, Side] = get_args(Side)

@@ -1,4 +1,5 @@
 from cobodeck.bench.system.page import (
     disturbed_block as disturbed_block,
+    keys_block as keys_block,
     precision_block as precision_block,
 )

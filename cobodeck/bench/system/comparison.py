@@ -38,6 +38,8 @@ MEASURES: Mapping[str, Callable[[RunFigures], float | None]] = {
     "response_s": _response,
     "escapes_per_request": _escapes,
     "least_gap_m": lambda run: run["min_gap_m"],
+    "beside_share_3_4": lambda run: run["beside_share_3_4"],
+    "travelled_m": lambda run: run["distance_m"] / run["sim_s"] * 60.0,
     "served": lambda run: float(run["served"]),
     "prop_error_mm": _prop_error,
     "pose_error_mm": _pose_error,

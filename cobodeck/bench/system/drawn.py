@@ -16,6 +16,10 @@ NOTES = {
         "What precision is worth. Differences from ours (shaded) are of runs of the same worlds. "
         "Bounds of 95 %."
     ),
+    "keys": (
+        "What the keys of the profile do: people at random, 200 requests a value; ours is shaded. "
+        "Bounds of 95 %."
+    ),
     "disturbed": "Which disturbances are borne; ours is shaded. Bounds of 95 %.",
 }
 
@@ -50,6 +54,15 @@ FIGURES: Mapping[str, Mapping[str, Callable[[OneRow], tuple[float, float, float]
         "unserved, %": partial(_share, "unserved"),
         "prop error, mm": partial(_mean, "means", "prop_error_mm"),
         "pose error, mm": partial(_mean, "means", "pose_error_mm"),
+    },
+    "keys": {
+        "response, s": partial(_mean, "means", "response_s"),
+        "Escapes\nper request": partial(_mean, "means", "escapes_per_request"),
+        "runs with any\ntouch, %": partial(_share, "touched"),
+        "least gap, m,\nof a run": partial(_mean, "means", "least_gap_m"),
+        "3 to 4 m away\nwhile they walk": partial(_mean, "means", "beside_share_3_4"),
+        "driven, m\nper minute": partial(_mean, "means", "travelled_m"),
+        "unserved, %": partial(_share, "unserved"),
     },
     "disturbed": {
         "runs with a touch\nby the robot, %": partial(_share, "touched_by_robot"),

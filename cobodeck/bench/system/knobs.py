@@ -62,6 +62,29 @@ PRECISION = (
     SystemKnob("precision_window", "window, 5 cm of noise", "user.window", "0.3 s"),
     SystemKnob("precision_tier", "tier", "tier", "1"),
 )  # fmt: skip
+KEYS = (
+    SystemKnob(
+        "key_acceleration", "robot.\nbase_acceleration", "robot.base_acceleration", "1.0 m/s2"
+    ),
+    SystemKnob(
+        "key_follows", "navigation.\nchase.max_speed", "navigation.chase.max_speed", "1.5 m/s"
+    ),
+    SystemKnob(
+        "key_serves", "navigation.\nhaptic.max_speed", "navigation.haptic.max_speed", "1.5 m/s"
+    ),
+    SystemKnob(
+        "key_round", "navigation.\nhaptic.user_radius", "navigation.haptic.user_radius", "1.6 m"
+    ),
+    SystemKnob("key_outer", "chase.outer", "chase.outer", "4.0 m"),
+    SystemKnob("key_risk", "chase.risk", "chase.risk", "6"),
+    SystemKnob("key_room", "chase.room", "chase", "3.4 m", ("2.8 m", "3.1 m", "3.4 m", "3.8 m")),
+    SystemKnob("key_near", "chase.near", "chase.near", "3.4 m"),
+    SystemKnob("key_contact", "escape.contact", "escape.contact", "1.27 m"),
+    SystemKnob("key_reaction", "escape.reaction", "escape.reaction", "0.15 s"),
+    SystemKnob("key_warning", "escape.warning", "escape.warning", "2.5 s"),
+    SystemKnob("key_least", "inform.least", "inform.least", "4 s"),
+)
+"""The keys of the profile that a person may want to set; titles are theirs."""
 _PACES = tuple(f"{speed:g} m/s" for speed in (0.5, 1.0, 1.5, 2.0, 2.5))
 DISTURBED = (
     SystemKnob("disturbed_delay", "delay of tracking", "plant.tracking_delay", "0 ms"),

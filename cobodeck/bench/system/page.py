@@ -15,6 +15,7 @@ from cobodeck.markdown import markdown_table
 RESULTS = Path(__file__).parents[2] / "campaign" / "results"
 Compared = Mapping[str, Any]
 """A knob with its values, as `comparison.compared` gives it."""
+_BREAK = "\n"
 _CHANGES = {"response_s": 2, "escapes_per_request": 2, "least_gap_m": 3}
 """Which differences are told, and their decimals."""
 
@@ -34,6 +35,43 @@ def disturbed_block() -> str:
             "any touch", "hardest, m/s", "stopped", "Escapes failed", "unserved")  # fmt: skip
     result = _committed("disturbed")
     return f"{markdown_table(head, map(_holds, result['knobs']))}\n\n{_made(result)}"
+
+
+def keys_block() -> str:
+    """What each value of a key comes to; empty as long as nothing has been measured."""
+    if not (RESULTS / "keys.json").is_file():
+        return ""
+    head = ("key", "value", "response, s", "Escapes per request", "runs with a touch",
+            "3 to 4 m away", "driven, m a minute", "unserved")  # fmt: skip
+    result = _committed("keys")
+    lines = (line for knob in result["knobs"] for line in _key_lines(knob))
+    pictures = (
+        "![Response, Escapes, touches, gaps, distance and way over six keys](results/keys_1.svg)\n"
+        "![… and over the other six](results/keys_2.svg)"
+    )
+    return f"{pictures}\n\n{markdown_table(head, lines)}\n\n{_made(result)}"
+
+
+def _key_lines(knob: Compared) -> Iterator[tuple[str, ...]]:
+    for number, row in enumerate(knob["values"]):
+        value = f"**{row['value']}**" if row["value"] == knob["ours"] else row["value"]
+        means, shares = row["means"], row["shares"]
+        yield (
+            "" if number else f"`{knob['title'].replace(_BREAK, '')}`",
+            value,
+            _bounded(means["response_s"]),
+            _bounded(means["escapes_per_request"]),
+            f"{shares['touched']['hits']} of {shares['touched']['of']}",
+            _bounded(means["beside_share_3_4"]),
+            _plain(means["travelled_m"]),
+            f"{shares['unserved']['hits']} of {shares['unserved']['of']}",
+        )
+
+
+def _bounded(mean: Mapping[str, float] | None) -> str:
+    if mean is None:
+        return "–"
+    return f"{mean['mean']:.2f} [{mean['low']:.2f}, {mean['high']:.2f}]"
 
 
 def _committed(name: str) -> dict[str, Any]:

@@ -32,7 +32,7 @@ SERVES, GRABS_S = 2.0, (0.0, 5.0)
 _MOVES = 0.1
 _ASIDE = tuple(math.radians(angle) for angle in (0, 30, -30, 60, -60, 90, -90))
 
-Target = Callable[[float], Point]
+Aim = Callable[[float], Point]
 """Where they go, in the map, m, so many seconds after the attack began."""
 
 
@@ -127,7 +127,7 @@ class Attacker(Wanderer):
     def _is_in_sight(self) -> bool:
         return self._room.sees(self._x, self._y, self._robot.x, self._robot.y)
 
-    def _attack(self, target: Target, *, backwards: bool = False) -> Iterator[bool]:
+    def _attack(self, target: Aim, *, backwards: bool = False) -> Iterator[bool]:
         """Make for a place that moves until they touch the robot; else walk somewhere."""
         here = self._x, self._y
         if self._is_in_sight():
@@ -137,7 +137,7 @@ class Attacker(Wanderer):
         elif self._distance() <= TOUCHES:
             yield from self._stand(self._span(RESTS_S))
 
-    def _make_for(self, target: Target, backwards: bool) -> Iterator[bool]:
+    def _make_for(self, target: Aim, backwards: bool) -> Iterator[bool]:
         speed, whole = self._chance.uniform(*self.manner.speeds), self._span(ATTACKS_S)
         left = whole
         while left > 0 and self._distance() > TOUCHES:
