@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from behaviors.profile import Settings
-    from behaviors.situation import Situation
+    from behaviors.situation import Array, Situation
     from states.environment import Environment
 
 APART, PLACES = 1.0, 150
@@ -53,7 +53,7 @@ def waiting_report(environment: Environment, settings: Settings) -> WaitingRepor
 
 
 def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
-    from behaviors.situation import Situation
+    from behaviors.situation import Array, Situation
     from hw import STILL, USER_RADIUS, Pose2, UserPose
 
     room = environment.room
