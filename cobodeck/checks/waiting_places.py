@@ -53,7 +53,7 @@ def waiting_report(environment: Environment, settings: Settings) -> WaitingRepor
 
 
 def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
-    from behaviors.situation import Array, Situation
+    from behaviors.situation import Situation
     from hw import STILL, USER_RADIUS, Pose2, UserPose
 
     room = environment.room
