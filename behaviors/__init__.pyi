@@ -2,8 +2,10 @@ from behaviors import (
     chase as chase,
     danger as danger,
     escape as escape,
+    escape_candidates as escape_candidates,
     escape_poses as escape_poses,
     haptic as haptic,
+    paper_escape as paper_escape,
 )
 from behaviors.chase import (
     tangent_yaw as tangent_yaw,

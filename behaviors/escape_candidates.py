@@ -47,6 +47,11 @@ class EscapeCandidates:
     touch_after: float
     """Time until a touch on the best drive, s; infinite without a touch, or without a drive."""
 
+    @property
+    def goal(self) -> Pose2 | None:
+        """The best pose, for a robot that does not yet drive to another; None without one."""
+        return None if self.best is None else self.poses[self.best]
+
     def better_than(
         self, present: Pose2 | None, earlier_by: float, wider_by: float
     ) -> Pose2 | None:
@@ -56,7 +61,7 @@ class EscapeCandidates:
         gap wider by so much, m. None if every drive, also that to the present one, comes too near
         to walls.
         """
-        best = None if self.best is None else self.poses[self.best]
+        best = self.goal
         if present is None:
             return best
         drives = _drives(self.now, (present,))

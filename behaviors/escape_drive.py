@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
-from typing import Any
 
 from behaviors.situation import ESCAPE_POSES, WAYS, Situation, situation
-from engine import Context
+from engine import Context, Outcome, Yielded
 from hw import OLD_S, Pose2
 from states.navigation import DRIVES, BaseDrive, is_there
 
@@ -16,7 +15,7 @@ AWAY: Mapping[str, float | None] = {**WAYS, **DRIVES, ESCAPE_POSES: OLD_S}
 """`reads` of a state that drives to Escape poses."""
 
 
-def drive_to_goals(ctx: Context, choose: Chooser) -> Generator[Any, None, Any]:
+def drive_to_goals(ctx: Context, choose: Chooser) -> Generator[Yielded, None, Outcome]:
     """Drive, without turning, to the pose that `choose` gives at each tick.
 
     Ends `reached`, with the `pose` at which the robot stands, or `no_way` without one. While the

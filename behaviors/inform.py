@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from behaviors.escape import can_get_away
 from behaviors.refuge import is_outside, way_out
 from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration
+from engine.files.declared import FROM_0
 from hw import UserPose
 from states.environment import RESTART, STOP_ENGAGED, USER_POSE, planner_key
 
 
 class WarnUser(Action):
-    """Show the robot and the stop sign to the user while this state runs (R18, R114)."""
+    """Show the robot and the stop sign to the user while this state runs (R18, R114).
+
+    The sign stays for `least`, even if the state ends before, so that a person can take it in.
+    """
 
     outcomes = ()
     commands = ("vr",)
 
+    def __init__(self, least: Annotated[Duration, FROM_0] = 0.0) -> None:
+        self.least = least
+
     def run(self, ctx: Context) -> Run:
         vr = ctx.part("vr")
-        vr.inform(True)
+        vr.inform(True, least=self.least)
         try:
             while True:
                 yield Until(NEVER_NS)
@@ -45,10 +54,10 @@ class UserReady(Monitor):
 
     def __init__(
         self,
-        least: Duration = 2.0,
-        until_clear: bool = True,
-        cornered: Duration = 6.0,
-        moment: Duration = 0.2,
+        least: Annotated[Duration, FROM_0] = 0.0,
+        until_clear: bool = False,
+        cornered: Annotated[Duration, FROM_0] = 0.0,
+        moment: Annotated[Duration, FROM_0] = 0.0,
     ) -> None:
         self.least, self.until_clear = least, until_clear
         self.cornered, self.moment = cornered, moment

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from behaviors.choice import cheapest
 from behaviors.escape_drive import AWAY, can_stop, drive_to_goals
 from behaviors.situation import CHANGES, ESCAPE_POSES, READS, WAYS, Situation, situation
@@ -86,16 +88,18 @@ class DriveToFirst(Action):
     policy = "paper"
 
     def run(self, ctx: Context) -> Run:
-        return (yield from drive_to_goals(ctx, _first_in_reach))
+        return (yield from drive_to_goals(ctx, _kept_or_first))
 
 
-def _first_in_reach(ctx: Context, now: Situation, present: Pose2 | None) -> Pose2 | None:
-    """The present pose; without one the first free one to which the way past the user is free."""
-    if present is not None:
-        return present
-    free, planner = ctx.value(ESCAPE_POSES) or (), now.planners["escape"]
+def _kept_or_first(ctx: Context, now: Situation, present: Pose2 | None) -> Pose2 | None:
+    """The pose driven to so far, else the first in reach."""
+    return present or first_in_reach(now, ctx.value(ESCAPE_POSES) or ())
+
+
+def first_in_reach(now: Situation, free: Sequence[Pose2]) -> Pose2 | None:
+    """The first of the poses to which the way past the user is free, in the map; None without."""
+    planner, here = now.planners["escape"], (now.pose.x, now.pose.y)
     disc = user_disc(now.user, now.environment.navigation.escape)
-    here = (now.pose.x, now.pose.y)
 
     def order(i: int) -> int | None:
         return i if planner.allows(here, (free[i].x, free[i].y), disc) else None

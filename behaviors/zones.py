@@ -8,7 +8,7 @@ from typing import Protocol
 from hw import Pose2, UserPose, wrap
 
 
-class Zones(Protocol):
+class EscapeZones(Protocol):
     """One zone around the user, and a wider one where they look.
 
     Radii `ahead` and `around`, m; `half_view`: how far they see to either side, rad.
@@ -22,7 +22,7 @@ class Zones(Protocol):
     def around(self) -> float: ...
 
 
-def in_zone(zones: Zones, user: UserPose, base: Pose2, margin: float = 0.0) -> bool:
+def in_zone(zones: EscapeZones, user: UserPose, base: Pose2, margin: float = 0.0) -> bool:
     """True if the robot's centre is in one of the zones, grown by `margin`, m.
 
     Poses are in the map. What the user sees is told by their head.

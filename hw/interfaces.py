@@ -154,10 +154,11 @@ class Vr(RobotPart, Protocol):
     robot's pose, joints and stop sign of that instant (R114), which it has received by `hear`.
     """
 
-    def inform(self, show: bool, sign: bool = True) -> None:
+    def inform(self, show: bool, sign: bool = True, least: float = 0.0) -> None:
         """Show the robot to the user, or hide it again (R18, R114).
 
-        With the stop sign beside it, or, for a robot that leaves in their sight, without.
+        With the stop sign beside it, which stays for `least`, s, even if it is hidden before, so
+        that a person can take it in and stop; or, for a robot that leaves in their sight, without.
         """
         ...
 

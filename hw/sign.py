@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-LEAST_NS = 2_000_000_000
-"""The sign is shown for so long at least, ns, so that a person can take it in and stop."""
-
 
 class StopSign:
     """Whether the sign is shown, as wanted by the charts, and not hidden too soon."""
 
     def __init__(self) -> None:
         self.wanted = False
+        self._least_ns = 0
         self._since: int | None = None
+
+    def want(self, wanted: bool, least: float = 0.0) -> None:
+        """Show it, for so long at least, s, or hide it, once it has been shown for so long."""
+        self.wanted = wanted
+        if wanted:
+            self._least_ns = round(least * 1e9)
 
     def shown(self, now_ns: int) -> bool:
         """True while it is to be seen; call it in the order of time, once per step at least."""
         if self.wanted and self._since is None:
             self._since = now_ns
-        elif not self.wanted and self._since is not None and now_ns - self._since >= LEAST_NS:
-            self._since = None
+        elif self._since is not None and not self.wanted:
+            self._since = None if now_ns - self._since >= self._least_ns else self._since
         return self._since is not None

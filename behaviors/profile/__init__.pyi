@@ -11,5 +11,6 @@ from behaviors.profile.settings import (
     CloseSettings as CloseSettings,
     EscapeSettings as EscapeSettings,
     HapticSettings as HapticSettings,
+    Policy as Policy,
     Settings as Settings,
 )

@@ -293,6 +293,8 @@ class InformSettings:
     """So long at least."""
     cornered: Annotated[Duration, Range(0.0, 600.0)]
     """So long at least if it could not drive off when that began."""
+    sign: Annotated[Duration, Range(0.0, 600.0)]
+    """The stop sign stays for so long at least, whatever hides it before."""
     until_clear: bool
     """And until both zones are clear, or there is a way out of them."""
 

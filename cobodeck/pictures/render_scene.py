@@ -59,7 +59,7 @@ def draw_scene(args: argparse.Namespace) -> int:
         moment = with_next_drive(at_start(scene, robot.parked), environment, values.settings)
     else:
         moment = _simulated(args)
-    save(scene_picture(scene, environment, values.settings, moment, spaces), output)
+    save(scene_picture(scene, environment, values, moment, spaces), output)
     show(str(output))
     return OK
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from behaviors.profile import Settings
+from behaviors.profile import Profile, Settings
 from cobodeck.evaluate import arm_outline
 from cobodeck.pictures.drawing import (
     ROBOT_TRAIL,
@@ -35,7 +35,7 @@ from states.environment import Environment
 def scene_picture(
     scene: Scene,
     environment: Environment,
-    settings: Settings,
+    profile: Profile,
     moment: Moment,
     spaces: Collection[str] | None = None,
 ) -> Sheet:
@@ -44,6 +44,7 @@ def scene_picture(
     `spaces` are names from `command.SPACES`; by default Haptic's while the user requests a touch,
     otherwise all others. Haptic's poses are for the requested touch, or for a possible next one.
     """
+    settings = profile.settings
     shown = spaces if spaces is not None else _present(moment)
     lines = [line for line in (scene.about, moment.caption) if line]
     on = sheet(scene.room.bounds, scene.name, lines)
@@ -61,7 +62,7 @@ def scene_picture(
         if "escape" in shown:
             draw_zones(on, user, settings.escape)
             now = situation_at(moment, user, environment, settings)
-            draw_escape(on, now, moment.joints)
+            draw_escape(on, now, moment.joints, profile.policy)
         if "haptic" in shown:
             deep = moment.deep or next_deep(settings, moment)
             draw_haptic(on, environment, settings, deep, robot)

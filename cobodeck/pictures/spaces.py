@@ -16,8 +16,8 @@ from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, PathPatch, R
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
-from behaviors import escape, escape_poses, haptic
-from behaviors.profile import Settings
+from behaviors import escape_candidates, escape_poses, haptic, paper_escape
+from behaviors.profile import Policy, Settings
 from behaviors.situation import ChaseRing, Situation, timed_cells, weighted_cells
 from cobodeck.pictures.drawing import Labels, Sheet, ring_of
 from engine.draw import INK, RED
@@ -117,14 +117,18 @@ def _draw_tangents(on: Sheet, centre: Pose2, free: Array, radius: float, cell: f
         on.axes.add_patch(_arrow(start, 0.3, INK, 0.9, zorder=2.7))
 
 
-def draw_escape(on: Sheet, now: Situation, joints: Joints | None) -> None:
+def draw_escape(on: Sheet, now: Situation, joints: Joints | None, policy: Policy) -> None:
     """The Escape poses in the room as arrows along the robot's yaw, in order (R106-R110).
 
-    A ring marks the one that a robot with its arm at `joints`, rad, would drive to now.
+    A ring marks the one that a robot with its arm at `joints`, rad, would drive to now by the
+    states of this policy.
     """
     environment, settings, user, robot = now.environment, now.settings, now.user, now.pose
     free = escape_poses.poses(settings, environment.static_planners["escape"], user, robot)
-    best, _ = escape.choose(now, free, None, joints)
+    if policy == "paper":
+        best = paper_escape.first_in_reach(now, free)
+    else:
+        best = escape_candidates.candidates(now, free, environment.outline(joints)).goal
     everywhere = enumerate(escape_poses.all_poses(settings.escape, user, robot), 1)
     shown = [
         (n, pose) for n, pose in everywhere if contains(environment.room.outer, pose.x, pose.y)

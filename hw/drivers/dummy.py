@@ -71,10 +71,10 @@ class Dummy:
         """Start the thread."""
         self._thread.start()
 
-    def inform(self, show: bool, sign: bool = True) -> None:
+    def inform(self, show: bool, sign: bool = True, least: float = 0.0) -> None:
         """Show the robot to the person, with or without the stop sign, or hide it."""
         with self._mutex:
-            self.vr.inform(show, sign)
+            self.vr.inform(show, sign, least)
 
     def queue(self, name: str, wake: Callable[[], None]) -> deque[Sample]:
         """The samples of a name from now on; `wake` is called when one has come."""
@@ -161,9 +161,9 @@ class DummyVr(_Part):
 
     signals = ("vr.haptic_request", "vr.release", "vr.restart")
 
-    def inform(self, show: bool, sign: bool = True) -> None:
+    def inform(self, show: bool, sign: bool = True, least: float = 0.0) -> None:
         """Let the person stop, or go on; see `Vr`."""
-        self._link.inform(show, sign)
+        self._link.inform(show, sign, least)
 
 
 def _nobody() -> None:

@@ -95,7 +95,7 @@ class Vr:
     def __init__(self) -> None:
         self.told: list[str] = []
 
-    def inform(self, show: bool, sign: bool = True) -> None:
+    def inform(self, show: bool, sign: bool = True, least: float = 0.0) -> None:
         self.told.append(("shown" if sign else "robot") if show else "hidden")
 
 

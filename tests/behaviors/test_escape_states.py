@@ -385,7 +385,7 @@ def test_the_sign_stays_from_the_prediction_to_the_end_while_the_robot_drives_on
     sim.tick()
     assert sim.outcome is not None
     shown = [call[1:] for call in sim.parts["vr"].commands if call[0] == "inform"]
-    assert shown == [(True,), (False,)]
+    assert shown == [(True, 2.0), (False,)]
 
 
 def test_paper_shows_nothing_in_escape(sim: ChartTester) -> None:

@@ -39,7 +39,8 @@ class Waiting:
             "stop.engaged": None,
         }  # fmt: skip
         self.ctx = FakeContext(values)
-        self.run = UserReady(**parameters).run(self.ctx)
+        shown = {"least": 2.0, "until_clear": True, "cornered": 6.0, "moment": 0.2}
+        self.run = UserReady(**{**shown, **parameters}).run(self.ctx)
         self.until = 0
         assert self.at(0.0, **(LOST if lost else {})) is None
 
@@ -196,10 +197,10 @@ def test_an_inform_for_another_reason_does_not_end_because_the_user_is_tracked(
 
 class Vr:
     def __init__(self) -> None:
-        self.told: list[tuple[bool, bool]] = []
+        self.told: list[tuple[bool, bool, float]] = []
 
-    def inform(self, show: bool, sign: bool = True) -> None:
-        self.told.append((show, sign))
+    def inform(self, show: bool, sign: bool = True, least: float = 0.0) -> None:
+        self.told.append((show, sign, least))
 
 
 @pytest.mark.requirement(18, 114)
@@ -207,11 +208,11 @@ def test_the_robot_is_shown_with_the_sign_while_inform_runs_and_hidden_whatever_
     context: Any,
 ) -> None:
     vr = Vr()
-    run = WarnUser().run(context({}, {"vr": vr}))
+    run = WarnUser(least=1.5).run(context({}, {"vr": vr}))
     for _ in range(3):
         assert next(run).ns == NEVER_NS
-    assert vr.told == [(True, True)]
+    assert vr.told == [(True, True, 1.5)]
 
     run.close()
 
-    assert [show for show, _ in vr.told] == [True, False]
+    assert [show for show, *_ in vr.told] == [True, False]

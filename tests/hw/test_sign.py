@@ -1,4 +1,4 @@
-"""The stop sign stays for two seconds, in whatever order it is wanted and looked at."""
+"""The stop sign stays for its time, in whatever order it is wanted and looked at."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ TICK = 33_333_333
 SECOND = 10**9
 
 
-def told(wanted: list[bool], tick: int = TICK) -> list[bool]:
+def told(wanted: list[bool], tick: int = TICK, least: float = 2.0) -> list[bool]:
     """What is seen in each tick of a sign that is wanted or not."""
     sign, seen = StopSign(), []
     for n, want in enumerate(wanted):
-        sign.wanted = want
+        sign.want(want, least)
         seen.append(sign.shown(n * tick))
     return seen
 
@@ -62,3 +62,9 @@ def test_a_wanted_sign_is_shown_at_once_and_none_is_hidden_before_its_two_second
         over = max(begun + 2 * SECOND, asked * tick)
         if last + 1 < len(seen):
             assert over <= (last + 1) * tick < max(over, (asked + 1) * tick) + tick
+
+
+@pytest.mark.requirement(18)
+@given(st.lists(st.booleans(), min_size=1, max_size=50))
+def test_a_sign_without_a_least_time_is_shown_while_it_is_wanted(wanted: list[bool]) -> None:
+    assert told(wanted, least=0.0) == wanted

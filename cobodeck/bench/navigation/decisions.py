@@ -46,7 +46,7 @@ class _Parts:
     def release(self, source: str = "") -> None:
         """Ignore it."""
 
-    def inform(self, show: bool, sign: bool = True) -> None:
+    def inform(self, show: bool, sign: bool = True, least: float = 0.0) -> None:
         """Ignore it."""
 
 

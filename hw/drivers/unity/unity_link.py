@@ -236,9 +236,10 @@ class UnityVr:
             found.append(Sample("vr.haptic_request", now_ns, None))
         return [sample for sample in found if self._is_news(sample)]
 
-    def inform(self, show: bool, sign: bool = True) -> None:
+    def inform(self, show: bool, sign: bool = True, least: float = 0.0) -> None:
         """Show the robot, with or without the stop sign, or hide them; see `Vr`."""
-        self._shown, self._sign.wanted = show, show and sign
+        self._shown = show
+        self._sign.want(show and sign, least)
         self.show(self._now())
 
     def hear(self, sample: Sample, now_ns: int) -> None:  # noqa: ARG002

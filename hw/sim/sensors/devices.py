@@ -112,9 +112,10 @@ class SimVr:
         self._still_since: int | None = None
         self._pending = [Sample("vr.haptic_request", 0, None)]
 
-    def inform(self, show: bool, sign: bool = True) -> None:
+    def inform(self, show: bool, sign: bool = True, least: float = 0.0) -> None:
         """Show the robot, with or without the stop sign, or hide it; see `Vr`."""
-        self.visible, self._sign.wanted = show, show and sign
+        self.visible = show
+        self._sign.want(show and sign, least)
         self._see_sign()
 
     def _see_sign(self) -> None:

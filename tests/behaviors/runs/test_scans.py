@@ -299,7 +299,7 @@ class Wheel:
 class Vr:
     """A virtual world; what it shows is of no interest here."""
 
-    def inform(self, show: bool, sign: bool = True) -> None:
+    def inform(self, show: bool, sign: bool = True, least: float = 0.0) -> None:
         """Nobody looks."""
 
 

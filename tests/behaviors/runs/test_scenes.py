@@ -111,10 +111,10 @@ def test_the_robot_is_shown_from_the_tick_inform_begins_until_it_ends(sim: Chart
     sim.start("cobodeck", script=script, real=["inform/warn"])
     shown = sim.parts["vr"].commands
     sim.until("inform", timeout=1)
-    assert shown[-1] == ("inform", True)
+    assert shown[-1] == ("inform", True, 2.0)
 
     sim.wait(1)
-    assert shown[-1] == ("inform", True)
+    assert shown[-1] == ("inform", True, 2.0)
     sim.end("inform/ready", "restarted")
     sim.until("chase", timeout=0.1)
 
