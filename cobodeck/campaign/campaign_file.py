@@ -132,7 +132,7 @@ Tiers = Annotated[
 ]
 Spans = Annotated[AxisValues, _SPANS, Written(_Span | Annotated[tuple[_Span, ...], _ONE])]
 Values = Mapping[str, Annotated[AxisValues, _ANY, Written(Item)]]
-Most = Annotated[Limit, _limit, Written(Annotated[int, Range(0, math.inf)] | str)]
+Most = Annotated[Limit, _limit, Written(Annotated[int, Range(0.0, math.inf)] | str)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,12 +62,13 @@ class Vr(UnityVr):
 
 
 def staged(
+    chart: str | None = None,
     profile: str | None = None,
     user: str = "cornering",
     sets: tuple[str, ...] = (),
 ) -> tuple[Loop, Link]:
     """CoboDeck in the simulation, seen through the driver of the VR link."""
-    setup = open_setup(None, "lab_a", profile, sets=sets)
+    setup = open_setup(chart, "lab_a", profile, sets=sets)
     loop, link = stage(setup, Options(user, seed=1)), Link()
     parts = dict(loop.plant.parts)
     parts["vr"] = Vr(link, parts["vr"], lambda: loop.now_ns)
@@ -85,7 +86,7 @@ def test_the_sign_is_shown_in_the_tick_in_which_inform_begins_until_its_end_or_i
     begin = "user: u\nrepeat: false\nstart: {x: 4, y: 5}\nsteps:\n"
     user = tmp_path / "user.yaml"
     user.write_text(f"{begin}{steps}  - stand: 60\n")
-    loop, link = staged("paper", str(user), (f"inform.sign={least} s",))
+    loop, link = staged("paper_cobodeck", "paper", str(user), (f"inform.sign={least} s",))
     since: int | None = None
     shown: list[float] = []
     while len(shown) < 3:
