@@ -1,5 +1,4 @@
 from behaviors.profile.profile import (
-    Policy as Policy,
     Profile as Profile,
     ProfileFile as ProfileFile,
     is_base as is_base,
@@ -12,5 +11,6 @@ from behaviors.profile.settings import (
     CloseSettings as CloseSettings,
     EscapeSettings as EscapeSettings,
     HapticSettings as HapticSettings,
+    Policy as Policy,
     Settings as Settings,
 )
