@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
+from dataclasses import replace
 from typing import Annotated, Any
 
-from behaviors.profile import EscapeSettings
+from behaviors.profile import EscapeSettings, LeaveSettings, Settings
 from behaviors.refuge import KEEPS, is_outside, refuge, way_out
 from behaviors.situation import CHANGES, WAYS, Situation, settings_of, situation
 from behaviors.zones import in_zone
@@ -21,8 +22,9 @@ from states.navigation import DRIVES, BaseDrive
 class Cornered(Monitor):
     """`cornered` when the robot has stood in a zone of a standing user for `patience`, no way out.
 
-    After `soon` for a user nearer than `near`: if they set off towards it, a sign would come too
-    late. Not for a user to whom the robot was `shown` where they stand, within `moved`.
+    After `near_for` for a user nearer than `near`: if they set off towards it, a sign would come
+    too late. Not for a user to whom the robot was `shown` where they stand, within `moved`. What is
+    not given is the profile's.
     """
 
     policy = "tuned"
@@ -31,29 +33,34 @@ class Cornered(Monitor):
 
     def __init__(
         self,
-        patience: Annotated[Duration, ABOVE_0] = 10.0,
-        moved: Length = 0.3,
-        near: Length = 1.9,
-        soon: Duration = 1.0,
+        patience: Annotated[Duration, ABOVE_0] | None = None,
+        moved: Length | None = None,
+        near: Length | None = None,
+        near_for: Duration | None = None,
     ) -> None:
-        self.patience, self.moved, self.near, self.soon = patience, moved, near, soon
+        self.patience = patience
+        self.values = _given(moved=moved, near=near, near_for=near_for)
 
     def run(self, ctx: Context, shown: UserPose | None = None) -> Run:
-        due, news, escape = NEVER_NS, On(*CHANGES), settings_of(ctx).escape
+        due, news, settings = NEVER_NS, On(*CHANGES), settings_of(ctx)
+        patience, leave = self.patience or settings.chase.cornered, self.values(settings)
         while True:
-            now = situation(ctx, "escape") if self._is_close(ctx, escape, shown) else None
+            is_close = self._is_close(ctx, settings.escape, shown, leave.moved)
+            now = situation(ctx, "escape") if is_close else None
             if now is None:
                 due = NEVER_NS
             elif due == NEVER_NS:
-                soon = self.soon if now.distance < self.near else self.patience
-                due = ctx.after(min(soon, self.patience))
+                soon = leave.near_for if now.distance < leave.near else patience
+                due = ctx.after(min(soon, patience))
             elif ctx.now >= due:
                 if way_out(now) is None:
                     return "cornered"
-                due = ctx.after(now.settings.chase.leave.look_again)
+                due = ctx.after(leave.look_again)
             yield news if due == NEVER_NS else On(*CHANGES, until=due)
 
-    def _is_close(self, ctx: Context, escape: EscapeSettings, shown: UserPose | None) -> bool:
+    def _is_close(
+        self, ctx: Context, escape: EscapeSettings, shown: UserPose | None, moved: float
+    ) -> bool:
         """True if the user stands, and the robot is in a zone of theirs, and not as `shown`."""
         velocity = ctx.value(USER_VELOCITY)
         if velocity is None or velocity.speed >= escape.moving:
@@ -62,7 +69,7 @@ class Cornered(Monitor):
         if robot is None or person is None:
             return False
         user = person[0]
-        if shown is not None and shown.body.distance_to(user.body) <= self.moved:
+        if shown is not None and shown.body.distance_to(user.body) <= moved:
             return False
         return in_zone(escape, user, robot[0], escape.hysteresis)
 
@@ -72,7 +79,7 @@ class Leave(Action):
 
     The robot stays visible on the way, without the stop sign. `away`: outside, not shown at all, or
     the user has gone farther than `moved` from where it was shown to them, or sets off, faster than
-    `walking`. `blocked`: there is no way out. `speed`: by default the profile's.
+    `walking`. `blocked`: there is no way out. What is not given is the profile's.
     """
 
     policy = "tuned"
@@ -83,31 +90,31 @@ class Leave(Action):
     def __init__(
         self,
         speed: Annotated[Speed, ABOVE_0] | None = None,
-        moved: Length = 0.3,
-        walking: Speed = 0.3,
+        moved: Length | None = None,
+        walking: Speed | None = None,
     ) -> None:
-        self.speed, self.moved, self.walking = speed, moved, walking
+        self.values = _given(speed=speed, moved=moved, walking=walking)
 
     def run(self, ctx: Context, shown: UserPose | None = None) -> Run:
-        now = situation(ctx, "escape")
+        now, leave = situation(ctx, "escape"), self.values(settings_of(ctx))
         if shown is None or now is None or is_outside(now):
             return "away"
-        if shown.body.distance_to(now.user.body) > self.moved:
+        if shown.body.distance_to(now.user.body) > leave.moved:
             return "away"
+
+        def is_away(now: Situation) -> bool:
+            return is_outside(now) or now.velocity.speed > leave.walking
+
         place = way_out(now)
         if place is None:
             return "blocked"
         vr = ctx.part("vr")
         vr.inform(True, sign=False)
         try:
-            speed = self.speed or now.settings.chase.leave.speed
-            is_away = yield from _drive_to(ctx, now, place, speed, self._is_away, way_out)
+            left = yield from _drive_to(ctx, now, place, leave.speed, is_away, way_out)
         finally:
             vr.inform(False)
-        return "away" if is_away else "blocked"
-
-    def _is_away(self, now: Situation) -> bool:
-        return is_outside(now) or now.velocity.speed > self.walking
+        return "away" if left else "blocked"
 
 
 class Withdraw(Action):
@@ -122,16 +129,22 @@ class Withdraw(Action):
     commands = ("base",)
 
     def __init__(self, speed: Annotated[Speed, ABOVE_0] | None = None) -> None:
-        self.speed = speed
+        self.values = _given(speed=speed)
 
     def run(self, ctx: Context) -> Run:
-        leave = settings_of(ctx).chase.leave
+        leave = self.values(settings_of(ctx))
         while True:
             now = situation(ctx, "escape")
             place = None if now is None else refuge(now)
             if now is not None and place is not None:
-                yield from _drive_to(ctx, now, place, self.speed or leave.speed)
+                yield from _drive_to(ctx, now, place, leave.speed)
             yield Until(ctx.after(leave.look_again))
+
+
+def _given(**parameters: float | None) -> Callable[[Settings], LeaveSettings]:
+    """The profile's values with those parameters of a node that are given."""
+    own: dict[str, Any] = {name: v for name, v in parameters.items() if v is not None}
+    return lambda settings: replace(settings.chase.leave, **own)
 
 
 def _drive_to(

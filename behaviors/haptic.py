@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
 CLOSE: SubsystemName = "escape"
 """The subsystem with whose inflation and user radius the second choice is made and driven to."""
-SLICE = 12
-"""Number of poses of the second choice that are ranked in one tick."""
 
 
 def all_poses(haptic: HapticSettings, deep: Pose3) -> Iterator[Pose2]:
@@ -300,12 +298,12 @@ def _close_pose(
 ) -> Generator[Yielded, None, Pose2 | None]:
     """The pose with the prop at the DEEP soonest, of those with the shortest drives.
 
-    SLICE poses in a tick, shortest drives first, until the arm reaches the DEEP from one of them.
+    Some poses in a tick, shortest drives first, until the arm reaches the DEEP from one of them.
     """
-    goals = sorted(times, key=times.__getitem__)
-    for first in range(0, len(goals), SLICE):
+    goals, at_once = sorted(times, key=times.__getitem__), now.settings.haptic.close.at_once
+    for first in range(0, len(goals), at_once):
         yield None
-        some = {goal: times[goal] for goal in goals[first : first + SLICE]}
+        some = {goal: times[goal] for goal in goals[first : first + at_once]}
         best = soonest_pose(now, some, deep)
         if best is not None:
             return best

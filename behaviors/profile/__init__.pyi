@@ -11,6 +11,7 @@ from behaviors.profile.settings import (
     CloseSettings as CloseSettings,
     EscapeSettings as EscapeSettings,
     HapticSettings as HapticSettings,
+    LeaveSettings as LeaveSettings,
     Policy as Policy,
     Settings as Settings,
 )

@@ -197,6 +197,15 @@ class LeaveSettings:
     """By how much a place has to be better for a robot that is outside the zones already."""
     look_again: Annotated[Duration, above_0(60.0)]
     """After so long a robot looks again for a way out, or for a better place."""
+    near: Annotated[Length, above_0(10.0)]
+    """A user who stands nearer than this to a robot without a way out could not be warned in time,
+    should they set off towards it at 1 m/s …"""
+    near_for: Annotated[Duration, above_0(600.0)]
+    """… so that they are shown it after so long."""
+    moved: Annotated[Length, Range(0.0, 5.0)]
+    """A user to whom it was shown has gone elsewhere once they are this far from there …"""
+    walking: Annotated[Speed, above_0(5.0)]
+    """… or walk faster than this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,6 +270,8 @@ class CloseSettings:
     """From circle to circle."""
     turn: Annotated[Angle, Range(0.01, math.pi)]
     """From place to place on a circle."""
+    at_once: Annotated[int, Range(1, 1000)]
+    """In one tick the arm is asked about so many, those with the shortest drives first."""
 
     def faults(self) -> Iterator[Fault]:
         """Invalid combinations of values, each with its key."""

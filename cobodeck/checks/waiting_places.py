@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from behaviors.profile import Settings
-    from behaviors.situation import Array, Situation
+    from behaviors.situation import Situation
     from states.environment import Environment
 
 APART, PLACES = 1.0, 150
@@ -38,8 +38,7 @@ class WaitingReport:
 
 def waiting_report(environment: Environment, settings: Settings) -> WaitingReport | None:
     """Look at users all over the room; None if there is no floor for them to stand on."""
-    cells = _cells(environment, settings)
-    found = [(now, _risk(now, cells)) for now in _users(environment, settings)]
+    found = [(now, _risk(now)) for now in _users(environment, settings)]
     if not found:
         return None
     risks = [(risk, now) for now, risk in found if risk is not None]
@@ -71,24 +70,24 @@ def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
                 yield Situation(environment, settings, body, STILL, user, STILL, planners)
 
 
-def _cells(environment: Environment, settings: Settings) -> Array:
-    """The cells about a user, (n, 3): x, y and what waiting there costs by the policy."""
-    from behaviors.situation import ChaseRing, timed_cells, weighted_cells
-
-    ring, chase = ChaseRing.of(settings.chase), settings.chase
-    if settings.policy == "tuned":
-        return timed_cells(environment, settings, ring)
-    return weighted_cells(ring, chase.best_angle, chase.best_radius) * (1.0, 1.0, -1.0)
-
-
-def _risk(now: Situation, cells: Array) -> float | None:
-    """The risk at the free cell of least cost, s; None without a free cell."""
+def _risk(now: Situation) -> float | None:
+    """The risk at the place that is worth most, s; None without a free cell."""
     from behaviors import free_cells
     from behaviors.prediction import risks
+    from behaviors.situation import ChaseRing, timed_cells, weighted_cells
 
-    free, weighed = free_cells(now, cells), now.settings.policy == "tuned"
-    if not len(free):
+    settings, chase = now.settings, now.settings.chase
+    ring = ChaseRing.of(chase)
+    if settings.policy == "paper":
+        cells = free_cells(now, weighted_cells(ring, chase.best_angle, chase.best_radius))
+        worth, risk = cells[:, 2], None
+    else:
+        cells = free_cells(now, timed_cells(now.environment, settings, ring))
+        risk = risks(now, cells[:, :2])
+        worth = -cells[:, 2] - chase.risk * risk
+    if not len(cells):
         return None
-    found = risks(now, free[:, :2])
-    costs = free[:, 2] + (now.settings.chase.risk * found if weighed else 0.0)
-    return float(found[costs.argmin()])
+    best = int(worth.argmax())
+    if risk is None:
+        risk, best = risks(now, cells[best : best + 1, :2]), 0
+    return float(risk[best])

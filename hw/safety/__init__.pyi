@@ -3,7 +3,6 @@ from hw.safety.chain import (
 )
 from hw.safety.checks import (
     RULE as RULE,
-    allowed_speed as allowed_speed,
     cycle as cycle,
 )
 from hw.safety.cycle_log import (
@@ -42,6 +41,7 @@ from hw.safety.separation import (
     Nearness as Nearness,
     PlanarPose as PlanarPose,
     Velocity as Velocity,
+    allowed_speed as allowed_speed,
     nearness as nearness,
 )
 from hw.safety.stop_line import (

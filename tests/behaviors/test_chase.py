@@ -445,3 +445,25 @@ def test_ways_around_the_user_are_by_tangents_wherever_start_and_goal_lie() -> N
         [found] = length_around(np.array([(start.real, start.imag)]), (goal.real, goal.imag), 1.27)
 
         assert found == pytest.approx(way_around(start, goal, 1.27))
+
+
+@pytest.mark.requirement(93, 97, 98)
+@pytest.mark.parametrize("state", [chase.ChooseChasePose, chase.ChooseChaseCell])
+def test_a_ring_of_a_node_goes_before_the_profile_s(
+    profile: Profile, context: Any, situation_of: Callable[..., Situation], state: Any
+) -> None:
+    """Behind the user: 40 degrees to either side of their back, 2 to 2.6 m away."""
+    now = situation_of(profile, Pose2(10.0, 13.5), USER)
+    ctx = context({
+        "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
+        "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
+    })  # fmt: skip
+    ring = {"inner": 2.0, "outer": 2.6, "front": math.radians(280.0), "rear": 0.0}
+
+    with pytest.raises(StopIteration) as ended:
+        next(state(**ring).run(ctx))
+
+    outcome, found = ended.value.value
+    assert outcome == "chosen"
+    assert 2.0 <= found["pose"].distance_to(USER.body) <= 2.6
+    assert abs(USER.body.bearing_to(found["pose"])) >= math.radians(140.0)

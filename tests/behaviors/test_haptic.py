@@ -321,7 +321,7 @@ def test_where_a_pose_of_the_half_circle_will_do_it_is_chosen_in_one_tick(
 def test_the_second_choice_is_all_round_the_deep_without_a_gap_or_a_place_twice(
     degrees: float,
 ) -> None:
-    found = haptic.round_poses(CloseSettings(0.7, 0.7, 0.1, math.radians(degrees)), DEEP)
+    found = haptic.round_poses(CloseSettings(0.7, 0.7, 0.1, math.radians(degrees), 12), DEEP)
 
     bearings = sorted(math.atan2(pose.y - DEEP.y, pose.x - DEEP.x) % math.tau for pose in found)
     gaps = [(b - a) % math.tau for a, b in zip(bearings, bearings[1:] + bearings[:1], strict=True)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,7 +14,7 @@ from hypothesis import given, settings, strategies as st
 from hw.geometry import Pose2, Twist2
 from hw.samples import UserPose
 from states.environment.environment import Environment
-from states.navigation.beside_user import place_at
+from states.navigation.beside_user import comes_in, place_at, way_in
 from states.navigation.drive import NO_PATH_S
 from states.navigation.states import FIRST_POSE_S, Follow
 from tests.repeats import examples
@@ -192,3 +193,28 @@ def test_a_way_that_only_touches_the_circle_ends_there(
     found = place_at([start, end], user, math.dist(end, user))
 
     assert math.dist(found, end) < 1e-5 * (1.0 + before)
+
+
+@given(
+    user=st.builds(complex, st.floats(-3, 3), st.floats(-3, 3)),
+    goal=st.builds(cmath.rect, st.floats(0.5, 1.59), st.floats(-3.1, 3.1)),
+    here=st.builds(cmath.rect, st.floats(0.5, 4.0), st.floats(-3.1, 3.1)),
+)
+def test_the_way_in_to_a_goal_near_a_user_is_away_from_them(
+    user: complex, goal: complex, here: complex
+) -> None:
+    person = UserPose(Pose2(user.real, user.imag), 0.0)
+    to = Pose2((user + goal).real, (user + goal).imag, 0.7)
+
+    outside = way_in(person, to, 1.6)
+
+    place = complex(outside.x, outside.y) - user
+    assert abs(place) == pytest.approx(1.6)
+    assert cmath.phase(place / goal) == pytest.approx(0.0, abs=1e-9)
+    assert outside.yaw == 0.7
+    assert way_in(person, to, 0.4) is to
+    assert comes_in(outside, person, to)
+    assert not comes_in(Pose2((user - goal).real, (user - goal).imag), person, to)
+    if comes_in(Pose2((user + here).real, (user + here).imag), person, to):
+        nearest = min(abs(here + 0.01 * step * (goal - here)) for step in range(101))
+        assert nearest >= abs(goal) - 1e-9
