@@ -129,7 +129,7 @@ MISTAKES: dict[str, dict[str, Any]] = {
     "calibration": {"chain": [], "calibration": "two words", "abut": "x", "chain.0": 5},
     "campaign": {"scene": 3, "user": [], "tier": [1, 4], "requests": [0], "duration": "3 m"},
     "connection": {"real": "no", "plant": "mok", "told": "one", "parts": [1], "limits.speed": 99},
-    "profile": {"escape.angles": [], "chase.seed": 1.5, "haptic.close": 1, "robot.arm_jerk": -1},
+    "profile": {"escape.angles": [], "chase.tries": 1.5, "haptic.close": 1, "robot.arm_jerk": -1},
     "prop": {"mass": "1 m", "tcp": 4, "capsules.0.radius": 0, "parked": "away", "mas": 1},
     "robot": {"mass": 0, "base.modes": [], "base.modes.0": "fly", "footprint.foam": "9 kg"},
     "scene": {"robot.start.x": "2 s", "room": 5, "tracking": "there", "parking": [], "zone": 1},

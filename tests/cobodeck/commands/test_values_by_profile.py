@@ -33,7 +33,7 @@ def drawn(*more: str) -> str:
 
 def test_a_chart_is_drawn_with_the_values_of_the_profile(folder: Path) -> None:
     tuned, paper = drawn(), drawn("--profile", "paper", "--set", "chase.inner=1 m")
-    assert "limit: 1.5 m (tuned: chase.inner)" in tuned
+    assert "limit: 1.5 m (base: chase.inner)" in tuned
     assert "far: 4.0 m (tuned: chase.outer)" in tuned
     assert "room: 1.5 m" in tuned
     assert "limit: 1 m (--set chase.inner=1 m)" in paper
