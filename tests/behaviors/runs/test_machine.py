@@ -25,7 +25,6 @@ PARKED = {"chase/follow/park": "parked", "chase/follow/leave": "away"}
 CHOSEN = PARKED | {"chase/follow/wait/settled": "settled", "chase/follow/choose": "chosen"}
 STUCK = {"chase/follow/drive/go": "stuck"}
 NO_PATH = {"chase/follow/drive/go": "no_path"}
-FAILS = {"chase/follow/stay/give_up": "failed"}
 TO_ASK = {"chase/cornered": "cornered"}
 
 EDGES = [
@@ -61,9 +60,8 @@ EDGES = [
     pytest.param(TO_ASK, {"ask/operator": "helped"}, "chase", id="no way out, operator helped"),
     pytest.param(TO_ASK, {"ask/ready": OSError()}, "inform", id="error in asking"),
     pytest.param(TO_CHASE, {"chase/follow/park": "failed"}, "retreat", id="R66 park fails"),
-    pytest.param(CHOSEN | STUCK, FAILS, "retreat", id="R66 stuck"),
-    pytest.param(CHOSEN | NO_PATH, FAILS, "retreat", id="R66 no path"),
-    pytest.param(CHOSEN, STUCK, "chase", id="R66 stays"),
+    pytest.param(CHOSEN, STUCK, "chase", id="R66 stays, stuck"),
+    pytest.param(CHOSEN, NO_PATH, "chase", id="R66 stays, no path"),
     pytest.param(TO_CHASE, {"chase/fault": "there"}, "inform", id="fault in Chase"),
     pytest.param(TO_HAPTIC, {"haptic/fault": "there"}, "inform", id="fault in Haptic"),
     pytest.param(TO_ESCAPE, {"escape/fault": "there"}, "inform", id="fault in Escape"),
@@ -87,6 +85,19 @@ def test_every_edge_of_the_machine_is_taken(
 
     assert sim.path("chase", "haptic", "escape", "retreat", "inform", "ask")[-1] == target
     assert behaviour(sim) == target
+
+
+@pytest.mark.requirement(66)
+@pytest.mark.parametrize("blocked", [STUCK, NO_PATH])
+def test_in_the_paper_a_chase_without_a_way_fails_and_escapes(
+    sim: ChartTester, blocked: dict[str, Any]
+) -> None:
+    script = {name: ended for name, ended in CHOSEN.items() if name != "chase/follow/leave"}
+    sim.start("paper_cobodeck", script=script | blocked, profile="paper")
+
+    sim.until("retreat", timeout=2)
+
+    assert sim.path("chase", "escape", "retreat", "inform") == ["chase", "retreat"]
 
 
 @pytest.mark.requirement(59)
