@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import random
 from collections.abc import Sequence
 
@@ -37,7 +36,7 @@ def chase_place(now: Situation, ring: ChaseRing) -> Point | None:
 def least_cost(now: Situation, cells: Array) -> Point | None:
     """Of the cells (n, 3), x, y and cost, s, in the map, the cheapest that can be reached."""
     levels = np.floor(cells[:, 2] / now.settings.chase.tie).tolist()
-    return _in_reach(now, cells[:, :2].tolist(), levels)
+    return _in_reach(now, cells[:, :2], levels)
 
 
 def cells_with_risk(now: Situation, cells: Array) -> Array:
@@ -70,7 +69,7 @@ def chase_cell(
         levels = [-weight for weight in weights]
     else:
         levels = _sampled(weights, random.Random(repr((sample, now.user.body))))
-    return _in_reach(now, cells[:, :2].tolist(), levels)
+    return _in_reach(now, cells[:, :2], levels)
 
 
 def _sampled(weights: Sequence[float], chance: random.Random) -> list[float]:
@@ -88,15 +87,16 @@ def free_cells(now: Situation, cells: Array) -> Array:
     return there[now.planners["chase"].are_free(there[:, :2].copy())]
 
 
-def _in_reach(now: Situation, places: Sequence[Point], levels: Sequence[float]) -> Point | None:
+def _in_reach(now: Situation, cells: Array, levels: Sequence[float]) -> Point | None:
     """The place of the lowest level that can be reached, of equal ones by the shortest path."""
     planner, here = now.planners["chase"], (now.pose.x, now.pose.y)
+    places = cells.tolist()
+    lengths = np.hypot(cells[:, 0] - here[0], cells[:, 1] - here[1]).tolist()
 
     def total(i: int) -> tuple[float, float] | None:
         x, y = places[i]
         path = planner.plan(here, (x, y), now.user_disc("chase", (x, y)))
         return None if path is None else (levels[i], path.length)
 
-    bounds = [(level, math.dist(place, here)) for level, place in zip(levels, places, strict=True)]
-    best = cheapest(bounds, total, tries=now.settings.chase.tries)
+    best = cheapest(list(zip(levels, lengths, strict=True)), total, tries=now.settings.chase.tries)
     return None if best is None else (places[best][0], places[best][1])

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from engine.files import Duration, Speed
-from hw import OLD_S, DriveMode, Pose2, Twist2, wrap
+from hw import OLD_S, DriveMode, Pose2, Twist2, UserPose, wrap
 from hw.scene import Disc
 from states.environment import (
     BASE_ADMITTED,
@@ -95,6 +95,7 @@ class BaseDrive:
         self._speed = math.inf if speed is None else speed
         self._driver: Driver | None = None
         self._goal: Pose2 | None = None
+        self._aim: Pose2 | None = None
         self._progress = None if patience is None else GoalProgress(patience)
 
     def __enter__(self) -> BaseDrive:
@@ -123,6 +124,7 @@ class BaseDrive:
         """Keep the distances from walls, and at least that from the user, of this subsystem."""
         self._keeping, self._planner = name, planner_key(name)
         self._kept = self._environment.navigation.named(name)
+        self._goes_round = not (self._kept is self._own or self._is_apart or self._straight)
 
     def towards(
         self,
@@ -143,8 +145,13 @@ class BaseDrive:
         if driver is None or goal is not self._goal:
             driver = self._set_out_for(goal, planner)
         driver.planner = planner
-        aim, disc = self._leg(planner, now, goal)
-        driver.go_to(aim)
+        if self._goes_round and now.user is not None:
+            aim, disc = self._leg(planner, now, now.user, goal)
+        else:
+            aim, disc = goal, user_disc(now.user, self._own)
+        if aim is not self._aim:
+            driver.go_to(aim)
+            self._aim = aim
         command = self._command(driver, now, disc)
         left = driver.left if aim is goal else driver.left + aim.distance_to(goal)
         self._base.drive(command, self._source, left)
@@ -160,7 +167,7 @@ class BaseDrive:
         self._base.release(self._source)
         if self._driver is not None:
             self._driver.release()
-        self._goal = None
+        self._goal = self._aim = None
 
     def _set_out_for(self, goal: Pose2, planner: GlobalPlanner) -> Driver:
         """The local planner, made when it is first needed, with this goal."""
@@ -203,20 +210,22 @@ class BaseDrive:
         )
 
     def _leg(
-        self, planner: GlobalPlanner, now: extrapolated_state.RobotAndUser, goal: Pose2
-    ) -> tuple[Pose2, Disc | None]:
+        self,
+        planner: GlobalPlanner,
+        now: extrapolated_state.RobotAndUser,
+        user: UserPose,
+        goal: Pose2,
+    ) -> tuple[Pose2, Disc]:
         """What to drive to now, the goal or the way in to it, and the disc to keep out of.
 
         To a goal near the user the drive goes round them as far away as its own subsystem does, and
         comes in from outside; where there is no such way, as near as it has to.
         """
-        user, own, kept = now.user, self._own, self._kept
-        if kept is own or user is None or self._is_apart or self._straight:
-            return goal, user_disc(user, own)
+        own, kept = self._own, self._kept
         disc, here = wide_disc(user, own, kept, goal), (now.pose.x, now.pose.y)
         if not comes_in(now.pose, user, goal):
             outside = way_in(user, goal, own.user_radius)
-            round_it = user_disc(user, own)
+            round_it = Disc(user.body.x, user.body.y, own.user_radius)
             if planner.plan(here, (outside.x, outside.y), round_it) is not None:
                 return outside, round_it
         if planner.plan(here, (goal.x, goal.y), disc) is None:
