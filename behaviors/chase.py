@@ -79,7 +79,7 @@ def out_of_the_way(now: Situation, cells: Array, most: int = CELLS) -> Array:
 
     Best first.
     """
-    from behaviors.prediction import risks
+    from behaviors.person import risks
 
     some = cells[:: max(1, len(cells) // most)]
     return _with_costs(some, now.settings.chase.risk * risks(now, some[:, :2]))
@@ -89,7 +89,7 @@ def drives_weighed(now: Situation, cells: Array) -> list[ChaseCell]:
     """The cells (n, 3), with weights that include the risk of the drive there; best first."""
     import numpy as np
 
-    from behaviors.prediction import way_risks
+    from behaviors.person import way_risks
     from states.navigation.local import rest_to_rest
 
     subsystem, limits = now.environment.navigation.chase, now.environment.limits

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from behaviors.escape_poses import free_poses
-from behaviors.prediction import is_met_braking, time_aside
+from behaviors.person import is_met_braking, time_aside
 from behaviors.profile import EscapeSettings, Settings
 from behaviors.situation import Situation
 from hw import STILL, Pose2, Twist2, UserPose, wrap

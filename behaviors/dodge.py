@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from behaviors.prediction import (
+from behaviors.person import (
     SETS_OFF_S,
     STOPPED_S,
     Array,

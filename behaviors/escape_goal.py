@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from behaviors.prediction import RolloutEvaluation, evaluate, predict_user, roll_out
+from behaviors.person import RolloutEvaluation, evaluate, predict_user, roll_out
 from behaviors.situation import Situation
 from hw import Outline, Pose2
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from behaviors.prediction import turns_at_it
+from behaviors.person import turns_at_it
 from behaviors.situation import CHANGES, READS, TURN_ROOM, WAYS, Situation, situation
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration, Length, Speed

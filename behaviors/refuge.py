@@ -49,7 +49,7 @@ def refuge(now: Situation) -> Point | None:
     """
     import numpy as np
 
-    from behaviors.prediction import risks, way_risks
+    from behaviors.person import risks, way_risks
 
     here = (now.pose.x, now.pose.y)
     places = [here, *_free_places(now)]

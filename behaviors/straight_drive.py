@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from behaviors.prediction import STEP_S
+from behaviors.person import STEP_S
 from behaviors.situation import Situation
 from hw import STILL, USER_RADIUS, Twist2, compiled, example, wrapped
 from hw.safety import nearness

@@ -224,7 +224,7 @@ class ChaseSettings:
     seed: Annotated[int, Range(0, 2**63)]
     """Of the random choice."""
     risk: Annotated[float, Range(0.0, 1000.0)]
-    """A second that waiting there is expected to cost (`behaviors.prediction.waiting`) counts as so
+    """A second that waiting there is expected to cost (`behaviors.person.waiting`) counts as so
     many of response; 0: places are weighed by the response alone."""
     stays: bool
     """Without a free place the robot stays where it is; else Chase fails."""

@@ -1,7 +1,7 @@
 """What `doctor --scene` reports of waiting beside a user: the risk that no place in the room takes.
 
 For users all over the floor the place is looked up that Chase would choose if every path were
-free, with the risk of `behaviors.prediction.waiting` there.
+free, with the risk of `behaviors.person.waiting` there.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
 def _risk(now: Situation, cells: Array) -> float | None:
     """The risk at the free cell with the largest weight, s; None without a free cell."""
     from behaviors import out_of_the_way
-    from behaviors.prediction import risks
+    from behaviors.person import risks
     from behaviors.situation import space
 
     around = space(now.settings, lambda: cells, now.planners["chase"], now.user)

@@ -15,15 +15,10 @@ from shapely.geometry import LineString, Point, Polygon
 from behaviors import escape_poses
 from behaviors.dodge import is_caught, place_with_room, walks_at_it
 from behaviors.escape_goal import safest_goal
-from behaviors.prediction.costs import FAR, crowding, haste, lateness
-from behaviors.prediction.rollout import (
-    HORIZON_S,
-    STEP_S,
-    evaluate,
-    predict_user,
-    pursued,
-    roll_out,
-)
+from behaviors.person.costs import FAR, crowding, haste, lateness
+from behaviors.person.drives import HORIZON_S, STEP_S, roll_out
+from behaviors.person.lines import predict_user
+from behaviors.person.touch import evaluate, pursued
 from behaviors.profile.profile import Profile
 from behaviors.situation.present_situation import Situation
 from behaviors.straight_drive import command_towards

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from behaviors.prediction import STEP_S
+from behaviors.person import STEP_S
 from behaviors.profile import Profile
 from behaviors.situation import Situation
 from behaviors.straight_drive import command_towards

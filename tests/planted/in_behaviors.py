@@ -112,47 +112,47 @@ FAULTS = (
     ),
     Fault(
         "braking-way-doubled",
-        "behaviors/prediction/aside.py",
+        "behaviors/person/margin.py",
         "braking * braking / (2.0 * stopping)",
         "braking * braking / stopping",
         (
-            "tests/behaviors/prediction/test_aside.py::"
+            "tests/behaviors/person/test_margin.py::"
             "test_a_walker_meets_a_robot_that_brakes_if_the_integral_of_its_speed_leads_there"
         ),
     ),
     Fault(
         "other-side-of-a-line",
-        "behaviors/prediction/aside.py",
+        "behaviors/person/margin.py",
         "2.0 * acceleration * (contact - side * lateral)",
         "2.0 * acceleration * (contact - lateral)",
         (
-            "tests/behaviors/prediction/test_aside.py::"
+            "tests/behaviors/person/test_margin.py::"
             "test_the_time_aside_is_the_last_at_which_the_robot_is_too_near_to_the_line"
         ),
     ),
     Fault(
         "turn-before-setting-off-across-pi",
-        "behaviors/prediction/waiting.py",
+        "behaviors/person/waiting.py",
         "turn = abs((angles[j] - user[2] + math.pi) % math.tau - math.pi)",
         "turn = abs(angles[j] - user[2])",
         (
-            "tests/behaviors/prediction/test_waiting.py::"
+            "tests/behaviors/person/test_waiting.py::"
             "test_the_risk_is_lack_of_time_and_escapes_over_all_lines_of_walk"
         ),
     ),
     Fault(
         "beside-the-line-on-the-wrong-side",
-        "behaviors/prediction/waiting.py",
+        "behaviors/person/waiting.py",
         "aside = contact - lateral if side == 0 else contact + lateral",
         "aside = contact + lateral if side == 0 else contact - lateral",
         (
-            "tests/behaviors/prediction/test_waiting.py::"
+            "tests/behaviors/person/test_waiting.py::"
             "test_the_risk_is_lack_of_time_and_escapes_over_all_lines_of_walk"
         ),
     ),
     Fault(
         "haste-without-the-two",
-        "behaviors/prediction/costs.py",
+        "behaviors/person/costs.py",
         "math.sqrt(2.0 * acceleration * max(0.0, distance - keep))",
         "math.sqrt(acceleration * max(0.0, distance - keep))",
         (
@@ -172,7 +172,7 @@ FAULTS = (
     ),
     Fault(
         "rest-twice-as-far",
-        "behaviors/prediction/rollout.py",
+        "behaviors/person/drives.py",
         "stretch = math.hypot(vx, vy) / (2.0 * acceleration)",
         "stretch = math.hypot(vx, vy) / acceleration",
         "tests/behaviors/test_dodge.py::test_room_is_not_made_through_a_wall_even_with_momentum",

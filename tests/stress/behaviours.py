@@ -18,10 +18,12 @@ from behaviors import (
     refuge,
     straight_drive,
 )
-from behaviors.prediction.aside import is_met_braking, time_aside
-from behaviors.prediction.costs import crowding, efforts, haste, lateness
-from behaviors.prediction.rollout import evaluate, predict_user, pursued, roll_out
-from behaviors.prediction.waiting import risks, way_risks
+from behaviors.person.costs import crowding, efforts, haste, lateness
+from behaviors.person.drives import roll_out
+from behaviors.person.lines import predict_user
+from behaviors.person.margin import is_met_braking, time_aside
+from behaviors.person.touch import evaluate, pursued
+from behaviors.person.waiting import risks, way_risks
 from behaviors.profile.profile import Profile, load_profile
 from behaviors.situation.chase_cells import grid
 from behaviors.situation.chase_space import space

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from behaviors.prediction.rollout import HORIZON_S
+from behaviors.person.drives import HORIZON_S
 from cobodeck.avoidable.shapes import segment_distance, way_distance
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.people.walking.leaving import walked

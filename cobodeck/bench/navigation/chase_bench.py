@@ -14,8 +14,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from behaviors import chase
-from behaviors.prediction import costs, rollout, waiting
+from behaviors import chase, person
 from behaviors.profile import Settings, load_profile
 from behaviors.situation import Array, ChaseCell, ChaseSpace, Situation, grid, space
 from cobodeck.bench.harness import ROUNDS, BenchRow, TimedPoint, Work, timed, times
@@ -63,7 +62,7 @@ def rows(
     rounds: int = ROUNDS, sizes: Iterable[float] = CELLS_M, count: int = SITUATIONS
 ) -> Iterator[BenchRow]:
     """The decision by size of the cells; then the making of these cells, once per room."""
-    compile_examples((costs, rollout, waiting, visibility))
+    compile_examples((person, visibility))
     points: list[TimedPoint] = []
     missing: list[BenchRow] = []
     building: list[TimedPoint] = []

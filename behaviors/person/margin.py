@@ -29,7 +29,7 @@ def time_aside(lateral: float, drift: float, contact: float, acceleration: float
     `lateral`, m, is how far to the left of the line it is, `drift`, m/s, its velocity to the left;
     the side that takes less time counts. To either side, with both signs turned for the right one,
     it is the last root t of lateral + drift t + acceleration t^2 / 2 = contact, or 0 without one.
-    `behaviors.prediction.costs` compiles this function as it stands.
+    `behaviors.person.costs` compiles this function as it stands.
     """
     soonest = math.inf
     for side in (1.0, -1.0):

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from behaviors.prediction.aside import time_aside
-from behaviors.prediction.rollout import STEP_S, Array
+from behaviors.person.drives import STEP_S, Array
+from behaviors.person.margin import time_aside
 from hw import compiled, example
 from hw.scene import Point
 from states.navigation.exact import distance_to_nearest

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from shapely.geometry import LineString, Point, Polygon
 
-from behaviors.prediction import waiting
-from behaviors.prediction.waiting import risks, way_risks
+from behaviors.person import waiting
+from behaviors.person.waiting import risks, way_risks
 from behaviors.profile.profile import Profile
 from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2

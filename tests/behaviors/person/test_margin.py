@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
-from behaviors.prediction.aside import SETS_OFF_S, STEP_S, is_met_braking, time_aside, turns_at_it
-from behaviors.prediction.costs import lateness
+from behaviors.person.costs import lateness
+from behaviors.person.margin import SETS_OFF_S, STEP_S, is_met_braking, time_aside, turns_at_it
 from hw.geometry import Twist2
 from tests.repeats import examples
 

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.prediction.rollout import Array
+from behaviors.person.drives import Array
 from behaviors.situation import Situation
 from hw import compiled, example
 from hw.scene import Point
