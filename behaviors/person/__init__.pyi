@@ -1,15 +1,15 @@
 from behaviors.person import (
-    costs as costs,
+    band as band,
     drives as drives,
     lines as lines,
+    margin as margin,
     touch as touch,
     waiting as waiting,
 )
-from behaviors.person.costs import (
-    crowding as crowding,
-    efforts as efforts,
+from behaviors.person.band import (
+    cornered as cornered,
     haste as haste,
-    lateness as lateness,
+    off_the_band as off_the_band,
 )
 from behaviors.person.drives import (
     STEP_S as STEP_S,
@@ -18,16 +18,18 @@ from behaviors.person.drives import (
     roll_out as roll_out,
 )
 from behaviors.person.lines import (
+    lines_of_walk as lines_of_walk,
     predict_user as predict_user,
+    setting_off as setting_off,
 )
 from behaviors.person.margin import (
-    SETS_OFF_S as SETS_OFF_S,
-    is_met_braking as is_met_braking,
-    time_aside as time_aside,
+    Clearing as Clearing,
+    lacking as lacking,
+    time_left as time_left,
     turns_at_it as turns_at_it,
+    watched_from as watched_from,
 )
 from behaviors.person.touch import (
-    STOPPED_S as STOPPED_S,
     RolloutEvaluation as RolloutEvaluation,
     evaluate as evaluate,
     pursued as pursued,

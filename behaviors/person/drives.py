@@ -20,9 +20,9 @@ from states.navigation import GlobalPlanner
 
 Array = NDArray[np.float64]
 
-HORIZON_S, STEP_S = 3.0, 0.1
-"""Length and step of a rollout, s."""
-STEPS = round(HORIZON_S / STEP_S)
+STEP_S = 0.1
+"""Step of simulated drives and lines of walk, s: in one a robot at 1 m/s2 changes by 5 mm what it
+would drive."""
 SLACK = 0.01
 """How much nearer to a wall a robot may come that starts too near to it, m."""
 BREAK_OFF = (0, 2, 4)
@@ -53,20 +53,29 @@ class Rollouts:
         return all(planner.clearance(place) >= least for place in trajectory[1 : free.argmax()])
 
 
+def steps_of(now: Situation) -> int:
+    """Number of steps of drives and lines of walk."""
+    return round(now.settings.user.walks.lookahead / STEP_S)
+
+
 def roll_out(now: Situation, places: Sequence[Point] | Array, max_speed: float) -> Rollouts:
     """Simulate the drives from the current pose to each place (n, 2), at up to `max_speed`, m/s."""
     pose, motion = now.pose, now.twist.rotated(now.pose.yaw)
     acceleration = now.environment.limits.base_acceleration
     goals = np.array(places, dtype=np.float64).reshape(-1, 2)
     state = (pose.x, pose.y, motion.vx, motion.vy)
-    return Rollouts(_roll_out(state, max_speed, acceleration, goals), acceleration)
+    return Rollouts(_roll_out(state, max_speed, acceleration, goals, steps_of(now)), acceleration)
 
 
 @compiled_like_numpy
 def _roll_out(
-    state: tuple[float, float, float, float], max_speed: float, acceleration: float, goals: Array
+    state: tuple[float, float, float, float],
+    max_speed: float,
+    acceleration: float,
+    goals: Array,
+    steps: int,
 ) -> Array:
-    """Positions after each step, (n, STEPS, 2), from x, y, vx, vy.
+    """Positions after each step, (n, steps, 2), from x, y, vx, vy.
 
     In each step the wanted velocity points to the goal with the speed that can still be braked,
     sqrt(2 a left), within the limit and not past the goal; the change towards it is limited to
@@ -76,9 +85,9 @@ def _roll_out(
     x, y, vx, vy = np.empty(count), np.empty(count), np.empty(count), np.empty(count)
     x[:], y[:], vx[:], vy[:] = state
     goal_x, goal_y = goals[:, 0].copy(), goals[:, 1].copy()
-    xs, ys = np.empty((STEPS, count)), np.empty((STEPS, count))
+    xs, ys = np.empty((steps, count)), np.empty((steps, count))
     most = acceleration * STEP_S
-    for step in range(STEPS):
+    for step in range(steps):
         for i in range(count):  # without a branch, so that several are computed at once
             dx, dy = goal_x[i] - x[i], goal_y[i] - y[i]
             left = math.sqrt(dx * dx + dy * dy)
@@ -96,9 +105,9 @@ def _roll_out(
             vx[i] += ax
             vy[i] += ay
             xs[step, i], ys[step, i] = x[i], y[i]
-    trajectories = np.empty((count, STEPS, 2))
+    trajectories = np.empty((count, steps, 2))
     for i in range(count):
-        for step in range(STEPS):
+        for step in range(steps):
             trajectories[i, step, 0], trajectories[i, step, 1] = xs[step, i], ys[step, i]
     return trajectories
 
@@ -118,5 +127,5 @@ def _rest_places(trajectory: Array, acceleration: float) -> Array:
 
 @example
 def _example() -> None:
-    trajectories = _roll_out((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)))
+    trajectories = _roll_out((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)), 6)
     _rest_places(trajectories[0], 1.0)

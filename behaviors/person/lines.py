@@ -7,11 +7,23 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from behaviors.person.drives import STEP_S, STEPS, Array
+from behaviors.person.drives import STEP_S, Array, steps_of
 from behaviors.situation import Situation
 from hw import compiled, example
 from states.navigation.exact import distance_to_nearest, lines_cross
 from states.signals import PREDICTORS, chord
+
+
+def lines_of_walk(now: Situation) -> Array:
+    """The lines that the user is likely to walk, (n, steps, 3).
+
+    Who walks goes on straight or in their bend; who turns on the spot may set off at any angle of
+    the turn.
+    """
+    if now.velocity.speed >= now.settings.escape.moving:
+        return predict_user(now, now.settings.user.likely)
+    turned = np.array(now.settings.user.walks.sets_off) * now.velocity.wz
+    return setting_off(now, now.user.body.yaw + turned)
 
 
 def predict_user(now: Situation, predictors: Sequence[str]) -> Array:
@@ -27,7 +39,7 @@ def predict_user(now: Situation, predictors: Sequence[str]) -> Array:
     )
     state = np.array((body.x, body.y, body.yaw, velocity.vx, velocity.vy, velocity.wz))
     robot = np.array((now.pose.x, now.pose.y))
-    found = _predictions(numbers, state, robot, now.environment.walls)
+    found = _predictions(numbers, state, robot, now.environment.walls, steps_of(now))
     found[:, :, 2] += looking - body.yaw
     return found
 
@@ -36,9 +48,9 @@ _chord = compiled(chord)
 
 
 @compiled
-def _predictions(predictors: Array, state: Array, robot: Array, walls: Array) -> Array:
+def _predictions(predictors: Array, state: Array, robot: Array, walls: Array, steps: int) -> Array:
     """`Predictor.at` for each predictor (a row with its parameters) and each step, up to a wall."""
-    found = np.empty((len(predictors), STEPS, 3))
+    found = np.empty((len(predictors), steps, 3))
     clear = distance_to_nearest(state[0], state[1], walls)
     heading = math.atan2(state[4], state[3])
     dx, dy = robot[0] - state[0], robot[1] - state[1]
@@ -47,7 +59,7 @@ def _predictions(predictors: Array, state: Array, robot: Array, walls: Array) ->
         pace = max(least, math.hypot(state[3], state[4]))
         rate = keeps * state[5] + turn
         before_x, before_y = state[0], state[1]
-        for step in range(STEPS):
+        for step in range(steps):
             ahead = STEP_S * (step + 1)
             length, off, turned = _chord(speed * pace, rate, fades, ahead)
             direction, yaw = heading + off, state[2] + turned
@@ -73,6 +85,39 @@ def _is_walled_off(px: float, py: float, qx: float, qy: float, walls: Array) -> 
     return False
 
 
+def setting_off(now: Situation, angles: Array) -> Array:
+    """Straight lines of a user who sets off at these angles, (n, steps, 3).
+
+    They walk at their pace, up to a wall.
+    """
+    body, walks = now.user.body, now.settings.user.walks
+    lengths = free_lengths(body.x, body.y, angles, now.environment.walls, walks.farthest)
+    times = STEP_S * np.arange(1, steps_of(now) + 1)
+    ways = np.minimum(lengths[:, None], walks.pace * times)
+    x, y = body.x + ways * np.cos(angles)[:, None], body.y + ways * np.sin(angles)[:, None]
+    return np.stack((x, y, np.broadcast_to(angles[:, None], x.shape)), axis=2)
+
+
+@compiled
+def free_lengths(x: float, y: float, angles: Array, walls: Array, farthest: float) -> Array:
+    """Length of the free ray from x, y in each direction, m, at most `farthest`."""
+    found = np.empty(len(angles))
+    for i in range(len(angles)):
+        c, s, length = math.cos(angles[i]), math.sin(angles[i]), farthest
+        for j in range(len(walls)):
+            ax, ay = walls[j, 0] - x, walls[j, 1] - y
+            dx, dy = walls[j, 2] - walls[j, 0], walls[j, 3] - walls[j, 1]
+            cross = c * dy - s * dx
+            if cross == 0.0:
+                continue
+            along, share = (ax * dy - ay * dx) / cross, (ax * s - ay * c) / cross
+            if 0.0 <= share <= 1.0 and 0.0 <= along < length:
+                length = along
+        found[i] = length
+    return found
+
+
 @example
 def _example() -> None:
-    _predictions(np.ones((2, 6)), np.zeros(6), np.ones(2), np.ones((1, 4)))
+    free_lengths(0.0, 0.0, np.zeros(1), np.ones((1, 4)), 8.0)
+    _predictions(np.ones((2, 6)), np.zeros(6), np.ones(2), np.ones((1, 4)), 3)

@@ -11,14 +11,6 @@ from behaviors.person.drives import STEP_S, Array, Rollouts
 from behaviors.situation import Situation
 from hw import USER_RADIUS, Outline, compiled, example
 
-CLOSEST = 0.12
-"""A predicted gap to the user below this, m, counts as a touch; see `_closest`."""
-WITH_USER = USER_RADIUS + 0.2
-"""With the user's centre nearer than this to the outline of rover and arm, m, the arm is taken to
-be at the user's hand."""
-STOPPED_S = 1.3
-"""An attentive user stands this long after the sign appears, s: 0.8 s to react, 0.5 s to stop."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RolloutEvaluation:
@@ -27,8 +19,7 @@ class RolloutEvaluation:
     `safe_after` (n,): time until both Escape zones stay clear, s, on the worst of the user's
     trajectories (infinite: never). `gap` (n,): smallest gap between robot and user on any of them,
     m, negative in contact; `gap_soon` (n,): … until a user who is shown the sign now has stopped.
-    `touch_after` (n,): time until the gap is below CLOSEST, s, on the best of them (infinite:
-    never).
+    `touch_after` (n,): time until there is a touch, s, on the best of them (infinite: never).
     """
 
     safe_after: Array
@@ -47,7 +38,9 @@ def evaluate(
     """
     pose, escape, outline = now.pose, now.settings.escape, _around_robot(now, outline)
     zones = (escape.ahead + escape.hysteresis, escape.around + escape.hysteresis, escape.half_view)
-    found = _evaluate(rollouts.trajectories, predictions, pose.yaw, zones, outline, _closest(now))
+    stops, closest = now.settings.user.walks.stops, _closest(now)
+    drives = rollouts.trajectories
+    found = _evaluate(drives, predictions, pose.yaw, zones, outline, closest, stops)
     return RolloutEvaluation(*found)
 
 
@@ -64,13 +57,14 @@ def pursued(now: Situation, rollouts: Rollouts, outline: Outline | None = None) 
 
 def _closest(now: Situation) -> float:
     """The gap that counts as a touch, by how uncertain the user's pose is, m."""
-    return CLOSEST + now.environment.user_margin
+    return now.settings.user.margins.touch + now.environment.user_margin
 
 
 def _around_robot(now: Situation, outline: Outline | None) -> Outline:
     """The outline of rover and arm, or of the rover alone if the arm is at the user's hand."""
     user = now.pose.inverse().transform(now.user.body.x, now.user.body.y)
-    if outline is None or outline.distance(*user) < WITH_USER:
+    near = USER_RADIUS + now.settings.user.margins.at_hand
+    if outline is None or outline.distance(*user) < near:
         return now.environment.outline()
     return outline
 
@@ -83,6 +77,7 @@ def _evaluate(
     zones: tuple[float, float, float],
     outline: Outline,
     closest: float,
+    stops: float,
 ) -> tuple[Array, Array, Array, Array]:
     """See `RolloutEvaluation`; `zones` are radius ahead, radius around, and half the view angle."""
     count = len(trajectories)
@@ -102,7 +97,7 @@ def _evaluate(
                 across = max(0.0, y - outline.left, -outline.right - y)
                 room = math.hypot(along, across) - USER_RADIUS
                 gap[i] = min(gap[i], room)
-                if STEP_S * step < STOPPED_S:
+                if STEP_S * step < stops:
                     gap_soon[i] = min(gap_soon[i], room)
                 if room < closest:
                     touch = min(touch, STEP_S * (step + 1))
@@ -150,5 +145,5 @@ def _pursued(
 @example
 def _example() -> None:
     drive, walk, outline = np.zeros((1, 2, 2)), np.zeros((1, 2, 3)), Outline(0.5, 0.5, 0.4, 0.4)
-    _evaluate(drive, walk, 0.0, (1.0, 1.0, 1.0), outline, 0.1)
+    _evaluate(drive, walk, 0.0, (1.0, 1.0, 1.0), outline, 0.1, 1.0)
     _pursued(drive, (1.0, 1.0, 1.0), 0.0, outline, 0.1)

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
+from behaviors.profile.person_settings import MarginSettings, RoomSettings, WalkSettings
 from engine.files import (
     Acceleration,
     Angle,
@@ -148,6 +149,12 @@ class UserSettings:
     """Predictors that Escape uses."""
     possible: tuple[PredictorName, ...]
     """Predictors that making room uses too."""
+    walks: WalkSettings
+    """Where somebody may walk who stands, turns or bends."""
+    margins: MarginSettings
+    """How much time to get out of the way is enough."""
+    beside: RoomSettings
+    """Choice of a place beside a user who walks."""
 
 
 @dataclass(frozen=True, slots=True)

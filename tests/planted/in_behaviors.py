@@ -8,8 +8,8 @@ FAULTS = (
     Fault(
         "room-without-hysteresis",
         "behaviors/make_room.py",
-        "is_crowded(now, self.room + SLACK,",
-        "is_crowded(now, self.room,",
+        "room += user.room.slack if again else 0.0",
+        "room += 0.0",
         (
             "tests/behaviors/test_make_room.py::"
             "test_room_is_made_until_there_is_a_little_more_of_it_than_is_asked_for"
@@ -28,8 +28,8 @@ FAULTS = (
     Fault(
         "caught-without-the-delay",
         "behaviors/dodge.py",
-        "within = CAUGHT_S + calm + now.environment.delay",
-        "within = CAUGHT_S + calm",
+        "return user.walks.stops + user.window + now.environment.delay",
+        "return user.walks.stops + user.window",
         (
             "tests/behaviors/test_dodge.py::"
             "test_who_walks_at_a_robot_is_warned_as_much_earlier_as_poses_and_commands_are_late"
@@ -38,8 +38,8 @@ FAULTS = (
     Fault(
         "bend-clamped-on-one-side",
         "behaviors/dodge.py",
-        "max(-BEND, min(BEND, velocity.wz))",
-        "min(BEND, velocity.wz)",
+        "max(-walks.bend_most, min(walks.bend_most, rate))",
+        "min(walks.bend_most, rate)",
         (
             "tests/behaviors/test_dodge.py::"
             "test_a_bend_towards_the_robot_counts_for_half_a_second_at_1_2_radians_per_second_at_most"
@@ -48,8 +48,8 @@ FAULTS = (
     Fault(
         "calm-without-hysteresis",
         "behaviors/danger.py",
-        "reaction=escape.reaction + CALM_S",
-        "reaction=escape.reaction",
+        "reaction=rules.reaction + calm",
+        "reaction=rules.reaction",
         (
             "tests/behaviors/test_escape.py::"
             "test_a_danger_is_over_a_tenth_of_a_second_after_it_would_begin"
@@ -72,8 +72,8 @@ FAULTS = (
     Fault(
         "drift-in-the-frame-of-the-base",
         "behaviors/danger.py",
-        "will_be_reached(environment, escape, user.body, base, velocity, twist.rotated(base.yaw))",
-        "will_be_reached(environment, escape, user.body, base, velocity, twist)",
+        "will_be_reached(rules, user.body, base, velocity, twist.rotated(base.yaw))",
+        "will_be_reached(rules, user.body, base, velocity, twist)",
         "tests/behaviors/test_escape.py::test_the_robot_s_own_motion_counts_towards_a_contact",
     ),
     Fault(
@@ -143,8 +143,8 @@ FAULTS = (
     Fault(
         "beside-the-line-on-the-wrong-side",
         "behaviors/person/waiting.py",
-        "aside = contact - lateral if side == 0 else contact + lateral",
-        "aside = contact + lateral if side == 0 else contact - lateral",
+        "away = rules.contact - lateral if side == 0 else rules.contact + lateral",
+        "away = rules.contact + lateral if side == 0 else rules.contact - lateral",
         (
             "tests/behaviors/person/test_waiting.py::"
             "test_the_risk_is_lack_of_time_and_escapes_over_all_lines_of_walk"
@@ -152,7 +152,7 @@ FAULTS = (
     ),
     Fault(
         "haste-without-the-two",
-        "behaviors/person/costs.py",
+        "behaviors/person/band.py",
         "math.sqrt(2.0 * acceleration * max(0.0, distance - keep))",
         "math.sqrt(acceleration * max(0.0, distance - keep))",
         (
