@@ -3,35 +3,17 @@
 from __future__ import annotations
 
 import math
-import random
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import Annotated
 
-from behaviors.situation import (
-    CHANGES,
-    CHASE_SPACE,
-    READS,
-    WAYS,
-    ChaseCell,
-    ChaseSpace,
-    Situation,
-    situation,
-)
+from behaviors.situation import CHANGES, READS, WAYS, ChaseRing, Situation, situation
 from engine import Action, Context, Monitor, On, Run
-from engine.files import Duration, Length
-from hw import OLD_S, Pose2, Pose3, UserPose, wrap
+from engine.files import Angle, Duration, Length
+from engine.files.declared import ABOVE_0, FROM_0
+from hw import Pose2, Pose3, UserPose, wrap
 from hw.scene import Point
 from states.environment import BASE_REFUSAL, HAPTIC_REQUEST, planner_key
-from states.navigation import DRIVES, command_of, place_near, user_disc
+from states.navigation import DRIVES, BaseDrive, place_near
 from states.signals import PREDICTORS
-
-if TYPE_CHECKING:
-    from behaviors.situation import Array
-
-TRIES = 30
-"""How many of the best free cells are tried for a path before giving up."""
-CELLS = 400
-"""About how many cells' risk is computed."""
 
 
 def tangent_yaw(centre: Pose2, place: Point, now: float) -> float:
@@ -42,81 +24,6 @@ def tangent_yaw(centre: Pose2, place: Point, now: float) -> float:
     radial = math.atan2(place[1] - centre.y, place[0] - centre.x)
     options = (wrap(radial + 0.5 * math.pi), wrap(radial - 0.5 * math.pi))
     return min(options, key=lambda yaw: abs(wrap(yaw - now)))
-
-
-def best_cell(now: Situation, space: ChaseSpace, most: int = CELLS) -> Point | None:
-    """The reachable free cell with the largest weight (R96); None if there is none.
-
-    Weights within the profile's `tie` of the largest count as equal; the shortest path decides.
-    Risk is computed of about `most` cells.
-    """
-    planner, chase = now.planners["chase"], now.settings.chase
-    here = (now.pose.x, now.pose.y)
-    cells: Iterable[ChaseCell]
-    if chase.risk > 0.0:
-        cells = drives_weighed(now, out_of_the_way(now, space.all_free(), most))
-    else:
-        cells = space.free()
-    if chase.pick == "sample":
-        cells = _sampled(list(cells), chase.seed, now.user)
-    best, shortest, least = None, math.inf, -math.inf
-    for tries, (x, y, weight) in enumerate(cells):
-        if weight < least or (best is None and tries >= TRIES):
-            break
-        if math.dist((x, y), here) >= shortest:
-            continue
-        path = planner.plan(here, (x, y), now.user_disc("chase", (x, y)))
-        if path is None or path.length >= shortest:
-            continue
-        if best is None:
-            least = weight - chase.tie if chase.pick == "largest" else math.inf
-        best, shortest = (x, y), path.length
-    return best
-
-
-def out_of_the_way(now: Situation, cells: Array, most: int = CELLS) -> Array:
-    """About `most` of the cells (n, 3), with weights that include the risk of standing there.
-
-    Best first.
-    """
-    from behaviors.person import risks
-
-    some = cells[:: max(1, len(cells) // most)]
-    return _with_costs(some, now.settings.chase.risk * risks(now, some[:, :2]))
-
-
-def drives_weighed(now: Situation, cells: Array) -> list[ChaseCell]:
-    """The cells (n, 3), with weights that include the risk of the drive there; best first."""
-    import numpy as np
-
-    from behaviors.person import way_risks
-    from states.navigation.local import rest_to_rest
-
-    subsystem, limits = now.environment.navigation.chase, now.environment.limits
-    lengths = np.hypot(cells[:, 0] - now.pose.x, cells[:, 1] - now.pose.y)
-    times = rest_to_rest(lengths, subsystem.max_speed, limits.base_acceleration)
-    risk = way_risks(now, cells[:, :2], subsystem.user_radius, times)
-    weighed: list[ChaseCell] = _with_costs(cells, now.settings.chase.risk * risk).tolist()
-    return weighed
-
-
-def _with_costs(cells: Array, costs: Array) -> Array:
-    """Cells (n, 3) with costs, s, added to the times that their weights are reciprocals of."""
-    import numpy as np
-
-    weights = 1.0 / (1.0 / np.maximum(cells[:, 2], 1e-9) + costs)
-    order = np.argsort(-weights, kind="stable")
-    return np.column_stack((cells[:, :2], weights))[order]
-
-
-def _sampled(cells: Sequence[ChaseCell], seed: int, user: UserPose) -> list[ChaseCell]:
-    """Cells in a random order weighted by their weights (R96), the same for the same user pose.
-
-    Sorting by u^(1 / weight), u uniform, descending, is weighted sampling without replacement
-    (Efraimidis and Spirakis 2006).
-    """
-    chance = random.Random(repr((seed, user.body)))
-    return sorted(cells, key=lambda cell: -(chance.random() ** (1.0 / max(cell[2], 1e-9))))
 
 
 class HapticRequest(Monitor):
@@ -138,24 +45,86 @@ class HapticRequest(Monitor):
             yield On(HAPTIC_REQUEST)
 
 
-class ChooseChasePose(Action):
-    """The best free cell of the Chase space, and a yaw with a long side to the user (R96, R99)."""
+class _ChoosesCell(Action):
+    """Chooses a cell of the Chase space, and a yaw with a long side to the user (R96, R99)."""
 
     outcomes = ("chosen", "none")
     outputs = {"chosen": {"pose": Pose2, "user": UserPose}, "none": {"user": UserPose}}
-    reads = {**WAYS, CHASE_SPACE: OLD_S}
+    reads = WAYS
+
+    def __init__(
+        self,
+        inner: Annotated[Length, ABOVE_0] | None = None,
+        outer: Annotated[Length, ABOVE_0] | None = None,
+        front: Annotated[Angle, FROM_0] | None = None,
+        rear: Annotated[Angle, FROM_0] | None = None,
+    ) -> None:
+        self.ring = inner, outer, front, rear
 
     def run(self, ctx: Context) -> Run:
-        while True:
-            now, space = situation(ctx, "chase", "escape"), ctx.value(CHASE_SPACE)
-            if now is not None and space is not None:
-                break
-            yield On(planner_key("chase"), CHASE_SPACE, *CHANGES)
-        found = best_cell(now, space)
+        while (now := situation(ctx, "chase", "escape")) is None:
+            yield On(planner_key("chase"), planner_key("escape"), *CHANGES)
+        found = self._best(now, ChaseRing.of(now.settings.chase, *self.ring))
         if found is None:
             return "none", {"user": now.user}
-        goal = Pose2(*found, tangent_yaw(space.centre, found, now.pose.yaw))
+        goal = Pose2(*found, tangent_yaw(now.user.body, found, now.pose.yaw))
         return "chosen", {"pose": goal, "user": now.user}
+
+    def _best(self, now: Situation, ring: ChaseRing) -> Point | None:
+        """The chosen cell, m, in the map."""
+        raise NotImplementedError
+
+
+class ChooseChasePose(_ChoosesCell):
+    """The free place around the user from which a touch would be served soonest, with least risk.
+
+    `{do: ChooseChasePose, with: {inner: 2 m, front: 60 deg}, out: {pose: goal}, next: …}`.
+    Places lie between the radii `inner` and `outer`, without the sectors `front` ahead of the user
+    and `rear` behind them; what is not given is the profile's. The cost of a place is the time that
+    a response from there would take, and the profile's `risk` times what waiting there and the
+    drive there are expected to cost, should the user walk off (R96, R99, R103). `none`: no place is
+    free and can be reached.
+    """
+
+    policy = "tuned"
+
+    def _best(self, now: Situation, ring: ChaseRing) -> Point | None:
+        from behaviors.waiting_place import chase_place
+
+        return chase_place(now, ring)
+
+
+class ChooseChaseCell(_ChoosesCell):
+    """The paper's Chase pose: the free cell of the largest weight that can be reached (R95, R96).
+
+    The weight is an angle term, 1 at `best_angle` to either side of the user's view, times a radius
+    term, 1 at `best_radius`; of equal ones the one with the shortest path. The space is as for
+    `ChooseChasePose`; what is not given is the profile's. With `sample`, the seed of a random
+    order, a cell is the likelier the larger its weight is.
+    """
+
+    policy = "paper"
+
+    def __init__(
+        self,
+        inner: Annotated[Length, ABOVE_0] | None = None,
+        outer: Annotated[Length, ABOVE_0] | None = None,
+        front: Annotated[Angle, FROM_0] | None = None,
+        rear: Annotated[Angle, FROM_0] | None = None,
+        best_angle: Annotated[Angle, FROM_0] | None = None,
+        best_radius: Annotated[Length, ABOVE_0] | None = None,
+        sample: Annotated[int, FROM_0] | None = None,
+    ) -> None:
+        super().__init__(inner, outer, front, rear)
+        self.best_angle, self.best_radius, self.sample = best_angle, best_radius, sample
+
+    def _best(self, now: Situation, ring: ChaseRing) -> Point | None:
+        from behaviors.waiting_place import chase_cell
+
+        chase = now.settings.chase
+        angle = chase.best_angle if self.best_angle is None else self.best_angle
+        radius = chase.best_radius if self.best_radius is None else self.best_radius
+        return chase_cell(now, ring, angle, radius, self.sample)
 
 
 def user_soon(now: Situation, ahead: float) -> Pose2:
@@ -204,27 +173,16 @@ class Approach(Action):
         self.near, self.ahead = near, ahead
 
     def run(self, ctx: Context) -> Run:
-        from states.navigation import driver_of
-
-        base, driver = ctx.part("base"), None
-        try:
+        with BaseDrive(ctx, "chase", "chase", patience=None) as drive:
             while (now := situation(ctx, "chase")) is not None:
                 if distance_soon(now, self.ahead) <= self.near:
                     return "near"
                 goal = self._goal(now)
                 if goal is None:
                     return "no_path"
-                driver = driver or driver_of(now.environment, "chase", now.planners["chase"])
-                driver.planner = now.planners["chase"]
-                driver.go_to(goal)
-                disc = user_disc(now.user, now.environment.navigation.chase)
-                command = command_of(ctx, driver, now.around, disc, now.environment.period)
-                if driver.status == "arrived":
+                if drive.towards(goal, now=now.around) == "arrived":
                     return "near"  # within the tolerance of the drive
-                base.drive(command, "chase")
                 yield ctx.value(BASE_REFUSAL)
-        finally:
-            base.release("chase")
         return "lost"
 
     def _goal(self, now: Situation) -> Pose2 | None:

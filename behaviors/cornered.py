@@ -3,71 +3,54 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from typing import Any
+from typing import Annotated, Any
 
-from behaviors.danger import in_zone
 from behaviors.profile import EscapeSettings
-from behaviors.refuge import KEEPS, SLOWLY, is_outside, refuge, way_out
-from behaviors.situation import CHANGES, SETTINGS, WAYS, Situation, settings_of, situation
+from behaviors.refuge import KEEPS, is_outside, refuge, way_out
+from behaviors.situation import CHANGES, WAYS, Situation, settings_of, situation
+from behaviors.zones import in_zone
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration, Length, Speed
+from engine.files.declared import ABOVE_0
 from hw import Pose2, UserPose
 from hw.scene import Point
 from states.environment import BASE_REFUSAL, USER_VELOCITY, extrapolated_state
-from states.navigation import DRIVES, command_of, user_disc
-
-NEAR, NEAR_S = 1.9, 1.0
-"""A user nearer than NEAR, m, who sets off towards the robot at 1 m/s cannot be warned in time."""
-LOOK_S = 1.0
-"""Interval at which a robot without a way out looks for one again, s."""
-
-
-class GiveUp(Monitor):
-    """`failed` when Chase has had no free place for `after`; never if the profile `stays`.
-
-    Having no free place is not a danger in itself; the Escape trigger still applies (R66, R101).
-    """
-
-    outcomes = ("failed",)
-    reads = {SETTINGS: None}
-
-    def __init__(self, after: Duration = 1.0) -> None:
-        self.after = after
-
-    def run(self, ctx: Context) -> Run:
-        yield Until(NEVER_NS if settings_of(ctx).chase.stays else ctx.after(self.after))
-        return "failed"
+from states.navigation import DRIVES, BaseDrive
 
 
 class Cornered(Monitor):
     """`cornered` when the robot has stood in a zone of a standing user for `patience`, no way out.
 
-    After NEAR_S for a user nearer than NEAR: if they set off towards it, a sign would come too
-    late. Not for a user to whom the robot was `shown` where they stand, within `moved`. A patience
-    of 0 s: never.
+    After `soon` for a user nearer than `near`: if they set off towards it, a sign would come too
+    late. Not for a user to whom the robot was `shown` where they stand, within `moved`.
     """
 
+    policy = "tuned"
     outcomes = ("cornered",)
     reads = WAYS
 
-    def __init__(self, patience: Duration = 0.0, moved: Length = 0.3) -> None:
-        self.patience, self.moved = patience, moved
+    def __init__(
+        self,
+        patience: Annotated[Duration, ABOVE_0] = 10.0,
+        moved: Length = 0.3,
+        near: Length = 1.9,
+        soon: Duration = 1.0,
+    ) -> None:
+        self.patience, self.moved, self.near, self.soon = patience, moved, near, soon
 
     def run(self, ctx: Context, shown: UserPose | None = None) -> Run:
-        if self.patience <= 0.0:
-            yield Until(NEVER_NS)
         due, news, escape = NEVER_NS, On(*CHANGES), settings_of(ctx).escape
         while True:
             now = situation(ctx, "escape") if self._is_close(ctx, escape, shown) else None
             if now is None:
                 due = NEVER_NS
             elif due == NEVER_NS:
-                soon = NEAR_S if now.distance < NEAR else self.patience
+                soon = self.soon if now.distance < self.near else self.patience
                 due = ctx.after(min(soon, self.patience))
             elif ctx.now >= due:
                 if way_out(now) is None:
                     return "cornered"
-                due = ctx.after(LOOK_S)
+                due = ctx.after(now.settings.chase.leave.look_again)
             yield news if due == NEVER_NS else On(*CHANGES, until=due)
 
     def _is_close(self, ctx: Context, escape: EscapeSettings, shown: UserPose | None) -> bool:
@@ -89,14 +72,20 @@ class Leave(Action):
 
     The robot stays visible on the way, without the stop sign. `away`: outside, not shown at all, or
     the user has gone farther than `moved` from where it was shown to them, or sets off, faster than
-    `walking`. `blocked`: there is no way out.
+    `walking`. `blocked`: there is no way out. `speed`: by default the profile's.
     """
 
+    policy = "tuned"
     outcomes = ("away", "blocked")
     reads = {**WAYS, **DRIVES}
     commands = ("base", "vr")
 
-    def __init__(self, speed: Speed = SLOWLY, moved: Length = 0.3, walking: Speed = 0.3) -> None:
+    def __init__(
+        self,
+        speed: Annotated[Speed, ABOVE_0] | None = None,
+        moved: Length = 0.3,
+        walking: Speed = 0.3,
+    ) -> None:
         self.speed, self.moved, self.walking = speed, moved, walking
 
     def run(self, ctx: Context, shown: UserPose | None = None) -> Run:
@@ -111,7 +100,8 @@ class Leave(Action):
         vr = ctx.part("vr")
         vr.inform(True, sign=False)
         try:
-            is_away = yield from _drive_to(ctx, now, place, self.speed, self._is_away, way_out)
+            speed = self.speed or now.settings.chase.leave.speed
+            is_away = yield from _drive_to(ctx, now, place, speed, self._is_away, way_out)
         finally:
             vr.inform(False)
         return "away" if is_away else "blocked"
@@ -123,25 +113,25 @@ class Leave(Action):
 class Withdraw(Action):
     """Drive slowly to the best place to wait outside the user's zones; stand if there is none.
 
-    For a robot that has no place near the user (R101), by a profile in which it `stays`.
+    For a robot that has no place near the user (R101). `speed`: by default the profile's.
     """
 
+    policy = "tuned"
     outcomes = ()
     reads = {**WAYS, **DRIVES}
     commands = ("base",)
 
-    def __init__(self, speed: Speed = SLOWLY) -> None:
+    def __init__(self, speed: Annotated[Speed, ABOVE_0] | None = None) -> None:
         self.speed = speed
 
     def run(self, ctx: Context) -> Run:
-        if not settings_of(ctx).chase.stays:
-            yield Until(NEVER_NS)
+        leave = settings_of(ctx).chase.leave
         while True:
             now = situation(ctx, "escape")
             place = None if now is None else refuge(now)
             if now is not None and place is not None:
-                yield from _drive_to(ctx, now, place, self.speed)
-            yield Until(ctx.after(LOOK_S))
+                yield from _drive_to(ctx, now, place, self.speed or leave.speed)
+            yield Until(ctx.after(leave.look_again))
 
 
 def _drive_to(
@@ -154,36 +144,26 @@ def _drive_to(
 ) -> Generator[Any, None, bool]:
     """Drive to this place; with `until` true once that holds, false if it does not on the way.
 
-    m in the map, at up to `speed`, m/s, without turning, with Escape's distance from walls. Each
-    LOOK_S `better` is asked again: of two ways of the same length the robot may have taken the
-    other one.
+    m in the map, at up to `speed`, m/s, without turning, with Escape's distance from walls. From
+    time to time `better` is asked again: of two ways of the same length the robot may have taken
+    the other one.
     """
-    from states.navigation import driver_of
-
-    base, navigation = ctx.part("base"), begun.environment.navigation
-    driver = driver_of(begun.environment, "escape", begun.planners["escape"])
-    driver.go_to(Pose2(*place, begun.pose.yaw))
-    again = NEVER_NS if better is None else ctx.after(LOOK_S)
-    try:
+    goal = Pose2(*place, begun.pose.yaw)
+    look_again = begun.settings.chase.leave.look_again
+    again = NEVER_NS if better is None else ctx.after(look_again)
+    drives = BaseDrive(ctx, "escape", "escape", speed=speed, apart=KEEPS, source="chase")
+    with drives as drive:
         while (now := situation(ctx, "escape")) is not None:
             if until is not None and until(now):
                 return True
-            driver.planner = now.planners["escape"]
             if better is not None and ctx.now >= again:
-                again = ctx.after(LOOK_S)
+                again = ctx.after(look_again)
                 found = better(now)
                 if found not in (None, place):
                     place = found
-                    driver.go_to(Pose2(*place, begun.pose.yaw))
-            disc, period = user_disc(now.user, navigation.named(KEEPS)), now.environment.period
-            command = command_of(ctx, driver, now.around, disc, period)
-            if driver.status == "arrived":
-                return until is None
-            if driver.path is None:
-                return False
-            share = speed / navigation.escape.max_speed
-            base.drive(now.environment.slowed(command, share, "escape"), "chase")
+                    goal = Pose2(*place, begun.pose.yaw)
+            ended = drive.towards(goal, now=now.around)
+            if ended is not None:
+                return ended == "arrived" and until is None
             yield ctx.value(BASE_REFUSAL)
-    finally:
-        base.release("chase")
     return False

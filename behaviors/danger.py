@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from behaviors.escape_poses import free_poses
-from behaviors.profile import EscapeSettings, Settings
+from behaviors.profile import Settings
 from behaviors.situation import Situation
-from hw import STILL, Pose2, Twist2, UserPose, wrap
+from hw import STILL, Pose2, Twist2, UserPose
 from states import SubsystemName
 from states.environment import Environment
 
@@ -18,18 +17,6 @@ if TYPE_CHECKING:
     from states.navigation import GlobalPlanner
 
     Ways = Mapping[SubsystemName, GlobalPlanner]
-
-
-def in_zone(escape: EscapeSettings, user: UserPose, base: Pose2, margin: float = 0.0) -> bool:
-    """True if the robot's centre is in one of the user's two zones (R104), grown by `margin`, m."""
-    dx, dy = base.x - user.body.x, base.y - user.body.y
-    distance = math.hypot(dx, dy)
-    if distance >= max(escape.ahead, escape.around) + margin:
-        return False
-    view = user.head_yaw if escape.view == "head" else user.body.yaw
-    bearing = wrap(math.atan2(dy, dx) - view)
-    reach = escape.ahead if abs(bearing) <= escape.half_view else escape.around
-    return distance < reach + margin
 
 
 def is_required(
@@ -41,25 +28,18 @@ def is_required(
     velocity: Twist2,
     twist: Twist2,
 ) -> bool:
-    """True if the user moves, and the robot is in a zone or about to be walked into (R104).
+    """True if the user moves and is about to walk into the robot, or, cornered, soon will be.
 
-    `planner` is Escape's, `twist` the robot's velocity in the base frame. By the profile's
-    `trigger` a zone alone is no danger; a user approaching a robot that cannot get away is one.
+    `planner` is Escape's, `twist` the robot's velocity in the base frame.
     """
     escape = settings.escape
     if velocity.speed < escape.moving:
-        return False
-    if escape.trigger == "zones" and in_zone(escape, user, base):
-        return True
-    if not escape.predict:
         return False
     from behaviors.person import Clearing
 
     rules = Clearing.of(environment, settings)
     if will_be_reached(rules, user.body, base, velocity, twist.rotated(base.yaw)):
         return True
-    if escape.trigger == "zones":
-        return False
     if _is_far(rules, settings, user, base, velocity, twist):
         return False
     ways: Ways = {"escape": planner}
@@ -101,15 +81,11 @@ def is_safe(
     velocity: Twist2,
     twist: Twist2,
 ) -> bool:
-    """True if the danger is over, with hysteresis (R112); arguments as for `is_required`.
+    """True if no contact is predicted any more, with hysteresis (R112).
 
-    No contact is predicted, and, if zones are what triggers, the robot is outside both.
+    Arguments as for `is_required`.
     """
     escape = settings.escape
-    if escape.trigger == "zones" and in_zone(escape, user, base, escape.hysteresis):
-        return False
-    if not escape.predict:
-        return True
     from behaviors.person import Clearing
 
     calm, rules = settings.user.margins.calm, Clearing.of(environment, settings)
@@ -122,8 +98,6 @@ def is_safe(
             later, user.body, base, velocity, driven
         ):
             return False
-    if escape.trigger == "zones":
-        return True
     if _is_far(rules, settings, user, base, velocity, twist, calm):
         return True
     ways: Ways = {"escape": planner}

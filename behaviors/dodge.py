@@ -110,7 +110,7 @@ def _costs(now: Situation, drives: Array, band: tuple[float, float]) -> Array:
     rules, lines = Clearing.of(now.environment, now.settings), lines_of_walk(now)
     lacks = lacking(drives, lines, user.margins.wanted, rules)
     walks = now.velocity.speed >= now.settings.escape.moving
-    found = room.lack * (lacks.max(axis=1) if walks else lacks.mean(axis=1))
+    found: Array = room.lack * (lacks.max(axis=1) if walks else lacks.mean(axis=1))
     lines = predict_user(now, (*user.likely, *user.possible))
     found += off_the_band(drives, lines, *band, room.beyond, room.close, room.dread)
     found += room.haste * haste(drives, (body.x, body.y), room.turn, rules.acceleration)
@@ -121,4 +121,5 @@ def _around(room: RoomSettings, centre: Point) -> Array:
     """The candidates around a place, (n, 2)."""
     angles = np.arange(room.directions) * math.tau / room.directions
     circle = np.column_stack((np.cos(angles), np.sin(angles)))
-    return (np.array(room.rings)[:, None, None] * circle).reshape(-1, 2) + np.array(centre)
+    found: Array = (np.array(room.rings)[:, None, None] * circle).reshape(-1, 2) + np.array(centre)
+    return found

@@ -1,23 +1,27 @@
-"""Escape: its states, and the choice among the Escape poses (paper 4.4.3)."""
+"""Escape: what its charts watch and do, by predicted contacts (paper 4.4.3)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
+from behaviors.escape_drive import AWAY, can_stop, drive_to_goals
 from behaviors.escape_poses import free_poses
 from behaviors.situation import (
+    ESCAPE_CANDIDATES,
     ESCAPE_POSES,
     ESCAPE_REQUIRED,
     ESCAPE_SAFE,
     WAYS,
     Situation,
-    settings_of,
     situation,
 )
-from engine import Action, Context, Monitor, On, Run
-from hw import OLD_S, Joints, Pose2
+from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from engine.files import Duration, Length
+from hw import OLD_S, Pose2
 from states.environment import ARM_JOINTS
-from states.navigation import is_there, user_disc
+
+if TYPE_CHECKING:
+    from behaviors.escape_candidates import EscapeCandidates
 
 
 class EscapeRequired(Monitor):
@@ -25,6 +29,7 @@ class EscapeRequired(Monitor):
 
     outcomes = ("required",)
     reads = {ESCAPE_REQUIRED: OLD_S}
+    policy = "tuned"
 
     def run(self, ctx: Context) -> Run:
         news = On(ESCAPE_REQUIRED)
@@ -33,101 +38,118 @@ class EscapeRequired(Monitor):
         return "required"
 
 
-class Flee(Action):
-    """Drive to an Escape pose, as fast as possible and without turning (R109-R111).
+class OutOfDanger(Monitor):
+    """`safe` once no contact is predicted any more, and the robot can stop where it is (R112).
 
-    The arm stays as it is, and its outline is taken into account. Once every drive is predicted to
-    end in a touch within the profile's `warning`, the stop sign is shown while the robot drives on
-    (R114). `safe`: the danger is over, at an Escape pose, or, if the profile allows it, on the way
-    (R112). An Escape that began without danger, after a failure of Chase, has to reach its pose.
-    `no_pose`: no Escape pose is free. `no_way`: none can be reached. While the pose of robot or
-    user or the user's velocity is unknown the base brakes until the tracking guard ends the state.
+    With `must_reach`, as after a failure of Chase, not before an Escape pose has been `reached`.
     """
 
-    outcomes = ("safe", "no_pose", "no_way")
-    reads = {**WAYS, ESCAPE_POSES: OLD_S, ESCAPE_SAFE: OLD_S, ARM_JOINTS: OLD_S}
-    commands = ("base", "vr")
+    outcomes = ("safe",)
+    reads = {**WAYS, ESCAPE_SAFE: OLD_S}
+    policy = "tuned"
+
+    def __init__(self, must_reach: bool = False) -> None:
+        self.must_reach = must_reach
+
+    def run(self, ctx: Context, reached: Pose2 | None = None) -> Run:
+        if self.must_reach and reached is None:
+            yield Until(NEVER_NS)
+        while not (ctx.value(ESCAPE_SAFE) and can_stop(situation(ctx, "escape"))):
+            yield None
+        return "safe"
+
+
+class NoEscapePose(Monitor):
+    """`none` if no Escape pose is free when this begins (R113).
+
+    It does not end a drive that has begun: that has a pose, and ends by itself if the way closes.
+    """
+
+    outcomes = ("none",)
+    reads = {**WAYS, ESCAPE_POSES: OLD_S}
 
     def run(self, ctx: Context) -> Run:
-        from behaviors.straight_drive import command_towards
-
-        base, vr, goal, planner = ctx.part("base"), ctx.part("vr"), None, None
-        warned = False
-        on_the_way = settings_of(ctx).escape.safe_on_the_way and not ctx.value(ESCAPE_SAFE)
-        try:
-            while True:
-                now = situation(ctx, "escape")
-                if now is None:
-                    base.release("escape")
-                    yield None
-                    continue
-                subsystem = now.environment.navigation.escape
-                if planner is not now.planners["escape"]:
-                    planner = now.planners["escape"]
-                    goal = _still_in_reach(now, goal)
-                there = goal is not None and is_there(now.pose, now.twist, goal, subsystem)
-                safe = ctx.value(ESCAPE_SAFE)
-                if safe and (there or (on_the_way and _can_stop(now))):
-                    return "safe"
-                if there and not safe:
-                    goal = None
-                free = ctx.value(ESCAPE_POSES) or ()
-                arm = ctx.value(ARM_JOINTS)
-                goal, touches = choose(now, free, goal, None if arm is None else arm.joints)
-                if goal is None:
-                    return "no_way" if free else "no_pose"
-                if touches and not warned:
-                    vr.inform(True)
-                    warned = True
-                command = command_towards(now, (goal.x, goal.y), "escape")
-                base.drive(now.slowed(command, "escape"), "escape")
-                yield None
-        finally:
-            base.release("escape")
-            if warned:
-                vr.inform(False)
+        while situation(ctx, "escape") is None:
+            yield None
+        if ctx.value(ESCAPE_POSES):
+            yield Until(NEVER_NS)
+        return "none"
 
 
-def _can_stop(now: Situation) -> bool:
-    """True if the place where the robot would come to rest is free."""
-    return now.planners["escape"].is_free((now.rest.x, now.rest.y))
+class TouchAhead(Monitor):
+    """`predicted` once the best drive, and so each, ends in a touch `within` so long (R114).
 
-
-def choose(
-    now: Situation, free: Sequence[Pose2], goal: Pose2 | None, joints: Joints | None
-) -> tuple[Pose2 | None, bool]:
-    """The pose to drive to, by the profile's `order`, and whether a touch has to be reckoned with.
-
-    None if none can be reached. `free` are the free Escape poses, `goal` is the pose driven to so
-    far, `joints` are the arm's, rad, if known.
+    Also when a user who keeps walking at the robot, wherever it drives, would touch it before they
+    could stop. Late poses and commands count as time that has passed.
     """
-    escape = now.settings.escape
-    if escape.order == "given":
-        return goal or _first_in_reach(now, free), False
-    from behaviors.dodge import is_caught
-    from behaviors.escape_goal import safest_goal
 
-    outline = now.environment.outline(joints)
-    goals = (*(() if goal is None else (goal,)), *free)
-    best, touch_after = safest_goal(now, goals, goal, outline)
-    due = touch_after < escape.warning + now.environment.delay
-    return best, due or is_caught(now, free, outline)
+    outcomes = ("predicted",)
+    reads = {**WAYS, ESCAPE_POSES: OLD_S, ESCAPE_CANDIDATES: OLD_S, ARM_JOINTS: OLD_S}
+    policy = "tuned"
+
+    def __init__(self, within: Duration) -> None:
+        self.within = within
+
+    def run(self, ctx: Context) -> Run:
+        while (now := situation(ctx, "escape")) is None or not self._is_due(ctx, now):
+            yield None
+        return "predicted"
+
+    def _is_due(self, ctx: Context, now: Situation) -> bool:
+        from behaviors.dodge import is_caught
+
+        found = escape_candidates(ctx, now)
+        if found.touch_after < self.within + now.environment.delay:
+            return True
+        return is_caught(found.now, found.poses, found.outline)
+
+
+class DriveToBest(Action):
+    """Drive to the Escape pose with which the user is safe soonest, without a touch on the way.
+
+    If every drive ends in a touch, the one with the largest gap. On the way another pose is taken
+    once it is better: safe earlier by `earlier_by`, or, where every drive ends in a contact, with a
+    gap wider by `wider_by`. It goes as fast as possible, without turning, the arm as it is
+    (R109-R111). `reached`: it stands at the `pose`. `no_way`: each drive comes too near to walls.
+    While the pose of robot or user or the user's velocity is unknown it brakes.
+    """
+
+    outcomes = ("reached", "no_way")
+    outputs = {"reached": {"pose": Pose2}}
+    reads = {**AWAY, ESCAPE_CANDIDATES: OLD_S, ARM_JOINTS: OLD_S}
+    commands = ("base",)
+    policy = "tuned"
+
+    def __init__(self, earlier_by: Duration, wider_by: Length) -> None:
+        self.earlier_by, self.wider_by = earlier_by, wider_by
+
+    def run(self, ctx: Context) -> Run:
+        return (yield from drive_to_goals(ctx, self._goal))
+
+    def _goal(self, ctx: Context, now: Situation, present: Pose2 | None) -> Pose2 | None:
+        found = escape_candidates(ctx, now)
+        return found.better_than(present, self.earlier_by, self.wider_by)
+
+
+def escape_candidates(ctx: Context, now: Situation) -> EscapeCandidates:
+    """The Escape poses with what is predicted for each, in this situation.
+
+    The signal knows poses as they were measured. Where they are late, they are predicted anew from
+    the situation, which is extrapolated; so they are without the arm's joints, for the rover alone.
+    """
+    from behaviors.escape_candidates import candidates
+
+    seen = ctx.value(ESCAPE_CANDIDATES) if now.share >= 1.0 else None
+    if seen is not None:
+        return seen
+    arm = ctx.value(ARM_JOINTS)
+    outline = now.environment.outline(None if arm is None else arm.joints)
+    return candidates(now, ctx.value(ESCAPE_POSES) or (), outline)
 
 
 def can_get_away(now: Situation) -> bool:
-    """True if there is a pose to which Escape could drive."""
+    """True if there is an Escape pose to which the robot could drive."""
+    from behaviors.escape_candidates import candidates
+
     free = free_poses(now.settings, now.planners["escape"], now.user, now.pose)
-    return choose(now, tuple(free), None, None)[0] is not None
-
-
-def _still_in_reach(now: Situation, goal: Pose2 | None) -> Pose2 | None:
-    """The goal, unless a scanned obstacle now blocks the way to it."""
-    here, planner = (now.pose.x, now.pose.y), now.planners["escape"]
-    return goal if goal is not None and planner.allows(here, (goal.x, goal.y)) else None
-
-
-def _first_in_reach(now: Situation, free: Sequence[Pose2]) -> Pose2 | None:
-    planner = now.planners["escape"]
-    disc = user_disc(now.user, now.environment.navigation.escape)
-    here = (now.pose.x, now.pose.y)
-    return next((goal for goal in free if planner.allows(here, (goal.x, goal.y), disc)), None)
+    return candidates(now, tuple(free)).best is not None

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterable, Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Annotated
 
+from behaviors.choice import cheapest
 from behaviors.profile import CloseSettings, HapticSettings, Settings
-from behaviors.situation import CHANGES, HAPTIC_POSES, WAYS, Situation, situation
+from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine import Action, Context, Monitor, On, Run, Yielded
-from hw import Pose2, Pose3, wrap
+from engine.files import Angle, Length
+from engine.files.declared import ABOVE_0
+from hw import USER_RADIUS, Pose2, Pose3, wrap
+from hw.safety import SafetyLimits, allowed_speed, nearness
 from states import SubsystemName
 from states.environment import HAPTIC_REQUEST, RELEASE, planner_key
-from states.navigation import wide_disc
+from states.navigation import comes_in, way_in
 
 if TYPE_CHECKING:
     from states.navigation import GlobalPlanner
@@ -28,7 +32,12 @@ def all_poses(haptic: HapticSettings, deep: Pose3) -> Iterator[Pose2]:
 
     Angle 0 is on the line from the user through the DEEP; the robot faces the DEEP (R76, R85).
     """
-    return (_pose(deep, haptic.radius, angle) for angle in haptic.angles)
+    return half_circle(deep, haptic.radius, haptic.angles)
+
+
+def half_circle(deep: Pose3, radius: float, angles: Iterable[float]) -> Iterator[Pose2]:
+    """Rover poses that face the DEEP at this distance, m, and at these angles, rad, in order."""
+    return (_pose(deep, radius, angle) for angle in angles)
 
 
 def round_poses(close: CloseSettings, deep: Pose3) -> Iterator[Pose2]:
@@ -43,8 +52,6 @@ def round_poses(close: CloseSettings, deep: Pose3) -> Iterator[Pose2]:
 def close_poses(now: Situation, deep: Pose3) -> tuple[Pose2, ...]:
     """The free poses of the second choice, with what Escape keeps clear."""
     close, planner = now.settings.haptic.close, now.planners[CLOSE]
-    if close is None:
-        return ()
     found = outside(now, CLOSE, round_poses(close, deep))
     return tuple(pose for pose in found if planner.is_free((pose.x, pose.y)))
 
@@ -90,35 +97,69 @@ def poses(settings: Settings, planner: GlobalPlanner, deep: Pose3) -> tuple[Pose
 
 
 def reachable(
-    now: Situation, name: SubsystemName, free: Iterable[Pose2], *, wide: bool = False
+    now: Situation, name: SubsystemName, free: Iterable[Pose2], *, round_user: bool = False
 ) -> dict[Pose2, float]:
     """The poses that the robot can drive to, in order, each with the time of the drive, s.
 
-    `name` is the subsystem with whose planner and distance from the user, `wide` around the disc
-    that a close drive prefers.
+    `name` is the subsystem with whose planner and distance from the user. With `round_user` it goes
+    round them with Haptic's distance, and comes in from outside, no faster than the safety chain
+    will admit.
     """
-    planner, here = now.planners[name], (now.pose.x, now.pose.y)
-    navigation = now.environment.navigation
     found = {}
     for goal in free:
-        place = (goal.x, goal.y)
-        disc = now.user_disc(name, place)
-        if wide:
-            disc = wide_disc(now.user, navigation.haptic, navigation.named(name), goal)
-        path = planner.plan(here, place, disc)
-        if path is not None:
-            found[goal] = drive_time(now, path.length, abs(wrap(goal.yaw - now.pose.yaw)))
+        outside = goal
+        if round_user and not comes_in(now.pose, now.user, goal):
+            outside = way_in(now.user, goal, now.environment.navigation.haptic.user_radius)
+        length = _way_length(now, name, outside, goal)
+        if length is not None:
+            turn = abs(wrap(goal.yaw - now.pose.yaw))
+            closing = max(0.0, outside.distance_to(now.user.body) - goal.distance_to(now.user.body))
+            found[goal] = drive_time(now, length, turn) + closing_time(now, goal, closing)
     return found
 
 
-def best_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 | None:
-    """The first pose, or with `order` "time" the one with the prop at the DEEP soonest.
+def _way_length(now: Situation, name: SubsystemName, outside: Pose2, goal: Pose2) -> float | None:
+    """Length of the path to the place outside of which the goal is, m; None without a way."""
+    planner, here, place = now.planners[name], (now.pose.x, now.pose.y), (outside.x, outside.y)
+    keeps: SubsystemName = name if outside is goal else "haptic"
+    path = planner.plan(here, place, now.user_disc(keeps, place))
+    if path is None or (outside is not goal and not planner.allows(place, (goal.x, goal.y))):
+        return None
+    return path.length
 
-    None: with `order` "time", the DEEP is out of the arm's reach from all of them.
+
+def closing_time(now: Situation, goal: Pose2, closing: float) -> float:
+    """Time to come nearer to the user by so much, m, on the last of the way to a goal, s.
+
+    The safety chain admits a closing speed by the gap, or that of a granted touch; the mean of its
+    inverse at both ends counts.
     """
-    if now.settings.haptic.order == "given":
-        return next(iter(times), None)
-    return soonest_pose(now, times, deep)
+    if closing <= 0.0:
+        return 0.0
+    environment, user = now.environment, now.user.body
+    limits = SafetyLimits.of(environment.robot, environment.limits)
+    shape, stopping = limits.footprint, limits.stopping
+    braking = (stopping.deceleration, stopping.reaction, stopping.clearance)
+    place = goal.inverse().transform(user.x, user.y)
+    gap = nearness(shape.half_length, shape.half_width, *place, USER_RADIUS).gap
+    fastest = environment.navigation.haptic.max_speed
+    slowness = []
+    for left in (gap, gap + closing):
+        admitted = allowed_speed(left, limits.uncertainty, 0.0, braking)
+        slowness.append(1.0 / min(fastest, max(limits.touch_speed, admitted)))
+    return 0.5 * closing * sum(slowness)
+
+
+def first_pose(now: Situation, free: Sequence[Pose2]) -> Pose2 | None:
+    """The first of the free poses that the robot can drive to (R76); None if it can to none."""
+    planner, here = now.planners["haptic"], (now.pose.x, now.pose.y)
+
+    def total(i: int) -> int | None:
+        place = (free[i].x, free[i].y)
+        return None if planner.plan(here, place, now.user_disc("haptic", place)) is None else i
+
+    first = cheapest(range(len(free)), total)
+    return None if first is None else free[first]
 
 
 def soonest_pose(now: Situation, times: dict[Pose2, float], deep: Pose3) -> Pose2 | None:
@@ -157,12 +198,57 @@ class Released(Monitor):
         return sample is not None and sample.value is not None and sample.stamp == since
 
 
-class ChooseHapticPose(Action):
-    """Choose a Haptic rover pose among those that are free and can be reached.
+class _ChoosesPose(Action):
+    """Chooses among Haptic rover poses on a half circle in front of the DEEP."""
 
-    By the profile's `order`: the first one given, or the one with the prop at the DEEP soonest,
-    by the exact reach of the arm. `close`: none of these will do, but one of the profile's `close`
-    ones, with the distances from walls and user that Escape keeps.
+    reads = WAYS
+
+    def __init__(
+        self,
+        radius: Annotated[Length, ABOVE_0] | None = None,
+        angles: tuple[Angle, ...] | None = None,
+    ) -> None:
+        self.radius, self.angles = radius, angles
+
+    def _free(self, now: Situation, deep: Pose3) -> tuple[Pose2, ...]:
+        """The free poses outside of the user's disc, in order (R77)."""
+        haptic, planner = now.settings.haptic, now.planners["haptic"]
+        angles = haptic.angles if self.angles is None else self.angles
+        every = half_circle(deep, self.radius or haptic.radius, angles)
+        return outside(now, "haptic", (p for p in every if planner.is_free((p.x, p.y))))
+
+
+class ChooseFirstHapticPose(_ChoosesPose):
+    """The paper's choice: the first Haptic rover pose that is free and can be reached (R75-R77).
+
+    Poses are on a half circle in front of the DEEP, of this `radius`, in the order of their
+    `angles` off the line from the user through the DEEP; what is not given is the profile's.
+    `deep_blocked`: the DEEP is in or behind a wall, or so near to one that the prop would touch it.
+    `no_pose`: no rover pose is free; `no_way`: none that is can be reached.
+    """
+
+    policy = "paper"
+    outcomes = ("chosen", "deep_blocked", "no_pose", "no_way")
+    outputs = {"chosen": {"pose": Pose2}}
+
+    def run(self, ctx: Context, deep: Pose3) -> Run:
+        now = yield from _now(ctx, "haptic")
+        if is_blocked(now, deep):
+            return "deep_blocked"
+        free = self._free(now, deep)
+        best = first_pose(now, free)
+        if best is not None:
+            return "chosen", {"pose": best}
+        return "no_way" if free else "no_pose"
+
+
+class ChooseHapticPose(_ChoosesPose):
+    """The Haptic rover pose with the prop at the DEEP soonest, by the exact reach of the arm.
+
+    Poses are on a half circle in front of the DEEP, of this `radius`, at these `angles` off the
+    line from the user through the DEEP; what is not given is the profile's. `close`: none of these
+    will do, but one of the profile's `close` ones, with the distances from walls and user that
+    Escape keeps.
 
     `deep_blocked`: the DEEP is in or behind a wall, or so near to one that the prop would touch it,
     or that they leave the arm no room. `no_pose`: no rover pose is free. `out_of_reach`: the arm
@@ -170,34 +256,31 @@ class ChooseHapticPose(Action):
     would.
     """
 
+    policy = "tuned"
     outcomes = ("chosen", "close", "deep_blocked", "no_pose", "no_way", "out_of_reach")
     outputs = {"chosen": {"pose": Pose2}, "close": {"pose": Pose2}}
-    reads = {**WAYS, HAPTIC_POSES: None}
 
     def run(self, ctx: Context, deep: Pose3) -> Run:
         now = yield from _now(ctx, "haptic")
         if is_blocked(now, deep):
             return "deep_blocked"
-        free = outside(now, "haptic", ctx.value(HAPTIC_POSES) or ())
-        times = reachable(now, "haptic", free)
-        best = best_pose(now, times, deep)
+        times = reachable(now, "haptic", self._free(now, deep))
+        best = soonest_pose(now, times, deep)
         if best is not None:
             return "chosen", {"pose": best}
-        if now.settings.haptic.close is not None:
-            if times:
-                yield None  # what follows is more than the work of one tick
-            now = yield from _now(ctx, CLOSE)
-            free = close_poses(now, deep)
-            near = within_reach(now, free, deep)
-            for wide in (True, False):
-                yield None
-                ways = reachable(now, CLOSE, (p for p in near if p not in times), wide=wide)
-                best = yield from _close_pose(now, ways, deep)
-                if best is not None:
-                    return "close", {"pose": best}
-                times |= ways
-        else:
-            near = within_reach(now, free, deep)
+        if times:
+            yield None  # what follows is more than the work of one tick
+        now = yield from _now(ctx, CLOSE)
+        free = close_poses(now, deep)
+        near = within_reach(now, free, deep)
+        for round_user in (True, False):
+            yield None
+            left = (p for p in near if p not in times)
+            ways = reachable(now, CLOSE, left, round_user=round_user)
+            best = yield from _close_pose(now, ways, deep)
+            if best is not None:
+                return "close", {"pose": best}
+            times |= ways
         if not free:
             return "no_pose"
         if is_walled(now, tuple(times), deep):

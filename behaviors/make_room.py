@@ -7,7 +7,9 @@ from collections.abc import Mapping
 from behaviors.situation import CHANGES, READS, WAYS, Situation, situation
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration, Length, Speed
+from hw import Pose2
 from states.environment import BASE_REFUSAL, USER_STANDS_SINCE
+from states.navigation import DRIVES, BaseDrive
 from states.signals import PREDICTORS
 
 WATCHES: Mapping[str, float | None] = {**READS, USER_STANDS_SINCE: None}
@@ -31,9 +33,9 @@ def is_crowded(
     """True if the user walks and is nearer than `room`, m, or likely will be in `ahead` seconds.
 
     Walking means faster than `walking`, m/s; or they stand, turn towards the robot, and a walk on
-    such a line would leave it no margin. One who has not `settled` turns on the way, mostly past
-    it: then the turn counts within the profile's `turn`. Distances are to where the robot comes to
-    rest. A robot that was crowded before is so `again` within a little more room.
+    such a line would leave it too little margin. One who has not `settled` turns on the way, mostly
+    past it: then the turn counts within the profile's `turn`. Distances are to where the robot
+    comes to rest. A robot that was crowded before is so `again` within a little more room.
     """
     speed, body, rest, user = now.velocity.speed, now.user.body, now.rest, now.settings.user
     distance = rest.distance_to(body)
@@ -90,7 +92,7 @@ class MakeRoom(Action):
     """
 
     outcomes = ("clear", "lost")
-    reads = {**WAYS, **WATCHES, BASE_REFUSAL: None}
+    reads = {**WAYS, **DRIVES, **WATCHES}
     commands = ("base",)
 
     def __init__(
@@ -104,23 +106,19 @@ class MakeRoom(Action):
 
     def run(self, ctx: Context) -> Run:
         from behaviors.dodge import place_with_room
-        from behaviors.straight_drive import command_towards
 
-        base, band = ctx.part("base"), (self.room, self.far)
-        due, found = 0, None
-        try:
+        band, due, found = (self.room, self.far), 0, None
+        with BaseDrive(ctx, "chase", "chase", patience=None, straight=True) as drive:
             while (now := situation(ctx, "chase", "escape")) is not None:
                 if not self._is_crowded(now, has_settled(ctx, now)):
                     return "clear"
                 if found is None or ctx.now >= due:
                     due = ctx.after(now.settings.user.beside.again)
                     found = place_with_room(now, band, None if found is None else found[0])
-                goal, keeps = found
-                command = command_towards(now, goal, "chase", keeps)
-                base.drive(now.slowed(command, "chase"), "chase")
+                place, keeps = found
+                drive.keep(keeps)
+                drive.towards(Pose2(*place), now=now.around)
                 yield ctx.value(BASE_REFUSAL)
-        finally:
-            base.release("chase")
         return "lost"
 
     def _is_crowded(self, now: Situation, settled: bool) -> bool:

@@ -5,24 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from behaviors.danger import in_zone
+from behaviors.choice import cheapest
 from behaviors.escape_poses import poses
 from behaviors.situation import Situation
+from behaviors.zones import in_zone
 from hw import Pose2
 from hw.scene import Point
 from states import SubsystemName
 
-RADII = (1.9, 2.9, 3.4, 4.2, 5.2)
-DIRECTIONS = 24
-"""Candidates: circles around the user, m, with this many directions each."""
 KEEPS: SubsystemName = "haptic"
 """Whose distance from the user the way out keeps: nearer the safety chain lets no drive pass."""
-SLOWLY = 0.8
-"""Speed at which a robot leaves the zones of a user who stands, m/s."""
-WORTH_S = 0.5
-"""How much better another place has to be for a robot that is outside the zones already, s."""
-FARTHEST = 8.0
-"""Longest path to a refuge, m."""
 
 
 def is_outside(now: Situation) -> bool:
@@ -43,50 +35,44 @@ def way_out(now: Situation) -> Point | None:
 def refuge(now: Situation) -> Point | None:
     """The waiting place of least cost outside both zones, m, in the map; None to stay.
 
-    The cost is the drive, at SLOWLY, and the profile's `risk` of the drive and of standing there. A
-    place that is no better by WORTH_S than the present one is not worth a drive, unless there is no
-    free Escape pose here, where an approaching user would corner the robot.
+    The cost is the drive, and the profile's `risk` of the drive and of standing there. A place that
+    is not better than the present one by what is `worth` a drive is none, unless there is no free
+    Escape pose here, where an approaching user would corner the robot.
     """
     import numpy as np
 
     from behaviors.person import risks, way_risks
 
-    here = (now.pose.x, now.pose.y)
+    here, chase = (now.pose.x, now.pose.y), now.settings.chase
     places = [here, *_free_places(now)]
     there, apart = np.array(places), now.environment.navigation.named(KEEPS).user_radius
-    times = np.hypot(there[:, 0] - here[0], there[:, 1] - here[1]) / SLOWLY
+    times = np.hypot(there[:, 0] - here[0], there[:, 1] - here[1]) / chase.leave.speed
     risk = risks(now, there) + way_risks(now, there, apart, times)
-    costs = (now.settings.chase.risk * risk).tolist()
+    costs = (chase.risk * risk).tolist()
     stays = is_outside(now) and poses(now.settings, now.planners["escape"], now.user, now.pose)
-    most = costs[0] - WORTH_S if stays else math.inf
+    most = costs[0] - chase.leave.worth if stays else None
     return _cheapest(now, places[1:], costs[1:], most)
 
 
 def _cheapest(
-    now: Situation, places: Sequence[Point], costs: Sequence[float], most: float = math.inf
+    now: Situation, places: Sequence[Point], costs: Sequence[float], below: float | None = None
 ) -> Point | None:
-    """The place with the least cost, s, below `most`, that can be reached; None without one.
+    """The place with the least cost, s, that can be reached; None without one `below` that.
 
-    The drive at SLOWLY is added to the costs. It is no shorter than as the crow flies, so that
-    paths are planned only to places that may still be the best.
+    The slow drive there is added to the costs.
     """
-    here, best = (now.pose.x, now.pose.y), None
-    bounds = [
-        cost + math.dist(place, here) / SLOWLY for cost, place in zip(costs, places, strict=True)
-    ]
-    for i in sorted(range(len(places)), key=bounds.__getitem__):
-        if bounds[i] >= most:
-            break
-        cost = costs[i] + _way_length(now, places[i]) / SLOWLY
-        if cost < most:
-            best, most = places[i], cost
-    return best
+    here, leave = (now.pose.x, now.pose.y), now.settings.chase.leave
 
+    def total(i: int) -> float | None:
+        disc = now.user_disc(KEEPS, places[i])
+        path = now.planners["escape"].plan(here, places[i], disc)
+        if path is None or path.length > leave.farthest:
+            return None
+        return costs[i] + path.length / leave.speed
 
-def _way_length(now: Situation, place: Point) -> float:
-    """Length of the path around the user, m; infinite without one, or if beyond FARTHEST."""
-    path = now.planners["escape"].plan((now.pose.x, now.pose.y), place, now.user_disc(KEEPS, place))
-    return math.inf if path is None or path.length > FARTHEST else path.length
+    crow = [math.dist(place, here) / leave.speed for place in places]
+    best = cheapest([c + t for c, t in zip(costs, crow, strict=True)], total, below)
+    return None if best is None else places[best]
 
 
 def _free_places(now: Situation) -> list[Point]:
@@ -98,10 +84,10 @@ def _free_places(now: Situation) -> list[Point]:
 
 
 def _places(now: Situation) -> Iterator[Point]:
-    escape, body = now.settings.escape, now.user.body
-    for radius in RADII:
-        for step in range(DIRECTIONS):
-            angle = step * math.tau / DIRECTIONS
+    escape, body, leave = now.settings.escape, now.user.body, now.settings.chase.leave
+    for radius in leave.circles:
+        for step in range(leave.directions):
+            angle = step * math.tau / leave.directions
             place = Pose2(body.x + radius * math.cos(angle), body.y + radius * math.sin(angle))
             if not in_zone(escape, now.user, place, escape.hysteresis):
                 yield place.x, place.y

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from functools import cache, partial
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
-from behaviors import danger, escape_poses, haptic
+from behaviors import danger, escape_poses
 from behaviors.profile import Settings
-from behaviors.situation import chase_space
 from engine import Length, Type
 from engine.signals import Derived, Estimated, Measured, Signal
 from hw import (
@@ -41,9 +40,7 @@ from states.localization.frames import FramesEstimator
 from states.signals import StillnessEstimator, VelocityEstimator
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+    from behaviors.escape_candidates import EscapeCandidates
     from states.navigation import GlobalPlanner
     from states.navigation.grid import Costmaps
 
@@ -125,7 +122,6 @@ def signals(
 
 def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ...]:
     """The signals that CoboDeck's own decisions are based on: zones, poses and spaces."""
-    cells = cache(partial(_cells, environment, settings))
     return (
         Derived("user.distance", ("user.pose", "base.pose"), _distance, Length,
                 about="from the user's body to the robot's centre"),
@@ -145,14 +141,9 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
             about="the free Escape poses, in order",
         ),
         Derived(
-            "chase.space", ("chase.planner", "user.pose"),
-            partial(chase_space.space, settings, cells), chase_space.ChaseSpace,
-            about="the cells about the user, best first",
-        ),
-        Derived(
-            "haptic.poses", ("haptic.planner", "vr.haptic_request"),
-            partial(haptic.poses, settings), tuple[Pose2, ...],
-            about="the free Haptic rover poses, in order",
+            "escape.candidates", _candidates_of(environment),
+            partial(_candidates, environment, settings), object,
+            about="the free Escape poses, with what is predicted for the drive to each of them",
         ),
     )  # fmt: skip
 
@@ -228,7 +219,13 @@ def _distance(user: UserPose, base: Pose2) -> float:
     return user.body.distance_to(base)
 
 
-def _cells(environment: Environment, settings: Settings) -> NDArray[np.float64]:
-    from behaviors.situation import grid
+def _candidates_of(environment: Environment) -> tuple[str, ...]:
+    """The inputs of the candidates: the arm's joints, too, of a robot that has an arm."""
+    arm = () if environment.robot.arm is None else ("arm.joints",)
+    return ("escape.poses", *DANGER, *arm)
 
-    return grid(environment, settings)
+
+def _candidates(*seen: Any) -> EscapeCandidates:
+    from behaviors.escape_candidates import seen_candidates
+
+    return seen_candidates(*seen)

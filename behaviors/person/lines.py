@@ -32,7 +32,7 @@ def predict_user(now: Situation, predictors: Sequence[str]) -> Array:
     Nobody walks through a wall: a trajectory that meets one ends there.
     """
     body, velocity = now.user.body, now.velocity
-    looking = now.user.head_yaw if now.settings.escape.view == "head" else body.yaw
+    looking = now.user.head_yaw
     chosen = (PREDICTORS[name] for name in predictors)
     numbers = np.array(
         [(p.speed, p.keeps, p.turn, p.fades, p.comes, p.least) for p in chosen], dtype=np.float64

@@ -156,13 +156,10 @@ def lacking(drives: Array, lines: Array, wanted: float, rules: Clearing) -> Arra
 
 
 def watched_from(now: Situation) -> float:
-    """How near to the robot somebody who sets off leaves a robot at rest no margin, m.
-
-    Their line is contact, m, away once the robot has noticed their walk and has moved aside.
-    """
+    """How near to a robot at rest somebody who sets off leaves less margin than wanted, m."""
     user, rules = now.settings.user, Clearing.of(now.environment, now.settings)
     aside = time_aside(0.0, 0.0, rules.contact, rules.acceleration)
-    return rules.contact + user.walks.pace * (user.window + rules.reaction + aside)
+    return rules.contact + user.walks.pace * (user.margins.wanted + rules.reaction + aside)
 
 
 def turns_at_it(now: Situation) -> bool:

@@ -5,8 +5,10 @@ from behaviors.profile.person_settings import (
 from behaviors.profile.profile import (
     Profile as Profile,
     ProfileFile as ProfileFile,
+    is_base as is_base,
     load_profile as load_profile,
     profile_names as profile_names,
+    resting_on_base as resting_on_base,
 )
 from behaviors.profile.settings import (
     ChaseSettings as ChaseSettings,

@@ -2,6 +2,8 @@
 
     profile: tuned
     about: what it is good for
+    policy: tuned       # whose decisions it has values for: the paper's, or ours
+    chart: cobodeck     # the chart that is run where none is named
     robot: …            # behaviors.profile.settings.RobotSettings
     safety: …           # SafetySettings
     plant: …            # PlantSettings, of simulated robots
@@ -28,13 +30,15 @@ from behaviors.profile.chart_constants import (
     missing_constants,
     place_of_constant,
 )
-from behaviors.profile.profile_layers import FOLDER, SET, layered
+from behaviors.profile.profile_layers import BASE, FOLDER, SET, layered
 from behaviors.profile.settings import (
+    POLICIES,
     ChaseSettings,
     EscapeSettings,
     HapticSettings,
     InformSettings,
     PlantSettings,
+    Policy,
     RobotSettings,
     SafetySettings,
     Settings,
@@ -42,7 +46,7 @@ from behaviors.profile.settings import (
 )
 from engine import Constant, ConstantMismatch, convert, known_types
 from engine.chart import Chart, Parameter, Reference
-from engine.files import CODE, FileError, Finding, Place
+from engine.files import CODE, FileError, Finding, Place, not_found
 from engine.files.declared import (
     Fault,
     Item,
@@ -66,7 +70,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Profile:
-    """A checked profile.
+    """A checked profile: the `policy` that its values are for, and the top `chart` of that policy.
 
     `places` has the position of every key in its file, and `values` what is written there, by the
     key's dotted name; `sets` are the values that were set on top of the file, as KEY=VALUE.
@@ -74,6 +78,8 @@ class Profile:
 
     name: str
     about: str
+    policy: Policy
+    chart: str
     robot: RobotSettings
     safety: SafetySettings
     plant: PlantSettings
@@ -218,8 +224,18 @@ class Profile:
 
 
 def profile_names() -> tuple[str, ...]:
-    """The names of the shipped profiles and of a project's own."""
-    return tuple(known_files(FOLDER, "profile"))
+    """The names of the shipped profiles and of a project's own, all of which can be run."""
+    return tuple(name for name, file in known_files(FOLDER, "profile").items() if not is_base(file))
+
+
+def resting_on_base() -> tuple[str, ...]:
+    """The names of the shipped profiles; each of them is merged with the base."""
+    return tuple(sorted(file.stem for file in FOLDER.glob("*.yaml") if not is_base(file)))
+
+
+def is_base(file: Path) -> bool:
+    """Whether this file is no profile, but what the shipped ones share."""
+    return file.resolve() == BASE.resolve()
 
 
 def load_profile(name_or_path: str | Path, sets: Sequence[str] = ()) -> Profile:
@@ -229,6 +245,9 @@ def load_profile(name_or_path: str | Path, sets: Sequence[str] = ()) -> Profile:
         FileError: every mistake in it, with file, line, column and what would be right.
     """
     file = find_file(str(name_or_path), FOLDER, "profile")
+    if is_base(file):
+        hint = f"choose one of {', '.join(profile_names())}, or one of your own with 'base: tuned'"
+        raise not_found(str(name_or_path), "is what they share, and no profile to run", hint)
     return load_yaml(file, lambda item: _profile(item, tuple(sets)))
 
 
@@ -254,7 +273,7 @@ class ProfileFile:
     """The behaviour Chase."""
     haptic: HapticSettings
     """The behaviour Haptic."""
-    inform: InformSettings = field(default_factory=InformSettings)
+    inform: InformSettings
     """The behaviour Inform."""
     localization: Localization = "combined"
     """Scan matching with particles, filter and trackers combined; or AMCL alone."""
@@ -262,6 +281,10 @@ class ProfileFile:
     """How much it computes."""
     charts: Mapping[str, Mapping[str, Item]] = field(default_factory=dict)
     """Parameters of charts, in place of their defaults."""
+    policy: Policy = POLICIES[0]
+    """Whose decisions its values are for: those of the paper, or what measured best."""
+    chart: Name = "cobodeck"
+    """The chart that is run where none is named."""
     about: str = ""
     """What it is good for."""
     base: Annotated[Item, Written(str)] | None = None
@@ -272,19 +295,36 @@ class ProfileFile:
             yield "about", "the key 'about' is missing"
 
 
+def _with_hint(error: FileError) -> FileError:
+    """The mistakes of a profile without a base, with what it would lack nothing by."""
+    hint = "with `base: tuned` it needs only what differs"
+    lacking = (finding.message.endswith(" is missing") for finding in error.findings)
+    return FileError(
+        dataclasses.replace(finding, hint=finding.hint or hint) if lacks else finding
+        for finding, lacks in zip(error.findings, lacking, strict=True)
+    )
+
+
 def _profile(item: Item, sets: tuple[str, ...]) -> Profile:
     layers = layered(item, sets)
-    read = record(layers.item, ProfileFile)
+    try:
+        read = record(layers.item, ProfileFile)
+    except FileError as error:
+        raise error if "base" in layers.item.mapping() else _with_hint(error) from None
     return Profile(
         name=read.profile,
         about=read.about or layers.about,
+        policy=read.policy,
+        chart=read.chart,
         robot=read.robot,
         safety=read.safety,
         plant=read.plant,
         navigation=read.navigation,
         localization=read.localization,
         localizer=read.localizer,
-        settings=Settings(read.user, read.escape, read.chase, read.haptic, read.inform),
+        settings=Settings(
+            read.user, read.escape, read.chase, read.haptic, read.inform, read.policy
+        ),
         charts={
             chart: {name: value.value for name, value in values.items()}
             for chart, values in read.charts.items()

@@ -1,9 +1,8 @@
 """All parameters of the four behaviours, by name; a profile gives their values.
 
-No value hides in the code: what only charts pick by name may be missing in older profiles, and is
-then told to whoever picks it; nothing else has a default. Ranges are wide: they exclude
-mistakes (36 rad for 36 deg, a negative inflation), not unwise values. The wiring provides one
-`Settings` as the constant signal `settings`.
+No value hides in the code: nothing has a default. Ranges are wide: they exclude mistakes (36 rad
+for 36 deg, a negative inflation), not unwise values. The wiring provides one `Settings` as the
+constant signal `settings`.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from behaviors.profile.person_settings import MarginSettings, RoomSettings, WalkSettings
 from engine.files import (
@@ -30,6 +29,10 @@ from hw.model import ANY, ByArm, MotionLimits, RobotModel, SensorErrors, SensorM
 from hw.safety import SafetyLimits
 from states.signals import PREDICTORS
 
+Policy = Literal["tuned", "paper"]
+"""Whose decisions: state classes of one policy alone name it as their attribute `policy`."""
+POLICIES: tuple[Policy, ...] = get_args(Policy)
+"""The first is that of profiles that name none."""
 _WIDEST = math.radians(120.0) + 1e-9
 Behind = Annotated[Angle, Range(-_WIDEST, _WIDEST)]
 """Angle off the direction away from the user, rad; beyond a right angle the pose leads past
@@ -47,8 +50,6 @@ PredictorName = Annotated[str, _predictor, Written({"enum": list(PREDICTORS)})]
 
 
 ApproachLength = Annotated[Length, Range(0.02, 0.3)]
-APPROACH = (0.12, 0.08, 0.05)
-"""Lengths of the line to a DEEP, m, where a profile does not give any."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,10 +73,10 @@ class RobotSettings:
     arm_parked: ByArm | None
     """Joint angles of the folded arm, by the arm's name, or for any arm; for others, and with null:
     those of the robot's prop."""
-    arm_approach: Annotated[tuple[ApproachLength, ...], Count(1, 9)] | None = APPROACH
+    arm_approach: Annotated[tuple[ApproachLength, ...], Count(1, 9)] | None
     """Lengths of the line on which the prop comes to a DEEP, tried in this order; null: it comes
     straight from anywhere."""
-    arm_parking: Annotated[Duration, above_0(600.0)] | None = None
+    arm_parking: Annotated[Duration, above_0(600.0)]
     """Charts give up parking the arm after this long."""
 
     def parked(self, arm: str) -> Six | None:
@@ -161,10 +162,6 @@ class UserSettings:
 class EscapeSettings:
     """The trigger (R104), the Escape poses (R105-R108) and when the user is safe (R112)."""
 
-    view: Literal["head", "body"]
-    """Whose direction tells what is ahead of the user."""
-    trigger: Literal["zones", "contact"]
-    """A user who moves within a zone, or only a predicted contact."""
     ahead: Annotated[Length, above_0(10.0)]
     """Radius of the zone that the user sees."""
     half_view: Annotated[Angle, Range(0.0, math.pi)]
@@ -175,8 +172,6 @@ class EscapeSettings:
     """A slower user triggers nothing; 0 is the literal rule of the paper."""
     hysteresis: Annotated[Length, Range(0.0, 5.0)]
     """How much farther the user has to be for the zones to be left."""
-    predict: bool
-    """Whether predicted contacts trigger too."""
     contact: Annotated[Length, above_0(5.0)]
     """A predicted distance below this is a contact."""
     reaction: Annotated[Duration, Range(0.0, 10.0)]
@@ -187,23 +182,34 @@ class EscapeSettings:
     """Of the poses from the user; each with each of `angles`."""
     angles: Annotated[tuple[Behind, ...], Count(1)]
     """Of the poses, off the direction away from the user."""
-    order: Literal["given", "earliest"]
-    """Poses as given, or the earliest reached first."""
-    safe_on_the_way: bool
-    """Whether an Escape ends as soon as the user is safe."""
+    earlier_by: Annotated[Duration, Range(0.0, 10.0)]
+    """Another pose is taken on the way if the user is safe earlier by this."""
+    wider_by: Annotated[Length, Range(0.0, 5.0)]
+    """… or, where every drive ends in a contact, if its gap is wider by this."""
 
-    def faults(self) -> Iterator[Fault]:
-        """Invalid combinations of values, each with its key."""
-        if self.trigger == "contact" and not self.predict:
-            yield "trigger", "contact needs predict: true; without it nothing would trigger"
+
+@dataclass(frozen=True, slots=True)
+class LeaveSettings:
+    """How Chase leaves a place where it cannot wait, in the user's sight or to a refuge."""
+
+    speed: Annotated[Speed, above_0(5.0)]
+    """Of a robot that leaves the zones of a user who stands."""
+    circles: Annotated[tuple[Annotated[Length, above_0(20.0)], ...], Count(1)]
+    """Around the user, on which places to go to lie …"""
+    directions: Annotated[int, Range(1, 360)]
+    """… so many on each."""
+    farthest: Annotated[Length, above_0(100.0)]
+    """The longest path to one of them."""
+    worth: Annotated[Duration, Range(0.0, 60.0)]
+    """By how much a place has to be better for a robot that is outside the zones already."""
+    look_again: Annotated[Duration, above_0(60.0)]
+    """After so long a robot looks again for a way out, or for a better place."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChaseSettings:
     """The Chase space (R93-R101) with its margins against the Escape zones (R103)."""
 
-    view: Literal["head", "body"]
-    """Whose direction tells what is ahead of the user."""
     inner: Annotated[Length, above_0(10.0)]
     """Inner radius of the space."""
     outer: Annotated[Length, above_0(10.0)]
@@ -214,37 +220,33 @@ class ChaseSettings:
     """Full angle of the sector cut out ahead of the user."""
     rear: Annotated[Angle, Range(0.0, 2.0 * math.pi)]
     """Full angle of the sector cut out behind the user."""
-    margin: Annotated[Length, Range(0.0, 5.0)] | None
-    """Escape zones are widened by this; null: not looked at."""
-    margin_angle: Annotated[Angle, Range(0.0, math.pi)] | None
-    """Escape zones are widened by this to either side; null: not looked at."""
-    weight: Literal["angle_radius", "time_to_haptic"]
-    """The weighting of cells."""
+    margin: Annotated[Length, Range(0.0, 5.0)]
+    """Escape zones are widened by this for the choice of our policy."""
+    margin_angle: Annotated[Angle, Range(0.0, math.pi)]
+    """Escape zones are widened by this to either side, likewise."""
     best_angle: Annotated[Angle, Range(0.0, math.pi)]
-    """Where `angle_radius` is highest."""
+    """Off the user's view, where the weight of the paper's cells is highest."""
     best_radius: Annotated[Length, above_0(10.0)]
-    """Where `angle_radius` is highest."""
-    pick: Literal["largest", "sample"]
-    """The largest weight, or at random by weight."""
-    tie: Annotated[float, Range(0.0, 1.0)]
-    """Weights this near to the largest are equal: the shortest path decides."""
-    seed: Annotated[int, Range(0, 2**63)]
-    """Of the random choice."""
+    """Where the weight of the paper's cells is highest; nearer to the user ours cost more."""
+    tie: Annotated[Duration, above_0(60.0)]
+    """Places whose costs differ by less are equal: the shortest path decides."""
+    tries: Annotated[int, Range(1, 1000)]
+    """Of places without a way there so many are tried, best first: the most work of a choice."""
     risk: Annotated[float, Range(0.0, 1000.0)]
     """A second that waiting there is expected to cost (`behaviors.person.waiting`) counts as so
-    many of response; 0: places are weighed by the response alone."""
-    stays: bool
-    """Without a free place the robot stays where it is; else Chase fails."""
-    room: Annotated[Length, Range(0.0, 10.0)] | None = None
-    """The chart keeps this far from a walking user; 0: it leaves that to Escape."""
-    band: Annotated[Length, above_0(10.0)] | None = None
+    many of response."""
+    leave: LeaveSettings
+    """How a place is left where the robot cannot wait."""
+    room: Annotated[Length, above_0(10.0)]
+    """The chart keeps this far from a walking user."""
+    band: Annotated[Length, above_0(10.0)]
     """… but no farther than this."""
-    near: Annotated[Length, above_0(10.0)] | None = None
+    near: Annotated[Length, above_0(10.0)]
     """A user who is followed has been caught up with at this distance."""
-    ahead: Annotated[Duration, Range(0.0, 10.0)] | None = None
+    ahead: Annotated[Duration, Range(0.0, 10.0)]
     """The user is followed by where they will be after so long."""
-    cornered: Annotated[Duration, Range(0.0, 600.0)] | None = None
-    """Chase ends when the robot has been in a zone without a way out for so long; 0: never."""
+    cornered: Annotated[Duration, above_0(600.0)]
+    """Chase ends when the robot has been in a zone without a way out for so long."""
 
     def faults(self) -> Iterator[Fault]:
         """Invalid combinations of values, each with its key."""
@@ -252,8 +254,6 @@ class ChaseSettings:
             yield "inner", f"{self.inner:g} is not below outer, {self.outer:g}"
         if self.front + self.rear >= 2.0 * math.pi:
             yield "rear", "front and rear cut out the whole turn; nothing is left of the space"
-        if (self.margin is None) != (self.margin_angle is None):
-            yield "margin", "margin and margin_angle go together; give both, or null for both"
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,11 +283,9 @@ class HapticSettings:
     """Of the half circle."""
     angles: Annotated[tuple[Annotated[Angle, Range(-math.pi, math.pi)], ...], Count(1)]
     """Of the poses on it."""
-    order: Literal["given", "time"]
-    """As given, or by the time until the prop is at the DEEP."""
-    close: CloseSettings | None
+    close: CloseSettings
     """The poses to choose among if none of these will do, with no more distance from walls and user
-    than Escape keeps; null: no second choice."""
+    than Escape keeps."""
     deep_ahead: Annotated[Length, Range(0.0, 3.0)]
     """Where Chase expects the next DEEP, ahead of the user (R132)."""
     deep_height: Annotated[Length, above_0(3.0)]
@@ -298,11 +296,11 @@ class HapticSettings:
 class InformSettings:
     """How long the robot is shown to the user."""
 
-    least: Annotated[Duration, Range(0.0, 600.0)] | None = None
+    least: Annotated[Duration, Range(0.0, 600.0)]
     """So long at least."""
-    cornered: Annotated[Duration, Range(0.0, 600.0)] | None = None
+    cornered: Annotated[Duration, Range(0.0, 600.0)]
     """So long at least if it could not drive off when that began."""
-    until_clear: bool | None = None
+    until_clear: bool
     """And until both zones are clear, or there is a way out of them."""
 
 
@@ -314,4 +312,6 @@ class Settings:
     escape: EscapeSettings
     chase: ChaseSettings
     haptic: HapticSettings
-    inform: InformSettings = field(default_factory=InformSettings)
+    inform: InformSettings
+    policy: Policy
+    """Whose decisions they are for; pictures draw these."""

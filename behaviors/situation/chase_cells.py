@@ -1,11 +1,13 @@
-"""The Chase space: cells around the user where the robot may wait, with weights (R93-R98).
+"""The Chase space: cells around the user where the robot may wait (R93-R98), and their worth.
 
-Arrays are in the user's frame: x ahead, y left, m.
+Arrays are in the user's frame, x ahead and y left, m, if nothing else is said.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,52 +20,84 @@ from states.navigation.local import rest_to_rest
 Array = NDArray[np.float64]
 
 
-def grid(environment: Environment, settings: Settings) -> Array:
-    """All cells, (n, 3): x, y, weight; best first. Centres are at (i + 1/2) times the cell size."""
-    chase = settings.chase
-    cells = ring(chase)
-    if chase.margin is not None and chase.margin_angle is not None:
-        escape = settings.escape
-        radius, bearing = np.hypot(*cells.T), np.abs(np.arctan2(cells[:, 1], cells[:, 0]))
-        ahead = bearing <= escape.half_view + chase.margin_angle
-        near = radius < np.where(ahead, escape.ahead, escape.around) + chase.margin
-        cells = cells[~near]
-    weigh = WEIGHTS[chase.weight]
-    weights = weigh(environment, settings, cells)
-    order = np.argsort(-weights, kind="stable")
-    return np.column_stack((cells, weights))[order]
+@dataclass(frozen=True, slots=True)
+class ChaseRing:
+    """Two arcs around the user: between two radii, m, without sectors ahead and behind, rad."""
+
+    inner: float
+    outer: float
+    front: float
+    rear: float
+    cell: float
+
+    @classmethod
+    def of(
+        cls,
+        chase: ChaseSettings,
+        inner: float | None = None,
+        outer: float | None = None,
+        front: float | None = None,
+        rear: float | None = None,
+    ) -> ChaseRing:
+        """The ring of the settings, with the values that are given in place of theirs."""
+        return cls(
+            chase.inner if inner is None else inner,
+            chase.outer if outer is None else outer,
+            chase.front if front is None else front,
+            chase.rear if rear is None else rear,
+            chase.cell,
+        )
+
+
+def cells_of(ring: ChaseRing) -> Array:
+    """The cells, (n, 2). Centres are at (i + 1/2) times the cell size (R94)."""
+    reach = math.ceil(ring.outer / ring.cell)
+    centres = (np.arange(-reach, reach) + 0.5) * ring.cell
+    x, y = (axis.ravel() for axis in np.meshgrid(centres, centres, indexing="ij"))
+    radius, bearing = np.hypot(x, y), np.abs(np.arctan2(y, x))
+    kept = (radius >= ring.inner) & (radius <= ring.outer)
+    kept &= (bearing >= 0.5 * ring.front) & (bearing <= math.pi - 0.5 * ring.rear)
+    return np.column_stack((x[kept], y[kept]))
+
+
+@lru_cache(maxsize=8)
+def weighted_cells(ring: ChaseRing, best_angle: float, best_radius: float) -> Array:
+    """The paper's space, (n, 3): x, y, weight from 0 to 1 (R95).
+
+    The weight is an angle term times a radius term, each 1 at its best value, rad and m, and
+    decreasing linearly.
+    """
+    cells = cells_of(ring)
+    radius, bearing = np.hypot(*cells.T), np.abs(np.arctan2(cells[:, 1], cells[:, 0]))
+    by_angle = 1.0 - np.abs(bearing - best_angle) / math.pi
+    by_radius = 1.0 - np.abs(radius - best_radius) / (ring.outer - ring.inner)
+    weights = np.clip(by_angle, 0.0, 1.0) * np.clip(by_radius, 0.0, 1.0)
+    return np.column_stack((cells, weights))
+
+
+@lru_cache(maxsize=8)
+def timed_cells(environment: Environment, settings: Settings, ring: ChaseRing) -> Array:
+    """Our space, (n, 3): x, y, and what waiting there costs of response, s.
+
+    No cell lies in an Escape zone that is widened by the profile's margins (R103).
+    """
+    cells, chase, escape = cells_of(ring), settings.chase, settings.escape
+    radius, bearing = np.hypot(*cells.T), np.abs(np.arctan2(cells[:, 1], cells[:, 0]))
+    ahead = bearing <= escape.half_view + chase.margin_angle
+    near = radius < np.where(ahead, escape.ahead, escape.around) + chase.margin
+    cells = cells[~near]
+    return np.column_stack((cells, response_costs(environment, settings, cells)))
 
 
 def placed(cells: Array, centre: Pose2) -> Array:
     """The cells, (n, 3), moved from the user's frame to the map, around the pose `centre`."""
     c, s = math.cos(centre.yaw), math.sin(centre.yaw)
-    x, y, weight = cells.T
-    return np.column_stack((centre.x + c * x - s * y, centre.y + s * x + c * y, weight))
+    x, y, worth = cells.T
+    return np.column_stack((centre.x + c * x - s * y, centre.y + s * x + c * y, worth))
 
 
-def ring(chase: ChaseSettings) -> Array:
-    """Cells of the two arcs, (n, 2): between the radii, without the sectors in front and behind."""
-    reach = math.ceil(chase.outer / chase.cell)
-    centres = (np.arange(-reach, reach) + 0.5) * chase.cell
-    x, y = (axis.ravel() for axis in np.meshgrid(centres, centres, indexing="ij"))
-    radius, bearing = np.hypot(x, y), np.abs(np.arctan2(y, x))
-    kept = (radius >= chase.inner) & (radius <= chase.outer)
-    kept &= (bearing >= 0.5 * chase.front) & (bearing <= math.pi - 0.5 * chase.rear)
-    return np.column_stack((x[kept], y[kept]))
-
-
-def angle_radius(_environment: Environment, settings: Settings, cells: Array) -> Array:
-    """An angle term times a radius term, each 1 at its best value and decreasing linearly."""
-    chase = settings.chase
-    radius, bearing = np.hypot(*cells.T), np.abs(np.arctan2(cells[:, 1], cells[:, 0]))
-    by_angle = 1.0 - np.abs(bearing - chase.best_angle) / math.pi
-    by_radius = 1.0 - np.abs(radius - chase.best_radius) / (chase.outer - chase.inner)
-    found: Array = np.clip(by_angle, 0.0, 1.0) * np.clip(by_radius, 0.0, 1.0)
-    return found
-
-
-def time_to_haptic(environment: Environment, settings: Settings, cells: Array) -> Array:
-    """room^2 / (1 + t), with t the time, s, to the nearest Haptic pose if a request came now.
+def response_costs(environment: Environment, settings: Settings, cells: Array) -> Array:
+    """(1 + t) / room^2, s, with t the time to the nearest Haptic pose if a request came now, s.
 
     `room` is radius / best_radius, at most 1: nearer to the user there is less time to escape. The
     robot drives and turns at the same time, so t is the longer of the two, from rest to rest.
@@ -82,7 +116,7 @@ def time_to_haptic(environment: Environment, settings: Settings, cells: Array) -
         rotate = rest_to_rest(turn, limits.base_yaw_rate, limits.base_yaw_acceleration)
         best = np.minimum(best, np.maximum(drive, rotate))
     room = np.minimum(1.0, np.hypot(*cells.T) / settings.chase.best_radius)
-    found: Array = room**2 / (1.0 + best)
+    found: Array = (1.0 + best) / room**2
     return found
 
 
@@ -103,6 +137,3 @@ def length_around(starts: Array, goal: tuple[float, float], radius: float) -> Ar
     legs = starts_leg + math.sqrt(max(0.0, goal_radius**2 - radius**2))
     found: Array = np.where(arc > 0.0, legs + radius * arc, straight)
     return found
-
-
-WEIGHTS = {"angle_radius": angle_radius, "time_to_haptic": time_to_haptic}

@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 
 from cobodeck.avoidable.motion_search import RobotLimits, RobotState, Walk
 from cobodeck.avoidable.shapes import Array
+from cobodeck.project import nodes_of
 from cobodeck.record.read import Group, Record
 from engine.chart import Library, Node, load_text
 from engine.files import mistake, quantity
 
-CHART = "escape"
+BEHAVIOUR = "escape"
 STALE_S = 0.25
 """With an older pose of the person the robot has to brake, s: it must be stopped once the pose is
 150 ms old (R149), by a command that takes at most 100 ms (R5)."""
@@ -291,13 +292,13 @@ def _body(record: Record) -> Mapping[str, Any]:
 
 
 def escape_paths(record: Record) -> frozenset[str]:
-    """Paths of the nodes that use the chart `escape`, from the charts in the record."""
+    """Paths of the nodes that use a chart of Escape, from the charts in the record."""
     library = Library()
     for name, file in record.header["charts"].items():
         found = load_text(record.attachments[file].decode(), file)
         library[name] = found[name]
     main = library[record.header["chart"]]
-    return frozenset(path for path, chart in _uses(main.root, "", library) if chart == CHART)
+    return nodes_of(BEHAVIOUR, dict(_uses(main.root, "", library)))
 
 
 def _uses(node: Node, path: str, library: Library) -> Iterator[tuple[str, str]]:

@@ -30,7 +30,7 @@ from cobodeck.bench.simulation_cpu import HZ, least_cpu, run_cpu, shares
 from cobodeck.loop import Loop
 from cobodeck.record.format import versions
 from cobodeck.run import simulate
-from cobodeck.setup import CHART, FULL, Options, Setup, open_setup
+from cobodeck.setup import FULL, Options, Setup, open_setup
 from engine.chart import load_text
 from hw import needs
 
@@ -63,7 +63,7 @@ class RunCase:
     def setup(self) -> Setup:
         """The setup of the run."""
         if self.text is None:
-            return open_setup(CHART, self.scene)
+            return open_setup(scene=self.scene)
         library = load_text(self.text)
         return open_setup(next(iter(library)), self.scene, charts=library)
 

@@ -14,7 +14,7 @@ from typing import Any
 from cobodeck.bench.harness import ROUNDS, BenchRow, TimedPoint, Work, timed, times
 from cobodeck.bench.localization import SCENE as ROOM, TRUTH, by_localizer, ride, rmse_cm
 from cobodeck.run import simulate
-from cobodeck.setup import CHART, TICK_HZ, Options, Setup, open_setup
+from cobodeck.setup import TICK_HZ, Options, Setup, open_setup
 from hw import Pose2, Twist2
 from hw.model import MotionLimits, SensorErrors, SensorModel, load_robot
 from hw.scene import load_scene
@@ -112,7 +112,7 @@ def _run(hz: int) -> Mapping[str, Any]:
 
 @cache
 def _setup(hz: int) -> Setup:
-    return open_setup(CHART, SCENE, tick_hz=hz)
+    return open_setup(scene=SCENE, tick_hz=hz)
 
 
 # beams

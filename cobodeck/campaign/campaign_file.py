@@ -207,7 +207,7 @@ class CampaignFile:
     about: str = ""
     """What it is good for."""
     chart: Names = ()
-    """Charts by name or file."""
+    """Charts by name or file; by default the profile's."""
     scene: Names = ()
     """Scenes by name or file."""
     robot: Names = ()

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cobodeck.setup import CHART, PROFILE, SCENE, TICK_HZ
+from cobodeck.setup import PROFILE, SCENE, TICK_HZ
 from engine.files.declared import is_path
 
 
@@ -18,12 +18,12 @@ from engine.files.declared import is_path
 class CampaignCell:
     """A run: names and files as `simulate` takes them; None stands for the scene's own.
 
-    `sets` are values of the profile and `inputs` those of the chart, as KEY=VALUE. `duration_s`
-    limits the run, s. `judge`: find out how many contacts could have been avoided. `repetition`
-    tells runs apart that differ by chance alone.
+    Without `chart` it is the profile's. `sets` are values of the profile and `inputs` those of the
+    chart, as KEY=VALUE. `duration_s` limits the run, s. `judge`: find out how many contacts could
+    have been avoided. `repetition` tells runs apart that differ by chance alone.
     """
 
-    chart: str = CHART
+    chart: str | None = None
     scene: str = SCENE
     user: str | None = None
     robot: str | None = None

@@ -207,7 +207,7 @@ class CellRunner:
 
     def _open(
         self,
-        chart: str,
+        chart: str | None,
         scene: str,
         robot: str | None,
         profile: str,

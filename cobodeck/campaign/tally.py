@@ -48,6 +48,7 @@ def tally(results: Sequence[CellResult]) -> Tally:
         },
         "least_gap_m": min(_present(run.get("min_gap_m") for run in found), default=None),
         "stuck_s": max(_present(map(_stuck, found)), default=None),
+        "arm_closing_m_s": max(_present(run.get("arm_closing_m_s") for run in found), default=None),
     }
 
 

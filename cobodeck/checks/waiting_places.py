@@ -38,9 +38,7 @@ class WaitingReport:
 
 def waiting_report(environment: Environment, settings: Settings) -> WaitingReport | None:
     """Look at users all over the room; None if there is no floor for them to stand on."""
-    from behaviors.situation import grid
-
-    cells = grid(environment, settings)
+    cells = _cells(environment, settings)
     found = [(now, _risk(now, cells)) for now in _users(environment, settings)]
     if not found:
         return None
@@ -73,12 +71,24 @@ def _users(environment: Environment, settings: Settings) -> Iterator[Situation]:
                 yield Situation(environment, settings, body, STILL, user, STILL, planners)
 
 
-def _risk(now: Situation, cells: Array) -> float | None:
-    """The risk at the free cell with the largest weight, s; None without a free cell."""
-    from behaviors import out_of_the_way
-    from behaviors.person import risks
-    from behaviors.situation import space
+def _cells(environment: Environment, settings: Settings) -> Array:
+    """The cells about a user, (n, 3): x, y and what waiting there costs by the policy."""
+    from behaviors.situation import ChaseRing, timed_cells, weighted_cells
 
-    around = space(now.settings, lambda: cells, now.planners["chase"], now.user)
-    chosen = out_of_the_way(now, around.all_free())
-    return float(risks(now, chosen[:1, :2])[0]) if len(chosen) else None
+    ring, chase = ChaseRing.of(settings.chase), settings.chase
+    if settings.policy == "tuned":
+        return timed_cells(environment, settings, ring)
+    return weighted_cells(ring, chase.best_angle, chase.best_radius) * (1.0, 1.0, -1.0)
+
+
+def _risk(now: Situation, cells: Array) -> float | None:
+    """The risk at the free cell of least cost, s; None without a free cell."""
+    from behaviors import free_cells
+    from behaviors.person import risks
+
+    free, weighed = free_cells(now, cells), now.settings.policy == "tuned"
+    if not len(free):
+        return None
+    found = risks(now, free[:, :2])
+    costs = free[:, 2] + (now.settings.chase.risk * found if weighed else 0.0)
+    return float(found[costs.argmin()])

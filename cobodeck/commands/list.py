@@ -223,7 +223,10 @@ def _users(_args: argparse.Namespace) -> list[dict[str, Any]]:
 def _profiles(_args: argparse.Namespace) -> list[dict[str, Any]]:
     from behaviors.profile import load_profile, profile_names
 
-    return [{"profile": name, "about": load_profile(name).about} for name in profile_names()]
+    found = map(load_profile, profile_names())
+    return [
+        {"profile": p.name, "policy": p.policy, "chart": p.chart, "about": p.about} for p in found
+    ]
 
 
 def _robots(_args: argparse.Namespace) -> list[dict[str, Any]]:

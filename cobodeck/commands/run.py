@@ -40,7 +40,13 @@ BLOCKED_S = 0.1
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("chart", type=word, metavar="CHART", help="name or file")
+    parser.add_argument(
+        "chart",
+        nargs="?",
+        type=word,
+        metavar="CHART",
+        help="name or file; default: the one that the profile names",
+    )
     inputs(parser)
     parser.add_argument("--robot", required=True, type=word, help="name or file of a connection")
     about = "name or file; default: the one that the connection names, else no room"

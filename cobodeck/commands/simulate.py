@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cobodeck.fitness import require
-from cobodeck.setup import CHART, PROFILE, SCENE, TICK_HZ
+from cobodeck.setup import PROFILE, SCENE, TICK_HZ
 from cobodeck.terminal import (
     FAILED,
     OK,
@@ -30,6 +30,8 @@ from cobodeck.terminal import (
     show_json,
     word,
 )
+from engine.files import FileError, in_order
+from engine.files.declared import notes
 from engine.run import Raised
 from hw import missing
 
@@ -49,7 +51,7 @@ FAILURES = ("error", "failed")
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument(
-        "chart", nargs="?", type=word, default=CHART, help=f"name or file; default {CHART}"
+        "chart", nargs="?", type=word, help="name or file; default: the one that the profile names"
     )
     inputs(parser)
     about = f"name or file, or a map: FILE.yaml[@x,y,yaw]; default {SCENE}"
@@ -257,23 +259,26 @@ def _recorder(
 
 def _setup(args: argparse.Namespace) -> Setup:
     from cobodeck.project import catalogue, reached, replacements
-    from cobodeck.setup import open_setup, read_inputs
+    from cobodeck.setup import of_other_policy, open_setup, read_inputs
 
     known, body = catalogue(own=args.own), _robot_of(args)
-    setup = open_setup(
-        args.chart,
-        args.scene,
-        args.profile,
-        args.tick_hz,
-        body,
-        known=known,
-        sets=args.sets,
-        inputs=read_inputs(args.inputs),
-    )
+    with notes() as old:
+        setup = open_setup(
+            args.chart,
+            args.scene,
+            args.profile,
+            args.tick_hz,
+            body,
+            known=known,
+            sets=args.sets,
+            inputs=read_inputs(args.inputs),
+        )
     require("begin", setup=setup)
     charts = reached({setup.chart.name}, setup.library)
     about_place = () if setup.place is None else setup.place.remarks
-    for remark in (*replacements(setup.library, known, charts), *about_place):
+    replaced = replacements(setup.library, known, charts)
+    told = (str(FileError([note])) for note in in_order(old))
+    for remark in (*told, *replaced, *of_other_policy(setup), *about_place):
         complain(remark)
     return setup
 

@@ -12,6 +12,7 @@ from cobodeck.evaluate.figures import (
     NOTHING as NOTHING,
     OF_THE_MACHINE as OF_THE_MACHINE,
     escape_figures as escape_figures,
+    shown_figures as shown_figures,
     spread as spread,
 )
 from cobodeck.evaluate.localization import (

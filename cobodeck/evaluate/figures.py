@@ -10,9 +10,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from cobodeck.evaluate.separation_figures import SeparationWatch
+from cobodeck.project import nodes_of
 from engine.machine import Box
 from engine.run import ChartRun
-from hw import Contact, Hit
+from hw import BASE, Contact, Hit
 from hw.safety import CycleLog
 
 MOVING = 0.2
@@ -42,14 +43,18 @@ def spread(values: Iterable[float], names: tuple[str, ...]) -> dict[str, float |
 def contact_figures(contacts: Sequence[Contact] | None) -> dict[str, Any]:
     """The numbers of contacts, in all and by cause, and a list; None where they are not known.
 
+    `arm_closing_m_s` is the highest speed at which a part of the arm closed in on a person whom it
+    touched, but for the prop in a touch that they had requested; at least 0, None without.
     Which were avoidable is found from the record of the run, on demand.
     """
     causes = None if contacts is None else [contact.by for contact in contacts]
+    of_arm = [contact.robot_closing for contact in contacts or () if contact.part != BASE]
     return {
         "contacts": None if causes is None else len(causes),
         "contacts_by_robot": None if causes is None else causes.count("robot"),
         "contacts_slow_arm": None if causes is None else causes.count("slow_arm"),
         "contacts_avoidable": None,
+        "arm_closing_m_s": max(0.0, *of_arm) if of_arm else None,
         "contact_list": None if contacts is None else [_listed(c) for c in contacts],
     }
 
@@ -96,13 +101,15 @@ class Visit(NamedTuple):
     outcome: str | None = None
 
 
-def visits(run: ChartRun, chart: str) -> list[Visit]:
-    """The executions of a used chart, in order of entry."""
-    paths = {
-        vertex.path
-        for vertex in run.machine.vertices.values()
-        if isinstance(vertex, Box) and vertex.chart == chart
-    }
+def boxes_of(run: ChartRun, behaviour: str) -> frozenset[str]:
+    """Paths of the nodes that use a chart of this behaviour, whichever variant it is."""
+    boxes = (vertex for vertex in run.machine.vertices.values() if isinstance(vertex, Box))
+    return nodes_of(behaviour, {box.path: box.chart for box in boxes if box.chart is not None})
+
+
+def visits(run: ChartRun, behaviour: str) -> list[Visit]:
+    """The executions of the charts of a behaviour, in order of entry."""
+    paths = boxes_of(run, behaviour)
     found: list[Visit] = []
     newest: dict[str, int] = {}
     for record in run.trace:
@@ -140,6 +147,22 @@ def escape_figures(run: ChartRun) -> dict[str, Any]:
     }
 
 
+def shown_figures(run: ChartRun, shown: Sequence[tuple[int, int]] | None) -> dict[str, Any]:
+    """For how long the robot was shown to the person, s, and how much of it outside Inform (R18).
+
+    `shown` are the spans, ns, in order; None if they are not known.
+    """
+    if shown is None:
+        return dict.fromkeys(("shown_s", "shown_outside_inform_s"))
+    whole = inside = 0
+    informs = [(one.entered_ns, one.ended_ns) for one in visits(run, "inform")]
+    for start, end in shown:
+        whole += end - start
+        for entered, ended in informs:
+            inside += max(0, (end if ended is None else min(end, ended)) - max(start, entered))
+    return {"shown_s": whole / 1e9, "shown_outside_inform_s": (whole - inside) / 1e9}
+
+
 def _visited(escape: Visit) -> dict[str, Any]:
     ended = escape.ended_ns
     time_s = None if ended is None else (ended - escape.entered_ns) / 1e9
@@ -167,6 +190,8 @@ NOTHING: Mapping[str, Any] = {
     "energy_j": None,
     "signs": None,
     "signs_to_standing": None,
+    "shown_s": None,
+    "shown_outside_inform_s": None,
     "situations": None,
     "situations_open": None,
     "time_to_safety_s": dict.fromkeys(("mean", "min", "max")),

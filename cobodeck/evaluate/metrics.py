@@ -82,7 +82,8 @@ _STAMP = 8
 class Evaluator:
     """Evaluates a plant from outside; call `watch` once per tick.
 
-    `person`: whether there is one. `arm` detects touches by the arm; None where they cannot be
+    `person`: whether there is one. `shown`: from when until when the robot was shown to them, ns,
+    in order. `arm` detects touches by the arm; None where they cannot be
     known. `measured`: the plant's state is measured, not the ground truth.
     """
 
@@ -95,6 +96,7 @@ class Evaluator:
     motion: MotionHash = field(default_factory=MotionHash)
     signs: int = 0
     signs_to_standing: int = 0
+    shown: list[tuple[int, int]] = field(default_factory=list)
     situations: int = 0
     time_to_safety_s: list[float] = field(default_factory=list)
     dropouts: list[tuple[int, int]] = field(default_factory=list)
@@ -122,9 +124,8 @@ class Evaluator:
         self.motion.watch(now_ns, truth)
         if truth.seen_ns is not None and truth.seen_ns != self._seen:
             self._watch_tracking(truth.seen_ns, truth.tracked_since_ns)
-        if truth.informed is True and before.informed is not True:
-            self.signs += 1
-            self.signs_to_standing += truth.speed <= MOVING
+        if truth.informed or before.informed:
+            self._watch_sign(before, truth)
         if truth.base is not None and truth.body is not None:
             self._located = True
             if truth.speed > MOVING or self._danger_since is not None:
@@ -132,6 +133,13 @@ class Evaluator:
         if self.arm is not None:
             self.arm.watch(now_ns, truth)
         self.requests.watch(now_ns, truth)
+
+    def _watch_sign(self, before: Truth, truth: Truth) -> None:
+        if not before.informed:
+            self.signs += 1
+            self.signs_to_standing += truth.speed <= MOVING
+            self.shown.append((self._now, self._now))
+        self.shown[-1] = self.shown[-1][0], self._now
 
     def _watch_tracking(self, seen_ns: int, since_ns: int | None) -> None:
         """Note a drop-out, unless tracking has gone on since the pose seen before."""

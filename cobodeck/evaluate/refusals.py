@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
-from engine.machine import Box
+from cobodeck.evaluate.figures import boxes_of
 from engine.run import ChartRun
 from hw import Pose2, Pose3
 
@@ -62,11 +62,7 @@ def refused(run: ChartRun, unserved: Iterable[Unserved]) -> Iterator[tuple[Unser
 
 def failures(run: ChartRun) -> list[tuple[int, str]]:
     """When each Haptic failed or was broken off, ns, and the reason, in order."""
-    boxes = {
-        vertex.path
-        for vertex in run.machine.vertices.values()
-        if isinstance(vertex, Box) and vertex.chart == "haptic"
-    }
+    boxes = boxes_of(run, "haptic")
     leaves = {
         leaf.path
         for leaf in run.machine.leaves

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from behaviors import all_poses, round_poses
-from behaviors.profile import HapticSettings
+from behaviors.profile import Settings
 from cobodeck.evaluate.refusals import WALLED, Unserved, refused
 from cobodeck.setup import Setup
 from engine.run import ChartRun
@@ -37,11 +37,11 @@ class WallBeside(NamedTuple):
 
 def refusal_figures(setup: Setup, run: ChartRun, unserved: Iterable[Unserved]) -> dict[str, Any]:
     """The figures of requests that were not served, by their names in JSON."""
-    haptic, each = setup.profile.settings.haptic, []
+    settings, each = setup.profile.settings, []
     for request, why in refused(run, unserved):
         deep, wall = request.deep, None
         if why in WALLED and setup.place is not None:
-            wall = wall_beside(setup.environment, haptic, deep, request.user)._asdict()
+            wall = wall_beside(setup.environment, settings, deep, request.user)._asdict()
         place = {"x": deep.x, "y": deep.y, "z": deep.z}
         each.append({"at_s": request.begin / 1e9, "why": why, **place, "wall": wall})
     counts = Counter(str(one["why"]) for one in each)
@@ -49,7 +49,7 @@ def refusal_figures(setup: Setup, run: ChartRun, unserved: Iterable[Unserved]) -
 
 
 def wall_beside(
-    around: Environment, haptic: HapticSettings, deep: Pose3, user: Pose2 | None
+    around: Environment, settings: Settings, deep: Pose3, user: Pose2 | None
 ) -> WallBeside:
     """The wall next to a DEEP of the map, measured on the floor.
 
@@ -59,22 +59,24 @@ def wall_beside(
     x, y = min(feet, key=lambda at: math.dist(at, (deep.x, deep.y)))
     gap = math.dist((x, y), (deep.x, deep.y))
     inside = around.room.is_free(deep.x, deep.y)
-    asking = Pose2(-haptic.deep_ahead, 0.0) if user is None else deep.flat().inverse() @ user
+    asking = (
+        Pose2(-settings.haptic.deep_ahead, 0.0) if user is None else deep.flat().inverse() @ user
+    )
     away = math.copysign(1.0 / gap, 0.5 - (not inside)) if gap else 0.0
     off = (deep.x - x) * away, (deep.y - y) * away
     for step in range(math.ceil(FARTHEST_M / STEP_M)):
         far = (gap if inside else 0.0) + STEP_M * step
         there = dataclasses.replace(deep, x=x + far * off[0], y=y + far * off[1])
-        if _is_reached(around, haptic, there, there.flat() @ asking):
+        if _is_reached(around, settings, there, there.flat() @ asking):
             return WallBeside(x, y, gap, far)
     return WallBeside(x, y, gap, None)
 
 
-def _is_reached(around: Environment, haptic: HapticSettings, deep: Pose3, user: Pose2) -> bool:
+def _is_reached(around: Environment, settings: Settings, deep: Pose3, user: Pose2) -> bool:
     """True if the prop reaches the DEEP from a free rover pose of the last choice of Haptic."""
     kept, room, arm = around.navigation.escape, around.room, around.workspace
-    close = haptic.close
-    tried = all_poses(haptic, deep) if close is None else round_poses(close, deep)
+    haptic, first = settings.haptic, settings.policy == "paper"  # which has no second choice
+    tried = all_poses(haptic, deep) if first else round_poses(haptic.close, deep)
     poses = [
         pose
         for pose in tried

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cobodeck.campaign import CampaignCell
-from cobodeck.setup import FULL
+from cobodeck.setup import FULL, profile_with
 
 CONDITIONS = ("chase", "corner", "center")
 """Where the robot is between requests, in the order of Table 2."""
+NEAR_USER = CONDITIONS[0]
+PARKED = {"paper": "paper_condition_parked", "tuned": "condition_parked"}
+"""The charts of the other conditions, by the profile's policy."""
 SCENE, ROUTE = "study", "route"
 SEQUENCE = 7
 """Poses of a round, and requests of a sequence (5.2.1)."""
@@ -31,9 +34,9 @@ VARIED: tuple[tuple[str, ...], ...] = (
     ("robot.arm_acceleration=0.6 rad/s2",),
     ("plant.latency=30 ms",),
     ("plant.tracking_delay=0.1 s",),
-    ("chase.pick=sample",),
+    ("charts.paper_chase.sample=0",),
     ("escape.moving=0 m/s",),
-    ("escape.safe_on_the_way=false",),
+    ("charts.paper_escape.must_reach=true",),
     ("escape.distances=[1.0 m, 1.75 m, 2.5 m]",),
     ("robot.base_yaw_rate=0.5 rad/s", "robot.base_acceleration=0.35 m/s2",
      "robot.arm_acceleration=0.6 rad/s2"),
@@ -66,10 +69,8 @@ class EvaluationPlan:
         self, condition: str, sets: tuple[str, ...] = (), requests: int | None = None
     ) -> CampaignCell:
         """A run of a condition, by default the one of Table 2."""
-        return CampaignCell(
-            chart=f"paper_{condition}",
-            scene=SCENE,
-            profile=self.profile,
+        return replace(
+            self._run(condition),
             sets=sets,
             tier=self.tier,
             requests=self.requests if requests is None else requests,
@@ -77,11 +78,9 @@ class EvaluationPlan:
 
     def route(self, condition: str, number: int) -> CampaignCell:
         """A run of a condition with the person on a random route, the same in all conditions."""
-        return CampaignCell(
-            chart=f"paper_{condition}",
-            scene=SCENE,
+        return replace(
+            self._run(condition),
             user=ROUTE,
-            profile=self.profile,
             tier=self.tier,
             requests=ROUTE_REQUESTS,
             repetition=number,
@@ -93,14 +92,17 @@ class EvaluationPlan:
 
     def other_parts(self, condition: str, name: str) -> CampaignCell:
         """A run of a condition with the parts of this name and all sensors."""
-        return CampaignCell(
-            chart=f"paper_{condition}",
-            scene=SCENE,
-            profile=self.profile,
-            sets=PARTS[name],
-            tier=FULL,
-            requests=self.parts_requests,
+        return replace(
+            self._run(condition), sets=PARTS[name], tier=FULL, requests=self.parts_requests
         )
+
+    def _run(self, condition: str) -> CampaignCell:
+        """A run of a condition; near the user it is the chart that the profile names."""
+        if condition == NEAR_USER:
+            return CampaignCell(scene=SCENE, profile=self.profile)
+        chart = PARKED[profile_with(self.profile, ()).policy]
+        place = (f"parking={{place: {condition}}}",)
+        return CampaignCell(chart=chart, scene=SCENE, profile=self.profile, inputs=place)
 
     def cells(self, varied: Sequence[tuple[str, ...]]) -> Iterator[CampaignCell]:
         """All runs; the long ones first, so that no worker is left with one at the end."""

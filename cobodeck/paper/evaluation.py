@@ -71,7 +71,8 @@ def _figures(
 
 def _succeeded(result: CellResult) -> dict[str, Any]:
     if result.figures is None:
-        raise Problem(f"{result.cell.chart} failed: {result.failure}", FAILED)
+        run = result.cell.chart or result.cell.profile
+        raise Problem(f"{run} failed: {result.failure}", FAILED)
     return {name: value for name, value in result.figures.items() if name != "signals"}
 
 

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.setup import CHART, PROFILE, profile_with
+from cobodeck.setup import PROFILE, profile_with
 from cobodeck.terminal import OK, Problem, ProgressLine, instant, positive, profile, show, word
 from engine.files import did_you_mean
 
@@ -80,7 +80,7 @@ def _simulated(args: argparse.Namespace) -> Moment:
     from cobodeck.setup import Options, open_setup
 
     known = catalogue(own=args.own)
-    setup = open_setup(args.chart or CHART, args.scene, args.profile, known=known, sets=args.sets)
+    setup = open_setup(args.chart, args.scene, args.profile, known=known, sets=args.sets)
     progress = ProgressLine("render")
     try:
         return after(setup, Options(args.user, args.requests), args.at or 0.0, progress.at)

@@ -18,8 +18,8 @@ from matplotlib.transforms import Affine2D
 
 from behaviors import escape, escape_poses, haptic
 from behaviors.profile import Settings
-from behaviors.situation import Situation, grid
-from cobodeck.pictures.drawing import Labels, Sheet, ring_of, view_yaw
+from behaviors.situation import ChaseRing, Situation, timed_cells, weighted_cells
+from cobodeck.pictures.drawing import Labels, Sheet, ring_of
 from engine.draw import INK, RED
 from hw import Joints, Pose2, Pose3, UserPose
 from hw.model import Footprint
@@ -46,9 +46,8 @@ def colours(weights: Array) -> Array:
 def draw_chase(on: Sheet, environment: Environment, settings: Settings, user: UserPose) -> None:
     """The free Chase cells, coloured by weight (R93-R100); arrows show the robot's yaw there."""
     chase = settings.chase
-    yaw = view_yaw(user, chase.view)
-    centre = Pose2(user.body.x, user.body.y, yaw)
-    cells = grid(environment, settings)
+    centre, yaw = user.body, user.body.yaw
+    cells = _cells(environment, settings)
     if not len(cells):
         return
     planner = environment.static_planners["chase"]
@@ -65,6 +64,16 @@ def draw_chase(on: Sheet, environment: Environment, settings: Settings, user: Us
     )  # fmt: skip
     _draw_tangents(on, centre, cells[free, :2], 0.5 * (chase.inner + chase.outer), chase.cell)
     on.explain("Chase cell: weight low to high", Rainbow(), RainbowHandler())
+
+
+def _cells(environment: Environment, settings: Settings) -> Array:
+    """The cells of the policy's space, (n, 3), each with its weight."""
+    chase = settings.chase
+    ring = ChaseRing.of(chase)
+    if settings.policy == "paper":
+        return weighted_cells(ring, chase.best_angle, chase.best_radius)
+    cells = timed_cells(environment, settings, ring)
+    return np.column_stack((cells[:, :2], 1.0 / cells[:, 2]))
 
 
 class Rainbow(Patch):

@@ -1,6 +1,8 @@
 from cobodeck.project.chart_files import (
+    behaviour_of as behaviour_of,
     chart_file as chart_file,
     chart_names as chart_names,
+    nodes_of as nodes_of,
 )
 from cobodeck.project.library import (
     errors_in_used as errors_in_used,

@@ -6,10 +6,11 @@ stands for one chart.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from cobodeck.project.named_files import head_of
+from cobodeck.project.old_names import OLD_CHARTS
 from cobodeck.project.state_catalogue import CHARTS, Catalogue, shipped_charts
 from cobodeck.terminal import Problem
 from engine.files import did_you_mean
@@ -36,7 +37,25 @@ def chart_file(name_or_path: str, catalogue: Catalogue) -> Path:
     names = chart_names(catalogue)
     if name_or_path in names:
         return names[name_or_path]
-    raise Problem(f"no chart {name_or_path!r}; {did_you_mean(name_or_path, names)}")
+    hint = OLD_CHARTS.get(name_or_path) or did_you_mean(name_or_path, names)
+    raise Problem(f"no chart {name_or_path!r}; {hint}")
+
+
+def behaviour_of(chart: str) -> str:
+    """The behaviour of which a chart is a variant, by the last word of its name.
+
+    `escape`, `paper_escape` and `careful_escape` are Escapes.
+    """
+    return chart.rpartition("_")[2]
+
+
+def nodes_of(behaviour: str, uses: Mapping[str, str]) -> frozenset[str]:
+    """The nodes that use a variant of a behaviour, but for those inside another one.
+
+    `uses` are the used charts by the paths of the nodes that use them.
+    """
+    paths = {path for path, chart in uses.items() if behaviour_of(chart) == behaviour}
+    return frozenset(p for p in paths if not any(p.startswith(f"{above}/") for above in paths))
 
 
 def charts_beside(files: Sequence[Path]) -> dict[str, Path]:

@@ -16,6 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from cobodeck.project.old_names import OLD_CHARTS, OLD_STATES
 from cobodeck.project.own_code import doubts_in, line_of, mistakes_in, state_classes, strangers
 from cobodeck.project.part_check import place_of
 from cobodeck.project.project import Project, projects
@@ -40,6 +41,7 @@ MODULES = (
     "behaviors.make_room",
     "behaviors.haptic",
     "behaviors.escape",
+    "behaviors.paper_escape",
     "behaviors.inform",
     "behaviors.cornered",
 )
@@ -57,8 +59,9 @@ class KnownPlaces(NamedTuple):
 class Catalogue:
     """State classes and their interfaces by name, and the types, signals and parts of projects.
 
-    `modules` are those of projects; `strangers` says what else these have, by name, and why it is
-    no state. `doubts` are messages about code of theirs that can run and is hardly meant.
+    `modules` are those of projects; `strangers` says what else these have, and what there was, by
+    name, and why it is no state. `doubts` are messages about code of theirs that can run and is
+    hardly meant.
     """
 
     classes: Mapping[str, type[State]]
@@ -171,7 +174,11 @@ def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
             name: part for module in modules for name, part in getattr(module, "PARTS", {}).items()
         },
         projects=tuple(added),
-        strangers={name: why for module in modules for name, why in strangers(module).items()},
+        strangers={
+            **OLD_CHARTS,
+            **OLD_STATES,
+            **{name: why for module in modules for name, why in strangers(module).items()},
+        },
         modules=tuple(modules),
         doubts=tuple(doubt for module in modules for doubt in doubts_in(module)),
     )

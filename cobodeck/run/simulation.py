@@ -18,6 +18,7 @@ from cobodeck.evaluate import (
     StuckWatch,
     escape_figures,
     refusal_figures,
+    shown_figures,
 )
 from cobodeck.fitness import require
 from cobodeck.loop import Clock, Loop, Wired
@@ -238,6 +239,8 @@ def _judged(setup: Setup, loop: Loop) -> dict[str, Any]:
             observer.finish()
             found |= observer.report()
             if observer.person:
+                shown = None if found["signs"] is None else observer.shown
+                found |= shown_figures(loop.wired.run, shown)
                 found |= refusal_figures(setup, loop.wired.run, observer.requests.unserved)
     faults: list[str] = getattr(loop.plant.parts.get("operator"), "faults", [])
     found["faults"] = len(faults)

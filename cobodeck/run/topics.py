@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cobodeck.project import reached
+from cobodeck.project import behaviour_of, reached
 from cobodeck.setup import Setup
 
 COMPANY, REQUESTS, ESCAPES = "company", "requests", "escapes"
@@ -16,6 +16,6 @@ def topics_of(setup: Setup) -> frozenset[str]:
     is_told = {
         COMPANY: uses.person,
         REQUESTS: "vr.haptic_request" in uses.signals | uses.welcome,
-        ESCAPES: "escape" in reached({setup.chart.name}, setup.library),
+        ESCAPES: "escape" in map(behaviour_of, reached({setup.chart.name}, setup.library)),
     }
     return frozenset(topic for topic, told in is_told.items() if told)

@@ -18,12 +18,14 @@ from cobodeck.setup.options import (
     Options as Options,
     longest_s as longest_s,
 )
+from cobodeck.setup.other_policy import (
+    of_other_policy as of_other_policy,
+)
 from cobodeck.setup.run_profile import (
     profile_with as profile_with,
     with_values as with_values,
 )
 from cobodeck.setup.setup import (
-    CHART as CHART,
     PROFILE as PROFILE,
     SCENE as SCENE,
     TICK_HZ as TICK_HZ,

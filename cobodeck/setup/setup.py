@@ -28,7 +28,7 @@ from hw.scene import Scene
 from states.environment import Environment
 from states.localization import Localizes
 
-CHART, SCENE, PROFILE = "cobodeck", "lab_a", "tuned"
+SCENE, PROFILE = "lab_a", "tuned"
 TICK_HZ = 30
 
 
@@ -216,7 +216,7 @@ class Setup:
 
 
 def open_setup(  # noqa: PLR0913  one call says all there is to say
-    chart: str = CHART,
+    chart: str | None = None,
     scene: str | None = None,
     profile: str | None = None,
     tick_hz: int = TICK_HZ,
@@ -226,7 +226,7 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
     sets: Sequence[str] = (),
     inputs: Mapping[str, Any] | None = None,
 ) -> Setup:
-    """Read and check everything that a run needs.
+    """Read and check everything that a run needs; without `chart` it is the profile's.
 
     `robot` replaces the scene's; given without `scene`, there is no scene. A connection's limits
     apply to its robot, which must be the scene's; the connection may name a scene. `charts` are
@@ -240,6 +240,7 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
     known = known or catalogue()
     recorded = charts is not None
     used_profile = profile_with(profile or PROFILE, sets)
+    chart = chart or used_profile.chart
     if charts is None:
         opened, charts = open_chart(chart, known)
         chart = opened.name

@@ -72,8 +72,11 @@ class FileChecker:
                 raise item.inner("arm.mount").error(answer.about)
 
     def _profile(self, file: Path) -> None:
-        from behaviors.profile import load_profile
+        from behaviors.profile import is_base, load_profile, resting_on_base
 
+        if is_base(file):
+            gather(partial(load_profile, name) for name in resting_on_base())
+            return
         profile = load_profile(file)
         gather((lambda: self._names_charts(profile), lambda: self._fits(profile)))
 

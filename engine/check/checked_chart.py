@@ -262,6 +262,7 @@ def _used_chart(checked: CheckedChart, node: Node) -> Callee | None:
         named = checked.scope.interfaces.get(node.target)
         form = "watch" if named is not None and named.monitor else "do"
         hint = f"`{form}: {node.target}`, it is a state class" if named is not None else ""
+        hint = hint or checked.scope.strangers.get(node.target, "")
         hint = hint or checked.near(node.target, checked.scope.library)
         checked.error("N02", f"no chart {node.target!r}", mark_of(node.raw, node.form), hint)
     return found

@@ -23,6 +23,7 @@ from engine.files.finding import (
     did_you_mean as did_you_mean,
     in_order as in_order,
     mistake as mistake,
+    not_found as not_found,
 )
 from engine.files.source import (
     MAX_BYTES as MAX_BYTES,

@@ -24,7 +24,9 @@ from hw.geometry import Pose2
 from hw.people.live import LivePerson
 from hw.people.recorded import Heading, Playback, Recording, Up, read_recording
 from hw.people.walking import (
+    ATTACKERS,
     ATTENTIVE,
+    Attacker,
     Interaction,
     Manner,
     Person,
@@ -172,7 +174,8 @@ def _open(
         raise mistake(source, "only a recording has an axis that is up")
     if bare == wanderer.NAME:
         start = scene.user_start or _middle(scene.room)
-        return wanderer.Wanderer(scene.room, start, seed, requests, manner)
+        kind = Attacker if manner in ATTACKERS else wanderer.Wanderer
+        return kind(scene.room, start, seed, requests, manner)
     if bare == route.NAME:
         script = route.route(scene.room, scene.robot_start, seed)
     else:

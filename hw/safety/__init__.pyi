@@ -3,6 +3,7 @@ from hw.safety.chain import (
 )
 from hw.safety.checks import (
     RULE as RULE,
+    allowed_speed as allowed_speed,
     cycle as cycle,
 )
 from hw.safety.cycle_log import (

@@ -200,9 +200,9 @@ class Environment:
         `scanning`: whether scans will arrive.
         """
         from states.navigation.exact import visibility
-        from states.navigation.local import profile_planner
+        from states.navigation.local import profile_planner, straight_planner
 
-        found = [visibility, profile_planner]
+        found = [visibility, profile_planner, straight_planner]
         if scanning:
             from states.navigation.grid import obstacles, scanning as scans
 

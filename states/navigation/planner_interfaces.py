@@ -9,6 +9,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hw import Pose2, Twist2
 from hw.scene import Disc, Point
 from states.navigation.exact import Array, Path
 
@@ -69,6 +70,41 @@ class GlobalPlanner(Protocol):
 
     def allows_line(self, line: Array, user: Disc | None = None) -> bool:
         """`allows` from each point of a line (n, 3), x and y first, to the next."""
+        ...
+
+
+class Driver(Protocol):
+    """Turns goals into velocities, one per control cycle; see `local.LocalPlanner`."""
+
+    planner: GlobalPlanner
+    status: DriveStatus
+
+    @property
+    def left(self) -> float:
+        """Length of the way to the goal, m; infinite without one."""
+        ...
+
+    def go_to(self, goal: Pose2) -> None:
+        """Set the goal, map_from_base; the present one is replaced without stopping."""
+        ...
+
+    def release(self) -> None:
+        """Forget the goal: something else drives the base from now on."""
+        ...
+
+    def command(  # noqa: PLR0913 - most are optional
+        self,
+        pose: Pose2,
+        twist: Twist2,
+        user: Disc | None,
+        dt: float,
+        user_velocity: Point = (0.0, 0.0),
+        *,
+        sigma: float = 0.0,
+        admitted: Twist2 | None = None,
+        share: float = 1.0,
+    ) -> Twist2:
+        """The velocity (base frame) to send for the coming period of dt seconds."""
         ...
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hw import DriveMode
 from states.navigation.exact import ExactPlanner
-from states.navigation.local import LocalPlanner, ProfilePlanner
+from states.navigation.local import LocalPlanner, ProfilePlanner, StraightPlanner
 from states.navigation.planner_interfaces import GlobalPlanner, Limits, Tolerance
 
 if TYPE_CHECKING:
@@ -63,14 +63,7 @@ def driver_of(
     further limit, m/s.
     """
     subsystem, room = environment.navigation.named(name), environment.room
-    own, base = environment.limits, environment.robot.base
-    limits = Limits(
-        min(speed, subsystem.max_speed, own.base_speed, base.max_speed),
-        own.base_acceleration,
-        min(own.base_yaw_rate, base.max_yaw_rate),
-        own.base_yaw_acceleration,
-    )
-    tolerance = Tolerance(subsystem.tolerance, subsystem.yaw_tolerance)
+    limits, tolerance = _values(environment, name, speed)
     kept = environment.navigation.named(keeping or name).inflation
     more: dict[str, Any] = {}
     if subsystem.local_planner == "teb":
@@ -82,3 +75,37 @@ def driver_of(
     driver.reach = environment.robot.footprint.half_diagonal
     driver.spare = kept - driver.reach
     return driver
+
+
+def straight_driver_of(
+    environment: Environment, name: SubsystemName, planner: GlobalPlanner, speed: float = math.inf
+) -> StraightPlanner:
+    """A new planner of straight drives without turning, with a subsystem's values; one per drive.
+
+    `planner` has the distances from walls to keep; `speed` is a further limit, m/s.
+    """
+    limits, tolerance = _values(environment, name, speed)
+    robot = environment.robot
+    return StraightPlanner(
+        planner,
+        limits,
+        tolerance,
+        footprint=robot.footprint,
+        deceleration=robot.base.brake_deceleration,
+        latency=environment.latency,
+    )
+
+
+def _values(
+    environment: Environment, name: SubsystemName, speed: float
+) -> tuple[Limits, Tolerance]:
+    """Limits and tolerances of a subsystem's drives, no faster than `speed`, m/s."""
+    subsystem, own = environment.navigation.named(name), environment.limits
+    base = environment.robot.base
+    limits = Limits(
+        min(speed, subsystem.max_speed, own.base_speed, base.max_speed),
+        own.base_acceleration,
+        min(own.base_yaw_rate, base.max_yaw_rate),
+        own.base_yaw_acceleration,
+    )
+    return limits, Tolerance(subsystem.tolerance, subsystem.yaw_tolerance)

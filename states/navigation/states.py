@@ -11,7 +11,6 @@ from engine.files import Duration, Length, Speed
 from engine.files.declared import ABOVE_0, FROM_0
 from hw import DriveMode, Pose2
 from states.environment import (
-    BASE_MODE,
     BASE_POSE,
     BASE_REFUSAL,
     USER_POSE,
@@ -19,13 +18,8 @@ from states.environment import (
     environment_of,
     extrapolated_state,
 )
-from states.navigation.drive import (
-    DRIVES,
-    PLANNERS,
-    BaseDrive,
-    Clearance,
-    place_near,
-)
+from states.navigation.beside_user import place_near
+from states.navigation.drive import DRIVES, PLANNERS, BaseDrive, Clearance
 from states.subsystems import SubsystemName
 
 if TYPE_CHECKING:
@@ -43,7 +37,7 @@ class _Drives(Action):
     """Drives the base with a subsystem's values."""
 
     outcomes = ("arrived", "no_path", "stuck", "lost")
-    reads = {BASE_MODE: None, **DRIVES, **PLANNERS}
+    reads = {**DRIVES, **PLANNERS}
     optional = (USER_POSE, USER_VELOCITY)
     commands = ("base",)
 
@@ -138,7 +132,7 @@ class Follow(Action):
     """
 
     outcomes = ("no_path", "lost")
-    reads = {BASE_MODE: None, **DRIVES, **PLANNERS}
+    reads = {**DRIVES, **PLANNERS}
     commands = ("base",)
 
     def __init__(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -76,7 +77,10 @@ class Base:
         self.command: Twist2 | None = None
         self.source = source
 
-    def drive(self, command: Twist2, source: str) -> None:
+    def use(self, mode: str) -> None:
+        assert mode == "omni"
+
+    def drive(self, command: Twist2, source: str, left: float = math.inf) -> None:
         assert source == self.source
         self.command = command
 

@@ -8,15 +8,13 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from behaviors import chase
 from behaviors.profile.profile import Profile
-from behaviors.situation import chase_space
-from behaviors.situation.chase_cells import grid
+from behaviors.situation.chase_cells import Array, ChaseRing, weighted_cells
 from behaviors.situation.present_situation import Situation
+from behaviors.waiting_place import chase_cell, free_cells
 from hw.geometry import Pose2
 from hw.samples import UserPose
 from hw.scene.room import Room
-from states.environment.environment import Environment
 
 COLUMN = (6.0, 6.6, 6.3, 7.1)
 """x and y from, x and y to, m."""
@@ -47,23 +45,24 @@ def clearance(place: complex) -> float:
     return min(x, y, SIDE - x, SIDE - y, to_column)
 
 
+def weighted(paper: Profile) -> Array:
+    return weighted_cells(ChaseRing.of(paper.settings.chase), math.radians(90.0), 2.0)
+
+
 @pytest.mark.requirement(93, 94, 97, 98, 100, 120)
 @pytest.mark.parametrize(("x", "y", "yaw"), [(4.0, 5.0, 0.3), (7.0, 4.0, -2.0), (2.0, 2.0, 3.0)])
 def test_the_free_cells_are_those_a_metre_from_walls_and_column(
-    paper: Profile, environment_of: Callable[..., Environment], x: float, y: float, yaw: float
+    paper: Profile, situation_of: Callable[..., Situation], x: float, y: float, yaw: float
 ) -> None:
-    environment, user = environment_of(paper, room()), UserPose(Pose2(x, y, yaw), yaw + 1.0)
+    user = UserPose(Pose2(x, y, yaw), yaw + 1.0)
+    now = situation_of(paper, Pose2(1.5, 7.5), user, room=room())
     every = list(cells())
     assert len(every) == 5998
     placed = [complex(x, y) + place * cmath.exp(1j * yaw) for place in every]
     expected = {_key(place) for place in placed if clearance(place) >= 1.0}
     doubtful = {_key(place) for place in placed if abs(clearance(place) - 1.0) < 1e-6}
 
-    planner = environment.static_planners["chase"]
-    space = chase_space.space(
-        paper.settings, lambda: grid(environment, paper.settings), planner, user
-    )
-    found = {_key(complex(a, b)) for a, b, _ in space.free()}
+    found = {_key(complex(a, b)) for a, b, _ in free_cells(now, weighted(paper)).tolist()}
 
     assert found - doubtful == expected - doubtful
     assert 0 < len(found) < 5998
@@ -81,15 +80,12 @@ def test_the_chosen_cell_has_the_largest_weight_of_all_that_can_be_reached(
     """At the side and 2 m away, where both terms of the paper's profile are highest."""
     user = UserPose(Pose2(4.0, 5.0, 0.3), 0.3)
     now = situation_of(paper, Pose2(1.5, 7.5), user, room=room())
-    planner = now.planners["chase"]
-    space = chase_space.space(
-        paper.settings, lambda: grid(now.environment, paper.settings), planner, user
-    )
+    best = math.radians(90.0), 2.0
 
-    found = chase.best_cell(now, space)
+    found = chase_cell(now, ChaseRing.of(paper.settings.chase), *best)
 
     assert found is not None
-    weights = {(a, b): weight for a, b, weight in space.free()}
+    weights = {(a, b): weight for a, b, weight in free_cells(now, weighted(paper)).tolist()}
     chosen = min(weights, key=lambda place: math.dist(place, found))
     assert math.dist(chosen, found) < 1e-9
     assert weights[chosen] == max(weights.values())
@@ -97,4 +93,4 @@ def test_the_chosen_cell_has_the_largest_weight_of_all_that_can_be_reached(
     assert abs(side - 90.0) < 15.0
     assert math.dist(found, (4.0, 5.0)) == pytest.approx(2.0, abs=0.3)
     for _ in range(3):
-        assert chase.best_cell(now, space) == found
+        assert chase_cell(now, ChaseRing.of(paper.settings.chase), *best) == found

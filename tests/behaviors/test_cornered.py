@@ -1,4 +1,4 @@
-"""Chase without a free place: giving up, being cornered, and leaving in the user's sight."""
+"""Chase without a free place: being cornered, and leaving in the user's sight."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from typing import Any
 import pytest
 from hypothesis import assume, example, given, settings, strategies as st
 
-from behaviors.cornered import Cornered, GiveUp, Leave
+from behaviors.cornered import Cornered, Leave
 from behaviors.profile.profile import Profile
 from behaviors.refuge import is_outside
 from behaviors.situation.present_situation import Situation
-from engine.state import NEVER_NS
 from hw.geometry import Pose2, Twist2
 from hw.samples import UserPose
 from hw.scene.room import Room
@@ -34,26 +33,6 @@ def facing_back(x: float, y: float = 1.1) -> UserPose:
 
 BEFORE = facing_back(3.1)
 """Before a robot at END, who leaves it no way out."""
-
-
-@pytest.mark.requirement(66, 101)
-@pytest.mark.parametrize(("stays", "until"), [(False, 2_500_000_000), (True, NEVER_NS)])
-def test_without_a_place_to_go_chase_fails_in_time_or_stays_by_the_profile(
-    profile: Profile, stays: bool, until: int
-) -> None:
-    settings = replace(profile.settings, chase=replace(profile.settings.chase, stays=stays))
-    run = GiveUp(after=2.5).run(FakeContext({"settings": settings}))
-
-    assert next(run).ns == until
-    with pytest.raises(StopIteration) as ended:
-        next(run)
-    assert ended.value.value == "failed"
-
-
-@pytest.mark.requirement(66)
-def test_paper_fails_and_tuned_stays(paper: Profile, tuned: Profile) -> None:
-    assert not paper.settings.chase.stays
-    assert tuned.settings.chase.stays
 
 
 class Watched:
@@ -105,11 +84,6 @@ def test_somebody_so_near_that_a_sign_would_come_too_late_is_shown_the_robot_aft
 
     assert seen.at(after - 0.1) is None
     assert seen.at(after) == "cornered"
-
-
-@pytest.mark.requirement(101)
-def test_with_no_patience_a_robot_is_never_cornered() -> None:
-    assert next(Cornered(patience=0.0).run(FakeContext({}))).ns == NEVER_NS
 
 
 @pytest.mark.requirement(101)

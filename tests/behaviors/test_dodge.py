@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,25 +13,35 @@ from shapely.geometry import LineString, Point, Polygon
 
 from behaviors import escape_poses
 from behaviors.dodge import is_caught, place_with_room, walks_at_it
-from behaviors.escape_goal import safest_goal
+from behaviors.escape_candidates import candidates
 from behaviors.person.band import haste, off_the_band
 from behaviors.person.drives import STEP_S, roll_out, steps_of
 from behaviors.person.lines import predict_user
 from behaviors.person.touch import evaluate, pursued
 from behaviors.profile.profile import Profile
 from behaviors.situation.present_situation import Situation
-from behaviors.straight_drive import command_towards
 from hw.geometry import Outline, Pose2, Twist2
 from hw.model.robot import Footprint
 from hw.samples import USER_RADIUS, UserPose
 from hw.scene.room import Room
 from hw.sim.contact.contact import gap
 from states.signals.prediction import PREDICTORS
+from tests.behaviors.straight import command_towards
 from tests.repeats import examples
 
 
 def facing(x: float, y: float, yaw: float) -> UserPose:
     return UserPose(Pose2(x, y, yaw), yaw)
+
+
+def best_of(
+    now: Situation,
+    goals: Sequence[Pose2],
+    present: Pose2 | None = None,
+    outline: Outline | None = None,
+) -> Pose2 | None:
+    """The Escape pose to drive to, with the profile's hysteresis."""
+    return candidates(now, goals, outline).better_than(present, earlier_by=0.2, wider_by=0.05)
 
 
 def test_tracks_are_the_predictors_step_by_step(
@@ -166,10 +176,11 @@ def test_the_way_out_of_a_walker_s_path_is_sideways_and_touches_nobody(
     now = situation_of(tuned, Pose2(10, 10, math.pi / 2), facing(13.0, 10.2, math.pi), Twist2(-1.3))
     goals = escape_poses.poses(now.settings, now.planners["escape"], now.user, now.pose)
 
-    goal, touch_after = safest_goal(now, goals, None)
+    seen = candidates(now, goals)
+    goal = best_of(now, goals)
 
     assert goal is not None
-    assert touch_after == math.inf
+    assert seen.touch_after == math.inf
     assert goal.y < 10.0
     likely = predict_user(now, now.settings.user.likely)
     assert evaluate(now, roll_out(now, [(goal.x, goal.y)], 2.5), likely).gap[0] > 0.0
@@ -185,9 +196,9 @@ def test_of_two_ways_out_the_one_under_way_is_kept(
     goals = [Pose2(9.5, 10.0 + 2.0 * y) for y in (-1.0, 1.0)]
     present = next(goal for goal in goals if (goal.y - 10.0) * side > 0.0)
 
-    assert safest_goal(now, goals, present)[0] is present
+    assert best_of(now, goals, present) is present
     later = [Pose2(10.0, 10.0 + 0.3 * side), goals[0] if side > 0.0 else goals[1]]
-    assert safest_goal(now, later, later[0])[0] is later[1]
+    assert best_of(now, later, later[0]) is later[1]
 
 
 @pytest.mark.requirement(109, 114)
@@ -208,8 +219,8 @@ def test_where_each_drive_ends_in_a_contact_the_one_with_the_larger_gap_until_th
     assert (found.gap <= 0.0).all()
     assert found.gap_soon[1] > found.gap_soon[0]
 
-    assert safest_goal(now, [left, right], None)[0] is right
-    assert safest_goal(now, [left, right], left)[0] is right
+    assert best_of(now, [left, right]) is right
+    assert best_of(now, [left, right], left) is right
 
 
 @pytest.mark.parametrize(("room", "touches"), [(0.11, True), (0.13, False)])
@@ -355,7 +366,7 @@ def test_an_arm_that_is_with_the_user_is_taken_away(
     now = situation_of(tuned, Pose2(10, 10), facing(11.5, 10.0, math.pi), Twist2(-0.25))
     goals = escape_poses.poses(now.settings, now.planners["escape"], now.user, now.pose)
 
-    goal, _ = safest_goal(now, goals, None, Outline(0.99, 0.565, 0.455, 0.455))
+    goal = best_of(now, goals, outline=Outline(0.99, 0.565, 0.455, 0.455))
 
     assert goal is not None
     assert goal.x < 10.0

@@ -1,31 +1,30 @@
-"""The Escape trigger, the Escape poses, and the choice among them."""
+"""When the user is about to walk into the robot, and the Escape poses."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
-from behaviors import danger, dodge, escape, escape_poses
+from behaviors import danger, dodge, escape_poses
 from behaviors.person.margin import Clearing
 from behaviors.profile.profile import Profile, load_profile
 from behaviors.profile.settings import Settings
 from behaviors.situation.present_situation import Situation
+from behaviors.zones import in_zone
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import UserPose
-from hw.scene.room import Point, Room
+from hw.scene.room import Point
 from states.environment.environment import Environment
-from tests.behaviors.conftest import Base, Vr, is_required, is_safe
+from tests.behaviors.conftest import is_required, is_safe
 from tests.repeats import examples
 
-WALKING = Twist2(0.5)
 STANDING = Twist2(0.0)
-HALF_VIEW = math.pi / 5
 HERE = Pose2(10.0, 10.0, 0.0)
 
 
@@ -35,86 +34,6 @@ def user_seeing(bearing: float, distance: float, body_yaw: float = 1.0) -> UserP
     return UserPose(Pose2(HERE.x + distance, HERE.y, body_yaw), yaw)
 
 
-TABLE = [
-    (0.0, 2.49, True), (0.0, 2.51, False),
-    (HALF_VIEW - 0.01, 2.49, True), (-HALF_VIEW + 0.01, 2.49, True),
-    (HALF_VIEW + 0.01, 2.49, False), (-HALF_VIEW - 0.01, 2.49, False),
-    (HALF_VIEW + 0.01, 1.49, True), (-HALF_VIEW - 0.01, 1.49, True),
-    (HALF_VIEW + 0.01, 1.51, False),
-    (math.pi, 1.49, True), (math.pi, 1.51, False),
-    (math.pi / 2, 1.49, True), (math.pi / 2, 2.0, False),
-]  # fmt: skip
-
-
-@pytest.mark.requirement(104)
-@pytest.mark.parametrize(("bearing", "distance", "expected"), TABLE)
-def test_the_zones_reach_farther_in_the_direction_of_view(
-    paper: Profile,
-    environment_of: Callable[..., Environment],
-    bearing: float,
-    distance: float,
-    expected: bool,
-) -> None:
-    user = user_seeing(bearing, distance)
-
-    found = is_required(environment_of(paper), paper.settings, user, HERE, WALKING, STANDING)
-
-    assert found is expected
-
-
-@pytest.mark.requirement(104)
-def test_the_view_is_that_of_the_head_not_of_the_body(
-    paper: Profile, environment_of: Callable[..., Environment]
-) -> None:
-    environment, ahead = environment_of(paper), user_seeing(0.0, 2.0)
-
-    for body_yaw in (0.0, 1.5, math.pi):
-        turned = replace(ahead, body=replace(ahead.body, yaw=body_yaw))
-        assert is_required(environment, paper.settings, turned, HERE, WALKING, STANDING)
-
-
-def by_zones(profile: Profile, **others: Any) -> Settings:
-    """The profile's settings with the zones as the trigger."""
-    return replace(
-        profile.settings, escape=replace(profile.settings.escape, trigger="zones", **others)
-    )
-
-
-@pytest.mark.requirement(104)
-def test_a_user_who_stands_raises_nothing_unless_the_literal_rule_is_chosen(
-    profile: Profile, environment_of: Callable[..., Environment]
-) -> None:
-    user, environment = user_seeing(0.0, 1.85), environment_of(profile)
-    zones, literal = by_zones(profile), by_zones(profile, moving=0.0)
-
-    def required(settings: Settings, velocity: Twist2) -> bool:
-        return is_required(environment, settings, user, HERE, velocity, STANDING)
-
-    assert not required(zones, STANDING)
-    assert not required(zones, Twist2(0.19))
-    assert required(zones, Twist2(0.0, 0.21))
-    assert required(literal, STANDING)
-
-
-@pytest.mark.requirement(112)
-@pytest.mark.parametrize(
-    ("bearing", "distance", "safe"),
-    [(0.0, 2.69, False), (0.0, 2.71, True), (2.0, 1.69, False), (2.0, 1.71, True)],
-)
-def test_safe_is_farther_than_the_zones_by_the_hysteresis(
-    profile: Profile,
-    environment_of: Callable[..., Environment],
-    bearing: float,
-    distance: float,
-    safe: bool,
-) -> None:
-    user, environment = user_seeing(bearing, distance), environment_of(profile)
-
-    found = is_safe(environment, by_zones(profile), user, HERE, STANDING, STANDING)
-
-    assert found is safe
-
-
 @pytest.mark.requirement(104, 112)
 @pytest.mark.parametrize("bearing", [0.0, math.pi])
 def test_by_contact_a_zone_alone_is_no_danger(
@@ -122,15 +41,12 @@ def test_by_contact_a_zone_alone_is_no_danger(
 ) -> None:
     """A user 1.4 m away in whose zone the robot is, who walks off sideways or stands."""
     environment, user = environment_of(tuned), user_seeing(bearing, 1.4)
-    assert danger.in_zone(tuned.settings.escape, user, HERE)
+    assert in_zone(tuned.settings.escape, user, HERE)
 
     for velocity in (STANDING, Twist2(0.5, 0.5), Twist2(0.0, 1.5)):
         args = (user, HERE, velocity, STANDING)
-        zones = by_zones(tuned)
         assert not is_required(environment, tuned.settings, *args)
         assert is_safe(environment, tuned.settings, *args)
-        assert is_required(environment, zones, *args) is (velocity is not STANDING)
-        assert not is_safe(environment, zones, *args)
 
 
 @pytest.mark.requirement(104)
@@ -138,7 +54,7 @@ def test_the_robot_s_own_motion_counts_towards_a_contact(
     tuned: Profile, environment_of: Callable[..., Environment]
 ) -> None:
     """It drives into the way of somebody who walks slowly, outside the zones; at any yaw."""
-    environment, slowly, rules = environment_of(tuned), Twist2(-0.3), by_zones(tuned)
+    environment, slowly, rules = environment_of(tuned), Twist2(-0.3), tuned.settings
     user = user_seeing(0.0, 2.6)
     for yaw in (0.0, 1.0, -2.5):
         robot = replace(HERE, yaw=yaw)
@@ -154,7 +70,7 @@ def test_a_predicted_contact_is_over_by_more_than_it_began(
     tuned: Profile, environment_of: Callable[..., Environment], speed: float
 ) -> None:
     """Over 0.2 m and more of the way neither holds, so that no Escape flickers."""
-    environment, rules = environment_of(tuned), by_zones(tuned)
+    environment, rules = environment_of(tuned), tuned.settings
     seen = []
     for centimetres in range(271, 500):
         args = (user_seeing(0.0, 0.01 * centimetres), HERE, Twist2(-speed), STANDING)
@@ -174,8 +90,6 @@ def test_a_predicted_contact_is_over_by_more_than_it_began(
     v=st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)),
     own=st.tuples(st.floats(-2.5, 2.5), st.floats(-2.5, 2.5)),
     yaw=st.floats(-3.1, 3.1),
-    zones=st.booleans(),
-    predict=st.booleans(),
 )
 @settings(deadline=None, max_examples=examples(200))
 def test_nothing_is_required_and_safe_at_once(
@@ -186,16 +100,8 @@ def test_nothing_is_required_and_safe_at_once(
     v: tuple[float, float],
     own: tuple[float, float],
     yaw: float,
-    zones: bool,
-    predict: bool,
 ) -> None:
-    environment = environment_of(profile)
-    rules = replace(
-        profile.settings.escape,
-        trigger="zones" if zones else "contact",
-        predict=predict or not zones,
-    )
-    chosen = replace(profile.settings, escape=rules)
+    environment, chosen = environment_of(profile), profile.settings
     args = (user_seeing(bearing, distance), replace(HERE, yaw=yaw), Twist2(*v), Twist2(*own))
 
     required = is_required(environment, chosen, *args)
@@ -204,19 +110,18 @@ def test_nothing_is_required_and_safe_at_once(
 
 
 @pytest.mark.requirement(104)
-def test_tuned_sees_a_walker_coming_who_is_in_no_zone_yet(
-    paper: Profile, tuned: Profile, environment_of: Callable[..., Environment]
+def test_a_walker_is_seen_coming_who_is_in_no_zone_yet(
+    tuned: Profile, environment_of: Callable[..., Environment]
 ) -> None:
-    user, towards_the_robot = user_seeing(2.0, 2.6), Twist2(-1.5)
+    user, environment = user_seeing(2.0, 2.6), environment_of(tuned)
+    assert not in_zone(tuned.settings.escape, user, HERE)
 
-    def required(profile: Profile, velocity: Twist2) -> bool:
-        environment = environment_of(profile)
-        return is_required(environment, profile.settings, user, HERE, velocity, STANDING)
+    def required(velocity: Twist2) -> bool:
+        return is_required(environment, tuned.settings, user, HERE, velocity, STANDING)
 
-    assert required(tuned, towards_the_robot)
-    assert not required(paper, towards_the_robot)
-    assert not required(tuned, Twist2(1.5))  # away
-    assert not required(tuned, Twist2(0.0, 1.5))  # past
+    assert required(Twist2(-1.5))
+    assert not required(Twist2(1.5))  # away
+    assert not required(Twist2(0.0, 1.5))  # past
 
 
 @pytest.mark.requirement(104)
@@ -367,249 +272,6 @@ def test_poses_in_the_inflation_of_a_wall_are_left_out(
     assert 0 < len(found) < len(every)
     assert [pose for pose in every if pose in found] == list(found)
     assert all((pose.x >= 0.77 - 1e-6) == (pose in found) for pose in every)
-
-
-class Fleeing:
-    """`Flee` in a situation, with its base and what the user is shown."""
-
-    def __init__(self, now: Situation, context: Any, safe: bool = False) -> None:
-        self.base, self.vr = Base("escape"), Vr()
-        poses = escape_poses.poses(now.settings, now.planners["escape"], now.user, now.pose)
-        values = {
-            "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
-            "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
-            "escape.poses": poses, "escape.safe": safe,
-        }  # fmt: skip
-        self.ctx = context(values, {"base": self.base, "vr": self.vr})
-        self.run = escape.Flee().run(self.ctx)
-
-    def go(self, **values: Any) -> str | None:
-        """A step, with new values of signals; its outcome, or None while it drives."""
-        self.ctx.values |= {name.replace("_", ".", 1): value for name, value in values.items()}
-        try:
-            next(self.run)
-        except StopIteration as ended:
-            outcome: str = ended.value
-            return outcome
-        return None
-
-
-COMING = UserPose(Pose2(12.0, 10.0, math.pi), math.pi)
-
-
-@pytest.mark.requirement(109, 110, 111)
-def test_fleeing_drives_away_from_the_user_without_turning(
-    profile: Profile, situation_of: Callable[..., Situation], context: Any
-) -> None:
-    now = situation_of(profile, replace(HERE, yaw=0.7), COMING, Twist2(-1.0))
-    fleeing = Fleeing(now, context)
-
-    assert fleeing.go() is None
-
-    command = fleeing.base.command
-    assert command is not None
-    assert command.wz == 0.0
-    assert command.rotated(0.7).vx < 0.0
-    assert 0.0 < command.speed <= 2.5
-
-
-@pytest.mark.requirement(113)
-def test_without_a_free_pose_escape_fails_and_the_base_is_stopped(
-    profile: Profile, situation_of: Callable[..., Situation], context: Any
-) -> None:
-    cell = Room(outer=((0.0, 0.0), (1.8, 0.0), (1.8, 1.8), (0.0, 1.8)))
-    user = UserPose(Pose2(1.7, 1.7, 0.0), 0.0)
-    fleeing = Fleeing(situation_of(profile, Pose2(0.9, 0.9), user, WALKING, room=cell), context)
-
-    fleeing.ctx.values["escape.poses"] = ()
-    assert fleeing.go() == "no_pose"
-    assert fleeing.base.command is None
-
-
-@pytest.mark.requirement(149)
-@pytest.mark.parametrize("missing", ["user_pose", "user_velocity", "base_pose"])
-def test_with_a_signal_missing_escape_brakes_and_then_drives_on(
-    tuned: Profile, situation_of: Callable[..., Situation], context: Any, missing: str
-) -> None:
-    fleeing = Fleeing(situation_of(tuned, HERE, COMING, Twist2(-1.0)), context)
-    known = fleeing.ctx.values[missing.replace("_", ".")]
-    assert fleeing.go() is None
-    assert fleeing.base.command is not None
-
-    for _ in range(3):
-        assert fleeing.go(**{missing: None}) is None
-        assert fleeing.base.command is None
-    assert fleeing.go(**{missing: known}) is None
-    assert fleeing.base.command is not None
-
-
-CORRIDOR = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 2.2), (0.0, 2.2)))
-BEHIND = Pose2(1.0, 1.1, 0.0)
-"""At the end of a corridor too narrow to pass anybody in."""
-
-
-def in_the_corridor(speed: float, distance: float = 2.6) -> dict[str, Any]:
-    user = UserPose(Pose2(BEHIND.x + distance, 1.1, math.pi), math.pi)
-    return {"user": user, "velocity": Twist2(-speed), "room": CORRIDOR}
-
-
-@pytest.mark.requirement(113, 114)
-def test_the_sign_is_shown_once_no_drive_avoids_a_touch_and_the_robot_drives_on(
-    tuned: Profile, situation_of: Callable[..., Situation], context: Any
-) -> None:
-    user = UserPose(Pose2(11.3, 10.0, math.pi), math.pi)
-    now = situation_of(tuned, replace(HERE, yaw=math.pi / 2), user, Twist2(-1.5))
-    fleeing = Fleeing(now, context)
-
-    for _ in range(5):
-        assert fleeing.go() is None
-
-    assert fleeing.vr.told == ["shown"]
-    assert fleeing.base.command is not None
-    assert fleeing.base.command.speed > 0.0
-
-
-@pytest.mark.requirement(109, 114)
-@pytest.mark.parametrize("distance", [2.4, 3.0])
-def test_nothing_is_shown_while_a_drive_avoids_the_touch(
-    tuned: Profile, situation_of: Callable[..., Situation], context: Any, distance: float
-) -> None:
-    user = UserPose(Pose2(10.0 + distance, 10.3, math.pi), math.pi)
-    fleeing = Fleeing(situation_of(tuned, HERE, user, Twist2(-0.8)), context)
-
-    assert fleeing.go() is None
-    fleeing.run.close()
-
-    assert fleeing.vr.told == []
-
-
-@pytest.mark.requirement(114)
-@pytest.mark.parametrize(
-    ("speed", "before", "shown"),
-    [(0.6, 1.15, True), (0.6, 0.95, False), (1.0, 0.0, True)],
-    ids=["predicted in time", "later", "pursued"],
-)
-def test_the_sign_waits_until_the_touch_is_within_the_warning_or_the_robot_is_caught(
-    tuned: Profile,
-    situation_of: Callable[..., Situation],
-    context: Any,
-    speed: float,
-    before: float,
-    shown: bool,
-) -> None:
-    """The gap of 12 cm comes (2.6 - 0.565 - 0.5 - 0.12) m later, give or take a step.
-
-    Whoever walks straight at a robot that has nowhere to go catches it, whatever the warning.
-    """
-    touch = (2.6 - 0.565 - 0.5 - 0.12) / speed
-    rules = replace(tuned.settings.escape, warning=before * touch)
-    here = replace(tuned, settings=replace(tuned.settings, escape=rules))
-    now = situation_of(here, BEHIND, **in_the_corridor(speed))
-    fleeing = Fleeing(now, context)
-    fleeing.ctx.values["escape.poses"] = (BEHIND,)  # the one place there is
-
-    assert fleeing.go() is None
-
-    assert fleeing.vr.told == ["shown"] * shown
-
-
-@pytest.mark.requirement(114)
-@pytest.mark.parametrize(
-    ("end", "outcome"),
-    [
-        ({"escape_safe": True}, "safe"),
-        ({"user_pose": None}, None),
-        ({"escape_poses": ()}, None),
-        ({}, "closed"),
-    ],
-    ids=["safe", "lost", "drives on", "closed from outside"],
-)
-def test_whatever_ends_an_escape_hides_the_sign_and_releases_the_base(
-    tuned: Profile,
-    situation_of: Callable[..., Situation],
-    context: Any,
-    end: dict[str, Any],
-    outcome: str | None,
-) -> None:
-    fleeing = Fleeing(situation_of(tuned, HERE, user_seeing(0.0, 1.3), Twist2(-1.5)), context)
-    assert fleeing.go() is None
-    assert fleeing.vr.told == ["shown"]
-
-    found = fleeing.go(**end) if outcome != "closed" else outcome
-    if outcome in (None, "closed"):
-        fleeing.run.close()
-
-    assert found == outcome
-    assert fleeing.vr.told == ["shown", "hidden"]
-    assert fleeing.base.command is None
-
-
-@pytest.mark.requirement(114)
-def test_paper_shows_nothing_before_inform(
-    paper: Profile, situation_of: Callable[..., Situation], context: Any
-) -> None:
-    fleeing = Fleeing(situation_of(paper, HERE, user_seeing(0.0, 1.3), Twist2(-1.5)), context)
-
-    assert fleeing.go() is None
-    fleeing.run.close()
-
-    assert fleeing.vr.told == []
-
-
-@pytest.mark.requirement(112)
-def test_a_reached_pose_counts_only_once_both_zones_are_clear(
-    paper: Profile, situation_of: Callable[..., Situation], context: Any
-) -> None:
-    fleeing = Fleeing(situation_of(paper, HERE, COMING, Twist2(-0.3)), context)
-    assert fleeing.go() is None
-    there = fleeing.ctx.values["escape.poses"][0]
-
-    assert fleeing.go(base_pose=there) is None
-    assert fleeing.base.command is not None
-
-    assert fleeing.go(base_pose=there, escape_safe=True) == "safe"
-    assert fleeing.base.command is None
-
-
-@pytest.mark.requirement(112)
-def test_an_escape_from_danger_is_over_on_the_way_once_the_danger_is(
-    tuned: Profile, situation_of: Callable[..., Situation], context: Any
-) -> None:
-    fleeing = Fleeing(situation_of(tuned, HERE, COMING, Twist2(-1.0)), context)
-    assert fleeing.go() is None
-
-    assert fleeing.go(escape_safe=True) == "safe"
-    assert fleeing.base.command is None
-
-
-@pytest.mark.requirement(112)
-def test_an_escape_is_not_over_where_the_robot_could_not_stop(
-    tuned: Profile, situation_of: Callable[..., Situation], context: Any
-) -> None:
-    """It rolls at 0.8 m/s, and 0.32 m further is where its centre keeps 0.77 m from the wall."""
-    user = UserPose(Pose2(3.0, 10.0, math.pi), math.pi)
-    rules = replace(tuned.settings.escape, order="given")
-    here = replace(tuned, settings=replace(tuned.settings, escape=rules))
-    fleeing = Fleeing(situation_of(here, Pose2(1.0, 10.0), user, Twist2(-1.0)), context)
-    assert fleeing.go() is None
-
-    assert fleeing.go(escape_safe=True, base_twist=Twist2(-0.8)) is None
-    assert fleeing.go(base_twist=Twist2(-0.6)) == "safe"
-
-
-@pytest.mark.requirement(112)
-def test_an_escape_because_chase_failed_is_not_over_before_a_pose_is_reached(
-    tuned: Profile, situation_of: Callable[..., Situation], context: Any
-) -> None:
-    user = UserPose(Pose2(15.0, 10.0, 0.0), 0.0)
-    fleeing = Fleeing(situation_of(tuned, HERE, user), context, safe=True)
-
-    for _ in range(3):
-        assert fleeing.go() is None
-    poses = fleeing.ctx.values["escape.poses"]
-    reached = [fleeing.go(base_pose=pose) for pose in poses]
-
-    assert "safe" in reached
 
 
 @given(

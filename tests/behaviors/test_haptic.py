@@ -125,7 +125,7 @@ def test_the_given_order_takes_the_first_pose_that_can_be_driven_to(
     free = haptic.poses(paper.settings, now.planners["haptic"], DEEP)
 
     def best(poses: tuple[Pose2, ...]) -> Pose2 | None:
-        return haptic.best_pose(now, haptic.reachable(now, "haptic", poses), DEEP)
+        return haptic.first_pose(now, poses)
 
     assert best(free) == free[0]
     assert best(free[3:]) == free[3]
@@ -140,7 +140,7 @@ def test_tuned_takes_the_quickest_pose_from_which_the_arm_reaches(
         now = situation_of(tuned, start, UserPose(Pose2(9.15, 10.0), 0.0))
         free = haptic.poses(tuned.settings, now.planners["haptic"], DEEP)
 
-        best = haptic.best_pose(now, haptic.reachable(now, "haptic", free), DEEP)
+        best = haptic.soonest_pose(now, haptic.reachable(now, "haptic", free), DEEP)
 
         assert best is not None
         assert (best.y - 10.0) * (start.y - 10.0) >= 0.0
@@ -176,12 +176,8 @@ def test_another_request_ends_the_one_being_served(context: Any) -> None:
     assert ended.value.value == "released"
 
 
-def chosen(
-    context: Any, now: Situation, deep: Pose3, haptic_poses: tuple[Pose2, ...] | None = None
-) -> tuple[str, Pose2 | None]:
-    """The outcome of the choice in a situation, and the pose if there is one."""
-    planner = now.planners["haptic"]
-    free = haptic.poses(now.settings, planner, deep) if haptic_poses is None else haptic_poses
+def chosen(context: Any, now: Situation, deep: Pose3, **ring: Any) -> tuple[str, Pose2 | None]:
+    """The outcome of the policy's choice in a situation, and the pose if there is one."""
     ctx = context(
         {
             "environment": now.environment,
@@ -190,10 +186,11 @@ def chosen(
             "base.twist": now.twist,
             "user.pose": now.user,
             "user.velocity": now.velocity,
-            "haptic.poses": free,
         }
     )
-    run = haptic.ChooseHapticPose().run(ctx, deep=deep)
+    paper = now.settings.policy == "paper"
+    state = (haptic.ChooseFirstHapticPose if paper else haptic.ChooseHapticPose)(**ring)
+    run = state.run(ctx, deep=deep)
     while True:
         try:
             next(run)
@@ -301,12 +298,9 @@ def test_before_a_wall_tuned_has_a_second_choice_with_escape_s_distances(
     assert goal.distance_to(user.body) >= 1.27
     assert 0.8 - 1e-9 <= goal.distance_to(deep.flat()) <= 1.3 + 1e-9
     assert goal.bearing_to(deep.flat()) == pytest.approx(0.0, abs=1e-9)
-    without = replace(
-        now, settings=replace(now.settings, haptic=replace(now.settings.haptic, close=None))
-    )
-    assert chosen(context, without, deep)[0] in ("no_pose", "no_way")
     literal = situation_of(paper, Pose2(12.0, 10.0), user, room=room)
-    assert chosen(context, literal, deep)[0] != "close"
+    _, other = chosen(context, literal, deep)
+    assert other is None or room.clearance(other.x, other.y) >= 1.0 - 1e-9
 
 
 @pytest.mark.requirement(76)
@@ -333,3 +327,17 @@ def test_the_second_choice_is_all_round_the_deep_without_a_gap_or_a_place_twice(
     gaps = [(b - a) % math.tau for a, b in zip(bearings, bearings[1:] + bearings[:1], strict=True)]
     assert max(gaps) == pytest.approx(math.radians(degrees))
     assert min(gaps) > 0.01
+
+
+@pytest.mark.requirement(75, 76)
+def test_a_node_s_own_half_circle_goes_before_the_profile_s(
+    profile: Profile, context: Any, situation_of: Callable[..., Situation]
+) -> None:
+    now = situation_of(profile, Pose2(10.0, 13.0), UserPose(Pose2(9.15, 10.0), 0.0))
+
+    outcome, goal = chosen(context, now, DEEP, radius=0.9, angles=(math.radians(20.0),))
+
+    assert outcome == "chosen"
+    assert goal is not None
+    assert goal.distance_to(DEEP.flat()) == pytest.approx(0.9)
+    assert DEEP.flat().bearing_to(goal) == pytest.approx(math.radians(20.0))

@@ -13,17 +13,7 @@ from hypothesis import assume, given, settings, strategies as st
 
 from behaviors.person.waiting import risks, way_risks
 from behaviors.profile.profile import Profile
-from behaviors.refuge import (
-    DIRECTIONS,
-    FARTHEST,
-    KEEPS,
-    RADII,
-    SLOWLY,
-    WORTH_S,
-    is_outside,
-    refuge,
-    way_out,
-)
+from behaviors.refuge import KEEPS, is_outside, refuge, way_out
 from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2
 from hw.samples import UserPose
@@ -33,6 +23,8 @@ from tests.repeats import examples
 SMALL = Room(outer=((0.0, 0.0), (6.0, 0.0), (6.0, 5.0), (0.0, 5.0)))
 CORRIDOR = Room(outer=((0.0, 0.0), (20.0, 0.0), (20.0, 2.2), (0.0, 2.2)))
 WALL = 0.77
+DIRECTIONS, RADII = 24, (1.9, 2.9, 3.4, 4.2, 5.2)
+FARTHEST, SLOWLY, WORTH_S = 8.0, 0.8, 0.5
 
 
 def zone_left(robot: complex, body: complex, view: float) -> bool:

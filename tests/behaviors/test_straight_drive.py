@@ -7,14 +7,14 @@ from collections.abc import Callable
 
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from behaviors.person import STEP_S
 from behaviors.profile import Profile
 from behaviors.situation import Situation
-from behaviors.straight_drive import command_towards
 from hw import STILL, USER_RADIUS, Pose2, Twist2, UserPose
 from hw.safety import Nearness, nearness
 from hw.scene import Point
 from states import SubsystemName
+from states.navigation.local.straight_planner import STEP_S
+from tests.behaviors.straight import command_towards
 
 
 def plain_command(now: Situation, goal: Point, name: SubsystemName) -> Twist2:

@@ -13,7 +13,8 @@ from engine.machine.scripted_states import LeafScript
 from engine.run.chart_run import ChartRun
 from engine.signals.board import Board
 
-CHARTS = ("cobodeck", "chase", "haptic", "escape", "inform", "paper_corner", "paper_parking")
+BEHAVIOURS = ("cobodeck", "chase", "haptic", "escape", "inform")
+CHARTS = (*BEHAVIOURS, *(f"paper_{name}" for name in BEHAVIOURS), "paper_condition_parked")
 TICK_NS = 10**8
 setup_of = cache(open_setup)
 

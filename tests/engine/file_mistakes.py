@@ -78,10 +78,10 @@ ROBOTS = [
 
 PROFILES = [
     ("a speed in metres", "base_speed: 3.0 m/s", "base_speed: ¦3.0 m", "a speed"),
-    ("m/s for m/s2", "base_acceleration: 1.0 m/s2", "base_acceleration: ¦1.0 m/s", "m/s2"),
-    ("m/s^2", "base_acceleration: 1.0 m/s2", "base_acceleration: ¦1.0 m/s^2", "1.0 m/s2"),
+    ("m/s for m/s2", "base_acceleration: 1.5 m/s2", "base_acceleration: ¦1.5 m/s", "m/s2"),
+    ("m/s^2", "base_acceleration: 1.5 m/s2", "base_acceleration: ¦1.5 m/s^2", "1.5 m/s2"),
     ("mps", "base_speed: 3.0 m/s", "base_speed: ¦3.0 mps", "3.0 m/s"),
-    ("a switch that is on", "governor: true", "governor: ¦on", "`true`"),
+    ("a switch that is on", "governor: false", "governor: ¦off", "`false`"),
     ("a misspelt section", "navigation:  ", "¦navigaton:  ", "'navigation'"),
     ("per cent in words", "across: 5 %", "across: ¦5 percent", "5 %"),
     ("an angle in degrees", "half_view: 36 deg", "half_view: ¦36", "36 deg"),

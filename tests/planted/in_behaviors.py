@@ -8,7 +8,7 @@ FAULTS = (
     Fault(
         "room-without-hysteresis",
         "behaviors/make_room.py",
-        "room += user.room.slack if again else 0.0",
+        "room += user.beside.slack if again else 0.0",
         "room += 0.0",
         (
             "tests/behaviors/test_make_room.py::"
@@ -57,17 +57,23 @@ FAULTS = (
     ),
     Fault(
         "zone-by-the-body",
-        "behaviors/danger.py",
-        'view = user.head_yaw if escape.view == "head" else user.body.yaw',
-        "view = user.body.yaw",
-        "tests/behaviors/test_escape.py::test_the_zones_reach_farther_in_the_direction_of_view",
+        "behaviors/zones.py",
+        "bearing = wrap(math.atan2(dy, dx) - user.head_yaw)",
+        "bearing = wrap(math.atan2(dy, dx) - user.body.yaw)",
+        (
+            "tests/behaviors/test_escape_states.py::"
+            "test_the_zones_reach_farther_in_the_direction_of_view_of_the_head"
+        ),
     ),
     Fault(
         "zone-across-pi",
-        "behaviors/danger.py",
-        "bearing = wrap(math.atan2(dy, dx) - view)",
-        "bearing = math.atan2(dy, dx) - view",
-        "tests/behaviors/test_escape.py::test_the_zones_reach_farther_in_the_direction_of_view",
+        "behaviors/zones.py",
+        "bearing = wrap(math.atan2(dy, dx) - user.head_yaw)",
+        "bearing = math.atan2(dy, dx) - user.head_yaw",
+        (
+            "tests/behaviors/test_escape_states.py::"
+            "test_the_zones_reach_farther_in_the_direction_of_view_of_the_head"
+        ),
     ),
     Fault(
         "drift-in-the-frame-of-the-base",
@@ -162,7 +168,7 @@ FAULTS = (
     ),
     Fault(
         "user-in-the-frame-of-the-base",
-        "behaviors/straight_drive.py",
+        "states/navigation/local/straight_planner.py",
         "return _turned((near.nx, near.ny), yaw)",
         "return near.nx, near.ny",
         (

@@ -158,7 +158,7 @@ FAULTS = (
     ),
     Fault(
         "square-root-of-less-than-nothing",
-        "states/navigation/drive.py",
+        "states/navigation/beside_user.py",
         "math.sqrt(max(0.0, along * along - square * outside))",
         "math.sqrt(along * along - square * outside)",
         (

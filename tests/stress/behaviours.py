@@ -11,12 +11,12 @@ from behaviors import (
     chase,
     danger,
     dodge,
-    escape_goal,
+    escape_candidates,
     escape_poses,
     haptic,
     make_room,
     refuge,
-    straight_drive,
+    zones,
 )
 from behaviors.person.band import cornered, haste, off_the_band
 from behaviors.person.drives import roll_out
@@ -25,13 +25,14 @@ from behaviors.person.margin import Clearing, is_met_braking, lacking, time_asid
 from behaviors.person.touch import evaluate, pursued
 from behaviors.person.waiting import risks, way_risks
 from behaviors.profile.profile import Profile, load_profile
-from behaviors.situation.chase_cells import grid
-from behaviors.situation.chase_space import space
+from behaviors.situation.chase_cells import ChaseRing, timed_cells, weighted_cells
 from behaviors.situation.present_situation import Situation
+from behaviors.waiting_place import chase_cell, chase_place, free_cells
 from cobodeck.avoidable.motion_search import Question, RobotLimits, RobotState, Walk, best_motion
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.samples import UserPose
 from hw.scene.room import Room
+from tests.behaviors.straight import command_towards
 from tests.stress.bodies import ROBOT
 from tests.stress.elsewhere import Elsewhere
 
@@ -85,10 +86,13 @@ def chase_places(at: Elsewhere) -> list[float]:
     found = []
     for name in ("paper", "tuned"):
         now = situation(at, name)
-        cells = grid(now.environment, now.settings)
-        around = space(now.settings, lambda cells=cells: cells, now.planners["chase"], now.user)
-        free = around.all_free()
-        best = chase.best_cell(now, around)
+        ring, rules = ChaseRing.of(now.settings.chase), now.settings.chase
+        if name == "paper":
+            free = free_cells(now, weighted_cells(ring, rules.best_angle, rules.best_radius))
+            best = chase_cell(now, ring, rules.best_angle, rules.best_radius)
+        else:
+            free = free_cells(now, timed_cells(now.environment, now.settings, ring))
+            best = chase_place(now, ring)
         assert best is not None
         yaw = chase.tangent_yaw(now.user.body, best, now.pose.yaw)
         found += [len(free), *at.home_pose(Pose2(*best, yaw))]
@@ -107,7 +111,8 @@ def escape_choices(at: Elsewhere) -> list[float]:
             found.append(danger.is_safe(*told, velocity, now.twist))
         free = escape_poses.poses(now.settings, now.planners["escape"], now.user, now.pose)
         found += [len(free), *(v for pose in free for v in at.home_pose(pose))]
-        goal, touch = escape_goal.safest_goal(now, free, None)
+        seen = escape_candidates.candidates(now, free)
+        goal, touch = seen.better_than(None, 0.2, 0.05), seen.touch_after
         found += [touch, dodge.is_caught(now, free), *(at.home_pose(goal) if goal else ())]
         found += [make_room.is_crowded(now, 3.0, 1.0, 0.2)]
     return found
@@ -118,7 +123,7 @@ def haptic_choices(at: Elsewhere) -> list[float]:
     deep = Pose3.from_yaw(*at.point(4.95, 5.3), 1.3, at.yaw(0.1))
     free = haptic.poses(now.settings, now.planners["haptic"], deep)
     times = haptic.reachable(now, "haptic", free)
-    best = haptic.best_pose(now, times, deep)
+    best = haptic.soonest_pose(now, times, deep)
     assert best is not None
     for pose in free:
         found += at.home_pose(pose)
@@ -128,7 +133,7 @@ def haptic_choices(at: Elsewhere) -> list[float]:
 def drives_straight(at: Elsewhere) -> list[float]:
     now, found = situation(at), []
     for goal in ((8.0, 6.0), (6.3, 3.0), (13.4, 5.6)):
-        command = straight_drive.command_towards(now, at.point(*goal), "escape")
+        command = command_towards(now, at.point(*goal), "escape")
         found += [command.vx, command.vy, command.wz]
     return found
 
@@ -141,7 +146,7 @@ def lines_of_walk(at: Elsewhere) -> list[float]:
     walks, drives = (now.velocity.vx, now.velocity.vy), (motion.vx, motion.vy)
     return [
         is_met_braking(apart, walks, drives, 0.9, 0.3, 1.0), time_aside(0.3, 0.1, 1.2, 1.0),
-        danger.in_zone(now.settings.escape, now.user, robot, 0.1), now.rest.distance_to(body),
+        zones.in_zone(now.settings.escape, now.user, robot, 0.1), now.rest.distance_to(body),
     ]  # fmt: skip
 
 

@@ -15,9 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from behaviors import chase, escape, escape_poses, haptic, person
-from behaviors.profile import load_profile, profile_names
-from behaviors.situation import Situation, chase_space, grid
+from behaviors import chase, escape, escape_candidates, escape_poses, haptic, paper_escape
+from behaviors.person import band, drives, lines, margin, touch, waiting
+from behaviors.profile import Profile, load_profile, profile_names
+from behaviors.situation import Situation
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, timed_each, times
 from engine import Action
 from hw import USER_RADIUS, Pose2, Pose3, Twist2, UserPose, compile_examples
@@ -39,7 +40,7 @@ GOAL_UNITS = 0.1
 class _Parts:
     """A base and a virtual world that ignore every command."""
 
-    def drive(self, command: Twist2, source: str = "") -> None:
+    def drive(self, command: Twist2, source: str = "", left: float = 0.0) -> None:
         """Ignore it."""
 
     def release(self, source: str = "") -> None:
@@ -67,13 +68,13 @@ class _Moment:
 
 def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
     """Mean and 95 % quantile of one decision of each behaviour, by profile."""
-    compile_examples((person, visibility))
+    compile_examples((band, drives, lines, margin, touch, waiting, visibility))
     scene = load_scene(SCENE)
     robot = load_robot(scene.robot)
     for profile in map(load_profile, profile_names()):
         environment = profile.environment(scene.room, robot)
         found = situations(environment, profile.settings, count)
-        for behaviour, decide in decisions(environment, profile.settings).items():
+        for behaviour, decide in decisions(environment, profile).items():
             works = [Work(times(partial(decide, now))) for now in found]
             row = BenchRow(NAME, f"{behaviour} decision", profile.name, reference="has no error")
             mean, late = timed_each(row, works, rounds)
@@ -81,23 +82,29 @@ def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
             yield replace(late, goal=GOAL_UNITS if behaviour == "escape" else None)
 
 
-def decisions(environment: Environment, settings: Any) -> dict[str, Callable[[Situation], Any]]:
-    """For each behaviour, the work between a sample and its decision."""
-    cells, planners = grid(environment, settings), environment.static_planners
+def decisions(environment: Environment, profile: Profile) -> dict[str, Callable[[Situation], Any]]:
+    """For each behaviour, the work between a sample and its decision, by the profile's policy."""
+    settings, planners = profile.settings, environment.static_planners
+    rules, paper = settings.escape, profile.policy == "paper"
+    cell = chase.ChooseChaseCell() if paper else chase.ChooseChasePose()
+    pose = haptic.ChooseFirstHapticPose() if paper else haptic.ChooseHapticPose()
 
     def for_chase(now: Situation) -> Any:
-        space = chase_space.space(settings, lambda: cells, planners["chase"], now.user)
-        return _step(chase.ChooseChasePose(), now, {"chase.space": space})
+        return _step(cell, now, {})
 
     def for_haptic(now: Situation) -> Any:
         x, y = now.user.body.transform(settings.haptic.deep_ahead, 0.0)
         deep = Pose3.from_yaw(x, y, settings.haptic.deep_height, now.user.body.yaw)
-        free = haptic.poses(settings, planners["haptic"], deep)
-        return _step(haptic.ChooseHapticPose(), now, {"haptic.poses": free}, deep=deep)
+        return _step(pose, now, {}, deep=deep)
 
     def for_escape(now: Situation) -> Any:
         free = escape_poses.poses(settings, planners["escape"], now.user, now.pose)
-        return _step(escape.Flee(), now, {"escape.poses": free, "escape.safe": False})
+        if profile.policy == "paper":
+            return _step(paper_escape.DriveToFirst(), now, {"escape.poses": free})
+        found = escape_candidates.candidates(now, free, environment.outline())
+        seen = {"escape.poses": free, "escape.candidates": found}
+        state = escape.DriveToBest(rules.earlier_by, rules.wider_by)
+        return _step(state, now, seen)
 
     return {"chase": for_chase, "haptic": for_haptic, "escape": for_escape}
 
@@ -107,7 +114,7 @@ def _step(state: Action, now: Situation, more: Mapping[str, Any], **inputs: Any)
     values = {
         "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
         "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
-        "arm.joints": None, **more,
+        "arm.joints": None, "base.mode": "omni", **more,
         **{f"{name}.planner": planner for name, planner in now.planners.items()},
     }  # fmt: skip
     run = state.run(_Moment(values), **inputs)  # type: ignore[arg-type]

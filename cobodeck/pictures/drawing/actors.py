@@ -54,7 +54,7 @@ def draw_user(on: Sheet, user: UserPose, keep_off: float) -> None:
 def draw_zones(on: Sheet, user: UserPose, escape: EscapeSettings) -> None:
     """The zones in which a robot triggers Escape while the user walks (R104)."""
     half = escape.half_view
-    view = Pose2(user.body.x, user.body.y, view_yaw(user, escape.view))
+    view = Pose2(user.body.x, user.body.y, user.head_yaw)
     ahead = _arc(view, escape.ahead, -half, half)
     around = _arc(view, escape.around, half, 2.0 * math.pi - half)
     dashed: dict[str, Any] = {"ec": RED, "lw": 0.9, "ls": (0, (4, 2.5))}

@@ -8,9 +8,17 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from typing import cast, get_args
 
-from behaviors import best_cell, best_pose, poses, reachable, tangent_yaw
+from behaviors import (
+    chase_cell,
+    chase_place,
+    first_pose,
+    poses,
+    reachable,
+    soonest_pose,
+    tangent_yaw,
+)
 from behaviors.profile import Settings
-from behaviors.situation import Situation, grid, space
+from behaviors.situation import ChaseRing, Situation
 from cobodeck.loop import Plant
 from cobodeck.run import stage
 from cobodeck.setup import Options, Setup
@@ -64,12 +72,18 @@ def with_next_drive(moment: Moment, environment: Environment, settings: Settings
     now = situation_at(moment, moment.user, environment, settings)
     if moment.deep is not None:
         free = poses(settings, planners["haptic"], moment.deep)
-        goal = best_pose(now, reachable(now, "haptic", free), moment.deep)
+        goal = (
+            first_pose(now, free)
+            if settings.policy == "paper"
+            else soonest_pose(now, reachable(now, "haptic", free), moment.deep)
+        )
         return _driving(moment, environment, "haptic", planners["haptic"], goal)
-    cells = grid(environment, settings)
-    around = space(settings, lambda: cells, planners["chase"], moment.user)
-    place = best_cell(now, around)
-    goal = None if place is None else Pose2(*place, tangent_yaw(around.centre, place, 0.0))
+    ring, chase = ChaseRing.of(settings.chase), settings.chase
+    if settings.policy == "paper":
+        place = chase_cell(now, ring, chase.best_angle, chase.best_radius)
+    else:
+        place = chase_place(now, ring)
+    goal = None if place is None else Pose2(*place, tangent_yaw(now.user.body, place, 0.0))
     return _driving(moment, environment, "chase", planners["chase"], goal)
 
 

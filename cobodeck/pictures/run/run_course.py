@@ -10,6 +10,7 @@ from itertools import pairwise
 from operator import attrgetter
 
 from cobodeck.evaluate import ArmOutline
+from cobodeck.project import nodes_of
 from hw import Contact, Hit, Joints, Pose2, Pose3
 from hw.model import Footprint
 from hw.scene import Room, Thing
@@ -141,9 +142,9 @@ class Course:
             if span.path.startswith(below) and span.path.rpartition("/")[0] in self.sequences
         )
 
-    def begun(self, chart: str) -> tuple[NodeSpan, ...]:
-        """The spans of a used chart that begin within the part shown."""
-        paths = {path for path, used in self.charts.items() if used == chart}
+    def begun(self, behaviour: str) -> tuple[NodeSpan, ...]:
+        """The spans of a behaviour's charts that begin within the part shown."""
+        paths = nodes_of(behaviour, self.charts)
         return tuple(s for s in self.spans if s.path in paths and s.start_s >= self.start_s)
 
     @cached_property

@@ -6,6 +6,7 @@ from itertools import cycle
 from typing import Any
 
 from cobodeck.pictures.run.run_course import Course
+from cobodeck.project import behaviour_of
 from engine.draw import INK
 
 BEHAVIOURS = {"chase": "#0072b2", "haptic": "#009e73", "escape": "#d55e00", "inform": "#cc79a7"}
@@ -30,7 +31,7 @@ def lane_colours(course: Course) -> dict[str | None, str]:
     """A colour for each lane, the same for the same behaviour in every picture."""
     others = cycle(OTHERS)
     charts = course.charts
-    known = {path: BEHAVIOURS.get(charts.get(path, "")) for path in course.lanes}
+    known = {path: BEHAVIOURS.get(behaviour_of(charts.get(path, ""))) for path in course.lanes}
     return {None: NONE} | {path: colour or next(others) for path, colour in known.items()}
 
 

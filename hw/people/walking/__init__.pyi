@@ -2,6 +2,9 @@ from hw.people.walking import (
     route as route,
     wanderer as wanderer,
 )
+from hw.people.walking.attacker import (
+    Attacker as Attacker,
+)
 from hw.people.walking.interaction import (
     Interaction as Interaction,
 )
@@ -11,6 +14,7 @@ from hw.people.walking.leaving import (
     walked as walked,
 )
 from hw.people.walking.manner import (
+    ATTACKERS as ATTACKERS,
     ATTENTIVE as ATTENTIVE,
     MANNERS as MANNERS,
     Manner as Manner,

@@ -8,7 +8,9 @@ from typing import Literal
 
 from engine.files import did_you_mean, mistake
 
-Errand = Literal["wander", "pursue", "look"]
+Attack = Literal["cut", "circle", "shadow", "lurk", "grab", "back"]
+"""How a random person tries to be touched by the robot: see `Attacker`."""
+Errand = Literal["wander", "pursue", "look"] | Attack
 """What a random person does between requests: walk about, approach the robot, look at things."""
 
 
@@ -58,7 +60,30 @@ INSTANT = Manner(
     leaves_s=None,
     pause_s=(3.0, 3.0),
 )
-MANNERS = {manner.name: manner for manner in (ATTENTIVE, HASTY, DEAF, PURSUER, CURIOUS, INSTANT)}
+
+
+def _attacker(name: str, about: str, errand: Attack) -> Manner:
+    """Somebody who tries to be touched; 1.6 m/s is the speed of walking of ISO 13855."""
+    return Manner(
+        name,
+        f"Tries to be touched, the sign ignored: {about}.",
+        reaction_s=None,
+        hurries=True,
+        errand=errand,
+        speeds=(0.8, 1.6),
+    )
+
+
+ATTACKERS = (
+    _attacker("cutter", "cuts across just ahead of the robot", "cut"),
+    _attacker("circler", "walks around the robot, closer and closer", "circle"),
+    _attacker("shadow", "follows close behind, then darts at the robot", "shadow"),
+    _attacker("lurker", "waits at a wall until the robot is near, then darts at it", "lurk"),
+    _attacker("grabber", "asks for a touch, and goes for the arm while it reaches", "grab"),
+    _attacker("backer", "walks backwards into the robot", "back"),
+)
+_PEOPLE = (ATTENTIVE, HASTY, DEAF, PURSUER, CURIOUS, INSTANT, *ATTACKERS)
+MANNERS = {manner.name: manner for manner in _PEOPLE}
 
 
 def at_speed(manner: Manner, speed: float) -> Manner:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from engine.files import mistake
 from hw.geometry import Pose2, wrap
@@ -94,15 +94,22 @@ class Wanderer(Pedestrian):
         most = HEAD_RATE * span_s
         self._head_turn += min(max(self._glance - self._head_turn, -most), most)
 
+    def _errand(self) -> Callable[[], Iterator[bool]]:
+        """What they do between requests."""
+        errands = {"pursue": self._pursue, "look": self._explore}
+        return errands.get(self.manner.errand, self._go_somewhere)
+
+    def _request(self) -> Iterator[bool]:
+        yield from self._ask(Touch(0, self._span(HOLDS_S)))
+
     def _run(self) -> Iterator[bool]:
-        errands = {"wander": self._go_somewhere, "pursue": self._pursue, "look": self._explore}
-        errand = errands[self.manner.errand]
+        errand = self._errand()
         while self._left is None or self._left > 0:
             for _ in range(self._chance.randint(*WALKS)):
                 yield from errand()
                 if not self.manner.hurries:
                     yield from self._stand(self._span(PAUSES_S))
-            yield from self._ask(Touch(0, self._span(HOLDS_S)))
+            yield from self._request()
             self._left = None if self._left is None else self._left - 1
 
     def _pursue(self) -> Iterator[bool]:

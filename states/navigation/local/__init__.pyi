@@ -1,5 +1,6 @@
 from states.navigation.local import (
     profile_planner as profile_planner,
+    straight_planner as straight_planner,
     teb_planner as teb_planner,
 )
 from states.navigation.local.local_planner import (
@@ -10,6 +11,9 @@ from states.navigation.local.profile_planner import (
 )
 from states.navigation.local.speed_profile import (
     rest_to_rest as rest_to_rest,
+)
+from states.navigation.local.straight_planner import (
+    StraightPlanner as StraightPlanner,
 )
 from states.navigation.local.teb_planner import (
     TebPlanner as TebPlanner,

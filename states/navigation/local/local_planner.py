@@ -104,6 +104,11 @@ class LocalPlanner(ABC):
         self._aim[3:] = tolerance.position, tolerance.yaw, tolerance.speed
         self._begin()
 
+    @property
+    def left(self) -> float:
+        """Length of the path to the goal, m; infinite without one."""
+        return math.inf if self.path is None else self.path.length
+
     def release(self) -> None:
         """Forget goal, velocity and positions: something else drives the base from now on."""
         self.goal, self._sent, self.path, self.status = None, None, None, "driving"

@@ -76,7 +76,7 @@ def test_a_base_may_have_a_base_and_paths_start_at_the_file(tmp_path: Path) -> N
     assert mine.about == "as sub/below.yaml, but for chase.inner"
     assert mine.places["chase.inner"].file == str(tmp_path / "mine.yaml")
     assert Path(mine.places["chase.outer"].file).resolve() == tmp_path / "bottom.yaml"
-    assert mine.places["chase.cell"].file == str(FOLDER / "paper.yaml")
+    assert mine.places["chase.front"].file == str(FOLDER / "base.yaml")
 
 
 def test_the_name_and_the_description_are_not_inherited(tmp_path: Path) -> None:
@@ -203,7 +203,7 @@ def test_a_wrong_value_is_told_by_what_was_given(given: str, message: str) -> No
 
 def test_the_hash_covers_file_base_and_single_values(tmp_path: Path) -> None:
     file = written(tmp_path, MINE)
-    text = (FOLDER / "tuned.yaml").read_bytes()
+    text = b"\0".join((FOLDER / name).read_bytes() for name in ("base.yaml", "tuned.yaml"))
     assert load_profile("tuned").sha256 == hashlib.sha256(text).hexdigest()
 
     hashes = {load_profile("tuned").sha256, load_profile(file).sha256}

@@ -60,7 +60,7 @@ def test_what_is_refused_could_not_be_served_and_what_is_chosen_can_be_driven_to
 ) -> None:
     room = load_scene(name).room
     environment, seen = environment_of(tuned, room), Counter[str]()
-    judge, planner = Judge(room, environment.workspace), environment.static_planners["haptic"]
+    judge = Judge(room, environment.workspace)
     for robot, user, deep in requests(room, name):
         ctx = context(
             {
@@ -70,7 +70,6 @@ def test_what_is_refused_could_not_be_served_and_what_is_chosen_can_be_driven_to
                 "base.twist": STILL,
                 "user.pose": UserPose(user, user.yaw),
                 "user.velocity": STILL,
-                "haptic.poses": haptic.poses(tuned.settings, planner, deep),
             }
         )
         found = ended(haptic.ChooseHapticPose().run(ctx, deep=deep))

@@ -17,7 +17,8 @@ ASKED: tuple[str, dict[str, Any]] = ("requested", {"deep": Pose3(1.0, 2.0, 1.5),
 TO_CHASE: dict[str, Any] = {}
 TO_HAPTIC = {"chase/request": ASKED}
 TO_ESCAPE = {"chase/danger": "required"}
-TO_INFORM = {"chase/danger": "required", "escape/flee": "no_pose"}
+TO_INFORM = {"chase/danger": "required", "escape/away/drive/no_pose": "none"}
+TO_RETREAT = {"chase/follow/park": "failed"}
 SERVED = {"haptic/serve/park": "parked", "haptic/serve/choose": "chosen"}
 REACHED = SERVED | {"haptic/serve/drive": "arrived"}
 PARKED = {"chase/follow/park": "parked", "chase/follow/leave": "away"}
@@ -45,18 +46,23 @@ EDGES = [
     ),
     pytest.param(TO_HAPTIC, {"haptic/serve/park": "failed"}, "chase", id="arm does not fold"),
     pytest.param(TO_CHASE, {"chase/danger": "required"}, "escape", id="R62 danger"),
-    pytest.param(TO_ESCAPE, {"escape/flee": "safe"}, "chase", id="R63 safe"),
-    pytest.param(TO_ESCAPE, {"escape/flee": "no_pose"}, "inform", id="R64 no pose"),
-    pytest.param(TO_ESCAPE, {"escape/flee": "no_way"}, "inform", id="R64 no way"),
+    pytest.param(TO_ESCAPE, {"escape/away/drive/safe": "safe"}, "chase", id="R63 safe"),
+    pytest.param(TO_ESCAPE, {"escape/away/drive/no_pose": "none"}, "inform", id="R64 no pose"),
+    pytest.param(TO_ESCAPE, {"escape/away/drive/go": "no_way"}, "inform", id="R64 no way"),
     pytest.param(TO_INFORM, {"inform/ready": "restarted"}, "chase", id="R65 restart"),
     pytest.param(TO_INFORM, {"inform/operator": "helped"}, "chase", id="the operator helped"),
+    pytest.param(TO_RETREAT, {"retreat/away/drive/no_pose": "none"}, "inform", id="R64 retreat"),
+    pytest.param(TO_RETREAT, {"retreat/away/drive/safe": "safe"}, "chase", id="retreat, safe"),
+    pytest.param(TO_RETREAT, {"retreat/fault": "there"}, "inform", id="fault in retreat"),
+    pytest.param(TO_RETREAT, {"retreat/tracking": "lost"}, "inform", id="lost in retreat"),
+    pytest.param(TO_RETREAT, {"retreat/away/drive/go": OSError()}, "inform", id="error in retreat"),
     pytest.param(TO_CHASE, TO_ASK, "ask", id="no way out"),
     pytest.param(TO_ASK, {"ask/ready": "restarted"}, "chase", id="no way out, restart"),
     pytest.param(TO_ASK, {"ask/operator": "helped"}, "chase", id="no way out, operator helped"),
     pytest.param(TO_ASK, {"ask/ready": OSError()}, "inform", id="error in asking"),
-    pytest.param(TO_CHASE, {"chase/follow/park": "failed"}, "escape", id="R66 park fails"),
-    pytest.param(CHOSEN | STUCK, FAILS, "escape", id="R66 stuck"),
-    pytest.param(CHOSEN | NO_PATH, FAILS, "escape", id="R66 no path"),
+    pytest.param(TO_CHASE, {"chase/follow/park": "failed"}, "retreat", id="R66 park fails"),
+    pytest.param(CHOSEN | STUCK, FAILS, "retreat", id="R66 stuck"),
+    pytest.param(CHOSEN | NO_PATH, FAILS, "retreat", id="R66 no path"),
     pytest.param(CHOSEN, STUCK, "chase", id="R66 stays"),
     pytest.param(TO_CHASE, {"chase/fault": "there"}, "inform", id="fault in Chase"),
     pytest.param(TO_HAPTIC, {"haptic/fault": "there"}, "inform", id="fault in Haptic"),
@@ -66,7 +72,7 @@ EDGES = [
     pytest.param(TO_ESCAPE, {"escape/tracking": "lost"}, "inform", id="user lost in Escape"),
     pytest.param(TO_CHASE, {"chase/follow/park": OSError()}, "inform", id="error in Chase"),
     pytest.param(TO_HAPTIC, {"haptic/serve/park": OSError()}, "inform", id="error in Haptic"),
-    pytest.param(TO_ESCAPE, {"escape/flee": OSError()}, "inform", id="error in Escape"),
+    pytest.param(TO_ESCAPE, {"escape/away/drive/go": OSError()}, "inform", id="error in Escape"),
 ]  # fmt: skip
 
 
@@ -79,7 +85,7 @@ def test_every_edge_of_the_machine_is_taken(
 
     sim.wait(0.5)
 
-    assert sim.path("chase", "haptic", "escape", "inform", "ask")[-1] == target
+    assert sim.path("chase", "haptic", "escape", "retreat", "inform", "ask")[-1] == target
     assert behaviour(sim) == target
 
 
@@ -106,7 +112,7 @@ def test_danger_goes_before_a_request_of_the_same_tick(sim: ChartTester) -> None
 
     sim.until("escape", timeout=0.1)
     assert "haptic" not in sim.path("haptic")
-    sim.end("escape/flee", "safe")
+    sim.end("escape/away/drive/safe", "safe")
     sim.until("haptic", timeout=0.1)
 
 
@@ -193,7 +199,7 @@ def test_escape_does_not_wait_for_the_arm(sim: ChartTester) -> None:
     sim.end("chase/danger", "required")
     sim.tick()
 
-    assert "escape/flee" in sim.active
+    assert "escape/away/drive/go" in sim.active
 
 
 @pytest.mark.requirement(113)
@@ -240,15 +246,15 @@ def test_chase_escape_inform_go_round_until_chase_finds_a_place(sim: ChartTester
         "cobodeck",
         script={
             "chase/follow/park": ["failed"] * rounds + ["parked"],
-            "escape/flee": ["no_pose"] * rounds,
+            "retreat/away/drive/no_pose": ["none"] * rounds,
             "inform/ready": ["restarted"] * rounds,
         },
     )
 
     sim.wait(2)
 
-    again = ["chase", "escape", "inform"] * rounds + ["chase"]
-    assert sim.path("chase", "escape", "inform") == again
+    again = ["chase", "retreat", "inform"] * rounds + ["chase"]
+    assert sim.path("chase", "retreat", "inform") == again
 
 
 @pytest.mark.requirement(60, 61)

@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from behaviors import escape, escape_poses
+from behaviors import escape_poses
 from behaviors.chase import Approach
+from behaviors.escape import DriveToBest
 from behaviors.make_room import MakeRoom
+from behaviors.paper_escape import DriveToFirst
 from behaviors.profile.profile import Profile
 from behaviors.signal_table import OBSTACLES, signals
 from behaviors.situation.present_situation import Situation
@@ -40,7 +42,7 @@ from tests.scans import scan_of
 HALL = Room(outer=((0.0, 0.0), (16.0, 0.0), (16.0, 12.0), (0.0, 12.0)))
 CORRIDOR = Room(outer=((0.0, 0.0), (16.0, 0.0), (16.0, 3.0), (0.0, 3.0)))
 HZ = 30
-POSES = ("haptic.poses", "escape.poses", "chase.space")
+POSES = ("escape.poses",)
 PLANNERS = tuple(f"{name}.planner" for name in SUBSYSTEMS)
 WANTED = (*POSES, *PLANNERS, "settings")
 ROBOT, DEEP = Pose2(6.0, 6.0), Pose3.from_yaw(8.0, 6.0, 1.4, math.pi)
@@ -86,8 +88,7 @@ class Watching:
         return None if newest is None else newest.value
 
     def free(self, name: str) -> set[Any]:
-        found = self.read(name)
-        return {tuple(cell) for cell in found.free()} if name == "chase.space" else set(found)
+        return set(self.read(name))
 
 
 @pytest.fixture
@@ -104,8 +105,7 @@ def watching(tuned: Profile, robot: RobotModel) -> Callable[..., Watching]:
 @pytest.mark.requirement(37, 77, 100, 105)
 @pytest.mark.parametrize("planner", ["exact", "theta_star", "navfn"])
 @pytest.mark.parametrize(
-    ("name", "post"), [("haptic.poses", (7.3, 7.6)), ("escape.poses", (7.8, 6.4)),
-                       ("chase.space", (7.0, 5.0))],
+    ("name", "post"), [("escape.poses", (7.8, 6.4))],
 )  # fmt: skip
 def test_scans_take_poses_away_and_clearing_brings_them_back(
     watching: Callable[..., Watching], planner: str, name: str, post: Point
@@ -142,7 +142,7 @@ def test_without_scans_all_is_as_the_room_says_and_as_fresh_as_the_poses(
     assert seen.read("escape.poses") == escape_poses.poses(settings, known["escape"], WALKER, ROBOT)
     stamps = {name: seen.board.slots[name].read().stamp for name in (*POSES, *PLANNERS)}
     assert stamps == {
-        "haptic.poses": 0, "escape.poses": seen.now, "chase.space": seen.now,
+        "escape.poses": seen.now,
         **dict.fromkeys(PLANNERS, ALWAYS_NS),
     }  # fmt: skip
 
@@ -286,6 +286,9 @@ class Wheel:
     def __init__(self) -> None:
         self.command = STILL
 
+    def use(self, _mode: str) -> None:
+        pass
+
     def drive(self, command: Twist2, *_: Any) -> None:
         self.command = command
 
@@ -320,22 +323,21 @@ DRIVES: list[tuple[Any, UserPose, dict[str, Any], str | None]] = [
     (DriveTo(), FAR, {"goal": Pose2(9.0, 6.0)}, "no_path"),
     (Approach(near=3.0), FAR, {}, "no_path"),
     (MakeRoom(room=3.0), NEAR, {}, None),
-    (escape.Flee(), NEAR, {}, "no_way"),
+    (DriveToBest(earlier_by=0.2, wider_by=0.05), NEAR, {}, "no_way"),
+    (DriveToFirst(), NEAR, {}, "no_way"),
 ]
 
 
 @pytest.mark.requirement(38, 51)
-@pytest.mark.parametrize("order", ["given", "earliest"])
 @pytest.mark.parametrize("drive", DRIVES, ids=lambda drive: type(drive[0]).__name__)
 def test_whoever_drives_goes_by_the_newest_scan(
     drive: tuple[Action, UserPose, dict[str, Any], str | None],
-    order: str,
     tuned: Profile,
     robot: RobotModel,
     context: Any,
 ) -> None:
     state, user, inputs, outcome = drive
-    rules = replace(tuned.settings.escape, order=order, distances=(1.75, 2.5))  # beyond the wall
+    rules = replace(tuned.settings.escape, distances=(1.75, 2.5))  # beyond the wall
     settings = replace(tuned.settings, escape=rules)
     environment, wheel = planning(tuned, "theta_star").environment(HALL, robot), Wheel()
     poses = escape_poses.poses(settings, environment.static_planners["escape"], user, ROBOT)
@@ -403,7 +405,7 @@ def test_an_escape_pose_is_kept_while_no_scan_comes(
         "escape.poses": poses, "escape.safe": False,
     }  # fmt: skip
     ctx = context(values, {"base": wheel, "vr": Vr()})
-    run = escape.Flee().run(ctx)
+    run = DriveToFirst().run(ctx)
     next(run)
     goal = next(pose for pose in poses if wheel.command.speed and _leads(wheel, now.pose, pose))
 

@@ -107,7 +107,7 @@ def test_in_inform_the_base_comes_to_rest_and_stays(sim: ChartTester, tmp_path: 
 
 @pytest.mark.requirement(18, 114)
 def test_the_robot_is_shown_from_the_tick_inform_begins_until_it_ends(sim: ChartTester) -> None:
-    script = {"chase/danger": "required", "escape/flee": "no_pose"}
+    script = {"chase/danger": "required", "escape/away/drive/no_pose": "none"}
     sim.start("cobodeck", script=script, real=["inform/warn"])
     shown = sim.parts["vr"].commands
     sim.until("inform", timeout=1)
@@ -127,4 +127,10 @@ def test_only_inform_escape_and_a_robot_that_leaves_show_the_robot(sim: ChartTes
 
     showing = [v.path for v in sim.run.machine.leaves if "vr" in v.interface.commands]
 
-    assert showing == ["chase/follow/leave", "escape/flee", "inform/warn", "ask/warn"]
+    assert showing == [
+        "chase/follow/leave",
+        "escape/sign/show",
+        "retreat/sign/show",
+        "inform/warn",
+        "ask/warn",
+    ]

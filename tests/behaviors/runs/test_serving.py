@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from behaviors.profile.profile import load_profile
 from cobodeck.testing.testing import ChartTester
 from tests.repeats import SHORT
 
@@ -53,7 +54,8 @@ def test_every_request_is_served_to_5_mm_in_the_time_of_the_profile(
 ) -> None:
     file = tmp_path / "heights.yaml"
     file.write_text(person(count))
-    sim.start("cobodeck", scene="study", user=str(file), profile=profile)
+    chart = load_profile(profile).chart
+    sim.start(chart, scene="study", user=str(file), profile=profile)
 
     sim.wait(60.0 * count)
 

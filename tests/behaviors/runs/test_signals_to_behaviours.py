@@ -38,18 +38,20 @@ PHASES = {
 FIGURE_4 = {
     ("chase", "haptic_request"): "haptic",  # R60
     ("chase", "escape_required"): "escape",  # R62
-    ("chase", "failed"): "escape",  # R66
+    ("chase", "failed"): "retreat",  # R66: Escape, but safe only at a pose
     ("haptic", "released"): "chase",  # R61
     ("haptic", "failed"): "chase",
     ("escape", "safe"): "chase",  # R63
     ("escape", "failed"): "inform",  # R64
+    ("retreat", "safe"): "chase",
+    ("retreat", "failed"): "inform",
     ("inform", "restarted"): "chase",  # R65
     ("chase", "cornered"): "ask",
     ("ask", "restarted"): "chase",
     ("ask", "error"): "inform",
 } | {
     (behaviour, trouble): "inform"
-    for behaviour in ("chase", "haptic", "escape")
+    for behaviour in ("chase", "haptic", "escape", "retreat")
     for trouble in ("user_lost", "fault", "error")
 }
 
@@ -67,7 +69,7 @@ def test_the_top_chart_has_the_edges_of_figure_4_and_no_other() -> None:
     assert found == FIGURE_4
     assert next(iter(chart["states"])) == "chase"
     uses = {name: node["use"] for name, node in chart["states"].items()}
-    assert uses == {name: name for name in uses} | {"ask": "inform"}
+    assert uses == {name: name for name in uses} | {"ask": "inform", "retreat": "escape"}
 
 
 @pytest.mark.requirement(68, 71, 102)
@@ -114,7 +116,7 @@ def test_danger_and_request_in_one_tick_are_escape_then_haptic(sim: ChartTester)
     sim.tick()
     assert behaviour(sim) == "escape"
     sim.signal("escape.required", False)
-    sim.end("escape/flee", "safe")
+    sim.end("escape/away/drive/safe", "safe")
     sim.tick(2)
 
     assert sim.path("chase", "haptic", "escape") == ["chase", "escape", "chase", "haptic"]
@@ -180,7 +182,7 @@ def test_an_escape_that_is_safe_with_a_fault_in_one_tick_goes_on_to_inform(
     sim.tick(3)
     assert behaviour(sim) == "escape"
 
-    sim.end("escape/flee", "safe")
+    sim.end("escape/away/drive/safe", "safe")
     sim.end(f"escape/{monitor}", outcome)
     sim.tick()
 
@@ -195,7 +197,7 @@ def test_an_edit_of_the_yaml_is_enough_to_change_what_the_robot_does(
     for name in ("cobodeck", "escape"):
         text = (CHARTS / f"{name}.yaml").read_text()
         text = text.replace("default: 3 s", "default: 1 s").replace(
-            "failed: escape", "failed: inform"
+            "failed: retreat", "failed: inform"
         )
         (tmp_path / f"{name}.yaml").write_text(text)
     chart = str(tmp_path / "cobodeck.yaml")
@@ -207,7 +209,7 @@ def test_an_edit_of_the_yaml_is_enough_to_change_what_the_robot_does(
 
     sim.start(chart, {"chase/follow/park": "failed"})
     sim.tick(2)
-    assert sim.path("chase", "escape", "inform") == ["chase", "inform"]
+    assert sim.path("chase", "retreat", "inform") == ["chase", "inform"]
 
 
 @pytest.mark.requirement(115)
@@ -231,7 +233,7 @@ def test_the_restart_counts_from_the_tick_it_comes_and_only_in_inform(
 
     sim.signal("vr.restart", True)
     go_on(3)
-    for path, outcome in (("chase/danger", "required"), ("escape/flee", "no_pose")):
+    for path, outcome in (("chase/danger", "required"), ("escape/away/drive/no_pose", "none")):
         sim.end(path, outcome)
     go_on(125)
     assert behaviour(sim) == "inform"  # a restart from before is no restart
@@ -255,7 +257,8 @@ def test_every_state_of_the_charts_says_what_it_reads_and_commands(sim: ChartTes
         leaf.interface.name: set(leaf.interface.commands) for leaf in sim.run.machine.leaves
     }
     assert commanding["Approach"] == commanding["DriveTo"] == commanding["MakeRoom"] == {"base"}
-    assert commanding["Flee"] == commanding["Leave"] == {"base", "vr"}
+    assert commanding["DriveToBest"] == {"base"}
+    assert commanding["Leave"] == {"base", "vr"}
     assert commanding["ParkArm"] == {"arm"}
     sim.tick()
     with pytest.raises(LookupError):

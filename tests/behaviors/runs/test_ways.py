@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterator
-from functools import partial
 from typing import Any
 
 import pytest
 
-from behaviors import chase, haptic
+from behaviors import haptic
 from behaviors.profile.profile import Profile
-from behaviors.situation import chase_space
-from behaviors.situation.chase_cells import grid
+from behaviors.situation.chase_cells import ChaseRing
 from behaviors.situation.present_situation import Situation
+from behaviors.waiting_place import chase_place
 from hw.geometry import STILL, Pose2, Pose3
 from hw.samples import UserPose
 from hw.scene.room import Disc
@@ -49,9 +48,7 @@ def test_each_chase_pose_chosen_has_a_way(
 ) -> None:
     found = 0
     for now in situations(situation_of, tuned, 80):
-        cells = partial(grid, now.environment, now.settings)
-        space = chase_space.space(now.settings, cells, now.planners["chase"], now.user)
-        place = chase.best_cell(now, space)
+        place = chase_place(now, ChaseRing.of(now.settings.chase))
         if place is not None:
             found += 1
             assert has_way(now, "chase", Pose2(*place, now.pose.yaw)), (now.pose, now.user)

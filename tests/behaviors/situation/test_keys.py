@@ -12,7 +12,6 @@ import states.environment.signal_names
 from behaviors.profile.profile import Profile
 from behaviors.profile.settings import Settings
 from behaviors.signal_table import signals
-from behaviors.situation.chase_space import ChaseSpace
 from cobodeck.project.state_catalogue import catalogue
 from engine.interfaces import Interface
 from engine.signals.signal_kinds import Signal, declare
@@ -23,7 +22,6 @@ from states.subsystems import SUBSYSTEMS
 NAMES = {
     "Environment": Environment,
     "Settings": Settings,
-    "ChaseSpace": ChaseSpace,
     "GlobalPlanner": GlobalPlanner,
 }
 

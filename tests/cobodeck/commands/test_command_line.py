@@ -12,7 +12,7 @@ import pytest
 import cobodeck.commands.list
 from cobodeck.__main__ import COMMANDS, main
 from cobodeck.commands.list import listing
-from cobodeck.project.state_catalogue import CHARTS, catalogue
+from cobodeck.project.state_catalogue import catalogue
 from cobodeck.terminal.console import FAILED, OK, USAGE
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -68,8 +68,8 @@ def folder(folder: Path) -> Path:
     (folder / "walk.csv").write_text("id,t,x,y\n1,0,a,b\n")
     (folder / "scene.yaml").write_text("scene: x\nroom: nowhere\n")
     (folder / "profile.yaml").write_text("profile: x\nabout: y\nrobot: 5\n")
-    tuned = (CHARTS / "profiles" / "tuned.yaml").read_text()
-    (folder / "near.yaml").write_text(tuned.replace("inflation: 77 cm", "inflation: 30 cm"))
+    near = "profile: near\nbase: tuned\nnavigation: {escape: {inflation: 30 cm}}\n"
+    (folder / "near.yaml").write_text(near)
     os.mkfifo(folder / "pipe.yaml")
     os.mkfifo(folder / "pipe.csv")
     for name, text in FILES.items():

@@ -14,6 +14,7 @@ import yaml
 from hypothesis import given, settings, strategies as st
 
 from behaviors.profile.profile import load_profile
+from behaviors.profile.profile_layers import BASE
 from cobodeck.__main__ import main
 from cobodeck.campaign.campaign_file import load_campaign
 from cobodeck.project.named_files import KINDS, ROOT, kind_of
@@ -46,11 +47,13 @@ READERS: dict[str, Callable[[Path], object]] = {
 }
 KNOWN = catalogue(own=False)
 SCHEMAS = {kind: json.loads(schema_for(kind, KNOWN)) for kind in READERS}
-FILES = {
+WHOLE = ROOT / "tests/behaviors/profile/spelled_out.yaml"
+"""A profile without a base."""
+FILES = {WHOLE: "profile"} | {
     file: kind
     for folder in ("charts", "hw", "cobodeck/campaign", "cobodeck/template")
     for file in sorted((ROOT / folder).rglob("*.yaml"))
-    if (kind := kind_of(file)) in READERS
+    if (kind := kind_of(file)) in READERS and file != BASE
 }
 
 
@@ -126,7 +129,7 @@ MISTAKES: dict[str, dict[str, Any]] = {
     "calibration": {"chain": [], "calibration": "two words", "abut": "x", "chain.0": 5},
     "campaign": {"scene": 3, "user": [], "tier": [1, 4], "requests": [0], "duration": "3 m"},
     "connection": {"real": "no", "plant": "mok", "told": "one", "parts": [1], "limits.speed": 99},
-    "profile": {"escape.order": "best", "chase.seed": 1.5, "haptic.close": 1, "robot.arm_jerk": -1},
+    "profile": {"escape.angles": [], "chase.seed": 1.5, "haptic.close": 1, "robot.arm_jerk": -1},
     "prop": {"mass": "1 m", "tcp": 4, "capsules.0.radius": 0, "parked": "away", "mas": 1},
     "robot": {"mass": 0, "base.modes": [], "base.modes.0": "fly", "footprint.foam": "9 kg"},
     "scene": {"robot.start.x": "2 s", "room": 5, "tracking": "there", "parking": [], "zone": 1},
@@ -158,7 +161,7 @@ def test_a_missing_key_is_refused_by_reader_and_schema(kind: str, tmp_path: Path
 
 
 def test_a_profile_without_a_base_is_complete(tmp_path: Path) -> None:
-    value = content(ROOT / "charts/profiles/tuned.yaml")
+    value = content(WHOLE)
     assert not refused("profile", value)
     del value["chase"]["inner"]
     assert "'inner' is a required property" in refused("profile", value)

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from cobodeck.evaluate.figures import Visit, contact_figures, escape_figures, visits
+from cobodeck.evaluate.figures import Visit, contact_figures, escape_figures, shown_figures, visits
 from cobodeck.run.run_summary import summary
 from cobodeck.run.simulation import simulate
 from cobodeck.run.topics import COMPANY, ESCAPES, REQUESTS, topics_of
@@ -28,13 +28,13 @@ states:
 def test_the_time_of_an_escape_is_from_entering_it_to_being_safe(sim: ChartTester) -> None:
     sim.start(FLEES)
     for name, seconds, outcome in [
-        ("first/flee", 0.5, "safe"),
-        ("second/flee", 0.2, "no_way"),
-        ("first/flee", 1.5, "safe"),
+        ("first/away/drive/safe", 0.5, "safe"),
+        ("second/away/drive/go", 0.2, "no_way"),
+        ("first/away/drive/safe", 1.5, "safe"),
     ]:
         sim.wait(seconds)
         sim.end(name, outcome)
-        sim.until(name.replace("first", "second") if "first" in name else "first/flee")
+        sim.until("second/tracking" if "first" in name else "first/tracking")
     sim.wait(2.0)
 
     found = escape_figures(sim.run)
@@ -62,15 +62,55 @@ def test_without_an_escape_there_is_no_time_of_one(sim: ChartTester) -> None:
     assert found["escape_time_s"] == {"mean": None, "min": None, "max": None}
 
 
+VARIANTS = {
+    "paper_escape": """
+chart: paper_escape
+outcomes: [safe, failed]
+states:
+  flee: {watch: FaultRaised, next: {raised: .safe}}
+""",
+    "careful_escape": """
+chart: careful_escape
+outcomes: [safe, failed]
+states:
+  inner: {use: paper_escape, next: {safe: .failed, failed: .failed}}
+""",
+    "ways": """
+chart: ways
+outcomes: [over]
+states:
+  first: {use: paper_escape, next: {safe: second, failed: second}}
+  second: {use: careful_escape, next: {safe: .over, failed: last}}
+  last: {watch: FaultRaised, next: {raised: .over}}
+""",
+}
+
+
+def test_every_chart_of_an_escape_counts_and_one_inside_another_does_not(
+    sim: ChartTester, tmp_path: Path
+) -> None:
+    for name, text in VARIANTS.items():
+        (tmp_path / f"{name}.yaml").write_text(text)
+    sim.start(str(tmp_path / "ways.yaml"))
+    for name in ("first/flee", "second/inner/flee"):
+        sim.end(name, "raised")
+        sim.wait(0.2)
+
+    found = escape_figures(sim.run)
+
+    assert [one["outcome"] for one in found["escape_list"]] == ["safe", "failed"]
+    assert found["escape_failures"] == 1
+
+
 WARNS = """
 chart: warns
 outcomes: [over]
 states:
-  calm: {watch: FaultRaised, next: {raised: away}}
+  idle: {watch: FaultRaised, next: {raised: away}}
   away:
     use: escape
-    next: {safe: calm, failed: warned, user_lost: warned, fault: warned}
-  warned: {use: inform, next: {restarted: calm}}
+    next: {safe: idle, failed: warned, user_lost: warned, fault: warned}
+  warned: {use: inform, next: {restarted: idle}}
 """
 
 
@@ -88,24 +128,53 @@ states:
         ([1.0, 9.0, 17.0, 25.0, 33.0], 0),
     ],
 )
-@pytest.mark.parametrize("because", [("away/flee", "no_pose"), ("away/tracking", "lost")])
+@pytest.mark.parametrize("because", [("away/away/drive/go", "no_way"), ("away/tracking", "lost")])
 def test_three_failures_of_escape_within_ten_seconds_are_a_loop_lost_tracking_is_none(
     sim: ChartTester, because: tuple[str, str], entered: list[float], loops: int
 ) -> None:
     sim.start(WARNS)
     for at in entered:
         sim.until(lambda at=at: sim.now >= at - 0.05, timeout=40)
-        sim.end("calm", "raised")
+        sim.end("idle", "raised")
         sim.until("away", timeout=0.2)
         sim.end(*because)
         sim.until("warned", timeout=0.2)
         sim.end("warned/ready", "restarted")
-        sim.until("calm", timeout=0.2)
+        sim.until("idle", timeout=0.2)
 
     found = escape_figures(sim.run)
 
     assert found["informs"] == len(entered)
-    assert found["loops"] == (loops if because[1] == "no_pose" else 0)
+    assert found["loops"] == (loops if because[1] == "no_way" else 0)
+
+
+@pytest.mark.requirement(18)
+def test_the_time_shown_outside_inform_is_told_apart(sim: ChartTester) -> None:
+    sim.start(WARNS)
+    sim.end("calm", "raised")
+    sim.until("away")
+    sim.end("away/tracking", "lost")
+    sim.until("warned")
+    sim.wait(1.0)
+    entered = visits(sim.run, "inform")[0].entered_ns
+
+    def shown(*spans: tuple[float, float]) -> tuple[float, float]:
+        found = shown_figures(
+            sim.run, [(entered + round(a * 1e9), entered + round(b * 1e9)) for a, b in spans]
+        )
+        return found["shown_s"], found["shown_outside_inform_s"]
+
+    assert shown() == (0.0, 0.0)
+    assert shown((0.0, 0.5)) == (0.5, 0.0)
+    assert shown((-0.25, 0.5)) == (0.75, 0.25)
+    sim.end("warned/ready", "restarted")
+    sim.until("calm")
+    ended = visits(sim.run, "inform")[0].ended_ns
+    assert ended is not None
+    lasted = (ended - entered) / 1e9
+    assert shown((0.0, lasted), (lasted + 1.0, lasted + 2.0)) == pytest.approx((lasted + 1.0, 1.0))
+    assert shown((lasted - 0.5, lasted + 0.25)) == pytest.approx((0.75, 0.25))
+    assert set(shown_figures(sim.run, None).values()) == {None}
 
 
 CONTACTS = [
@@ -120,6 +189,7 @@ def test_contacts_are_counted_by_whose_doing_they_were() -> None:
 
     counts = [found[name] for name in ("contacts", "contacts_by_robot", "contacts_slow_arm")]
     assert counts == [3, 1, 1]
+    assert found["arm_closing_m_s"] == 0.2
     assert found["contact_list"][1] == {
         "at_s": 13.0,
         "x": 1.0,

@@ -37,7 +37,7 @@ SECOND = 10**9
 SLOW = (
     "robot.base_acceleration=0.5 m/s2",
     "escape.distances=[1.0 m, 1.75 m, 2.5 m]",
-    "escape.safe_on_the_way=false",
+    "charts.paper_escape.must_reach=true",
 )
 
 
@@ -63,7 +63,7 @@ class Kept:
 def ran(
     scene: str, profile: str, seconds: float, user: str | None = None, sets: tuple[str, ...] = ()
 ) -> tuple[Loop, Kept]:
-    loop = stage(open_setup("cobodeck", scene, profile, sets=sets), Options(user, 2))
+    loop = stage(open_setup(None, scene, profile, sets=sets), Options(user, 2))
     kept = Kept(loop)
     outline = ROBOT.footprint
     senses = Evaluator(

@@ -21,7 +21,8 @@ MS = 1_000_000
 
 
 def staged(profile: str, mock: bool = False, **plant: float) -> Loop:
-    setup = open_setup("chase", "study", profile)
+    chart = {"paper": "paper_chase", "tuned": "chase"}[profile]
+    setup = open_setup(chart, "study", profile)
     if plant:
         changed = dataclasses.replace(setup.profile.plant, **plant)
         setup = dataclasses.replace(

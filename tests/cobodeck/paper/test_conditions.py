@@ -3,8 +3,9 @@
 import pytest
 import yaml
 
+from behaviors.profile import load_profile
 from cobodeck.paper import CONDITIONS, EvaluationPlan
-from cobodeck.paper.conditions import PARTS, SCENE, VARIED
+from cobodeck.paper.conditions import PARKED, PARTS, SCENE, VARIED
 from cobodeck.project import CHARTS
 from cobodeck.setup import profile_with
 from hw.scene import load_scene
@@ -13,8 +14,9 @@ PLAN = EvaluationPlan(requests=7, seeds=3, parts_requests=2)
 
 
 def chart(name):
-    folder = CHARTS if name == "cobodeck" else CHARTS / "paper"
-    return yaml.safe_load((folder / f"{name}.yaml").read_text())
+    own = CHARTS / f"{name}.yaml"
+    file = own if own.exists() else CHARTS / "paper" / own.name
+    return yaml.safe_load(file.read_text())
 
 
 def renamed(value):
@@ -25,28 +27,39 @@ def renamed(value):
 
 
 @pytest.mark.requirement(127)
-def test_the_parked_machine_differs_from_the_paper_s_in_one_node():
-    ours, theirs = chart("paper_parked")["states"], chart("cobodeck")["states"]
-    assert set(theirs) - set(ours) == {"chase", "ask"}
+@pytest.mark.parametrize("policy", PARKED)
+def test_the_parked_machine_differs_from_its_policy_s_in_one_node(policy):
+    ours, theirs = chart(PARKED[policy])["states"], chart(load_profile(policy).chart)["states"]
+    assert set(theirs) - set(ours) <= {"chase", "ask"}
     assert set(ours) - set(theirs) == {"parked"}
     for name in ours.keys() & theirs.keys():
         shown = renamed(theirs[name])
         if name == "inform":
-            assert shown.pop("out") == {"user": "shown"}  # what only Chase reads
+            shown.pop("out", None)  # what only Chase reads
         assert ours[name] == shown
     swapped = renamed(theirs["chase"]["next"])
-    assert swapped.pop("cornered") == "ask"
+    swapped.pop("cornered", None)
     assert ours["parked"]["next"] == swapped
 
 
+@pytest.mark.parametrize(("policy", "behaviour"), [("paper", "paper_chase"), ("tuned", "chase")])
+def test_while_parked_the_robot_watches_for_what_it_does_in_chase(policy, behaviour):
+    guards = {name: node for name, node in chart(behaviour)["any"].items() if "watch" in node}
+    guards.pop("cornered", None)
+    parked = chart(PARKED[policy])["states"]["parked"]["any"]
+    assert {name: node for name, node in parked.items() if "watch" in node} == guards
+
+
 @pytest.mark.requirement(127)
-def test_each_condition_s_chart_is_its_machine_with_the_scene_s_parking_place():
+def test_each_condition_is_its_policy_s_machine_with_the_scene_s_parking_place():
     places = load_scene(SCENE).places
-    assert chart("paper_chase")["states"] == {"machine": {"use": "cobodeck"}}
-    for name in ("corner", "center"):
-        parking = {"use": "paper_parked", "in": {"parking": {"place": name}}}
-        assert chart(f"paper_{name}")["states"] == {"machine": parking}
-        assert name in places
+    for policy, parked in PARKED.items():
+        plan = EvaluationPlan(profile=policy)
+        assert plan.cell("chase").chart is None
+        for name in ("corner", "center"):
+            assert plan.cell(name).chart == parked
+            assert plan.cell(name).inputs == (f"parking={{place: {name}}}",)
+            assert name in places
 
 
 def test_all_conditions_meet_the_same_people():

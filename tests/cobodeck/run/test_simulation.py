@@ -228,7 +228,7 @@ def test_explaining_tells_what_was_built_and_what_not(
     built, _, rest = shown.partition("not built")
     assert "arm.joints" in built
     assert "ParkArm" in built
-    assert "chase.space" in rest
+    assert "escape.required" in rest
     assert re.search(r"parts not sampled +.*\bbumper\b", rest)
 
 

@@ -37,8 +37,9 @@ def driving(sim: ChartTester, tmp_path: Path, request: pytest.FixtureRequest) ->
     """CoboDeck while Chase drives, Escape at the test's word."""
     user = tmp_path / "user.yaml"
     user.write_text(IN_FRONT)
-    script: dict[str, Any] = {"chase/danger": []}
-    sim.start("cobodeck", script, scene="study", user=str(user), profile=request.param)
+    script: dict[str, Any] = {"chase/danger": [], "escape/away/drive/safe": []}
+    chart = load_profile(request.param).chart
+    sim.start(chart, script, scene="study", user=str(user), profile=request.param)
     sim.until(DRIVE, timeout=5)
     sim.tick(5)
     assert base_of(sim).selected[1:] == ("chase", None)
@@ -69,7 +70,8 @@ def test_a_drive_is_refused_while_the_arm_is_not_folded_and_says_why(driving: Ch
 def test_escape_drives_even_if_the_arm_is_not_folded(driving: ChartTester) -> None:
     turn(driving.run.parts["arm"], OUT)
     driving.wait(1.0)
-    driving.end("danger", "required")
+    is_paper = driving.run.machine.chart.name == "paper_cobodeck"
+    driving.end("danger", "inside" if is_paper else "required")
     driving.tick()
 
     assert base_of(driving).selected[1:] == ("escape", "arm")

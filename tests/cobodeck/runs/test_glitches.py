@@ -64,7 +64,7 @@ def loop_of(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Loop]:
         monkeypatch.setattr(
             "cobodeck.run.build_run.open_user", lambda *given: Misseen(open_user(*given), change)
         )
-        return stage(open_setup("cobodeck", "lab_a", profile), Options("cornering"))
+        return stage(open_setup(None, "lab_a", profile), Options("cornering"))
 
     return make
 

@@ -7,13 +7,14 @@ from typing import Any
 
 import pytest
 
-from behaviors.profile.profile import FOLDER, load_profile
+from behaviors.profile.profile import load_profile
 from cobodeck.run.build_run import stage
 from cobodeck.run.simulation import simulate
 from cobodeck.setup.options import Options
 from cobodeck.setup.setup import open_setup
 from cobodeck.setup.warmup import warm_up
 from engine.files.finding import FileError
+from states.subsystems import SUBSYSTEMS
 
 CHOICES = [
     ("theta_star", "teb"),
@@ -28,11 +29,11 @@ CHOICES = [
 
 def chosen(folder: Path, planner: str, local: str) -> str:
     """`tuned` with these planners in all subsystems."""
-    text = (FOLDER / "tuned.yaml").read_text()
-    assert text.count("{planner: exact,") == text.count("local_planner: profile,") == 3
-    text = text.replace("{planner: exact,", f"{{planner: {planner},")
+    lines = "".join(
+        f"  {name}: {{planner: {planner}, local_planner: {local}}}\n" for name in SUBSYSTEMS
+    )
     file = folder / "chosen.yaml"
-    file.write_text(text.replace("local_planner: profile,", f"local_planner: {local},"))
+    file.write_text(f"profile: chosen\nbase: tuned\nnavigation:\n{lines}")
     return str(file)
 
 
@@ -73,15 +74,15 @@ def test_nothing_is_compiled_in_a_tick_on_cells_either(
 
 @pytest.mark.parametrize(
     ("key", "wrong"),
-    [("{planner: exact", "{planner: exat"), ("local_planner: profile,", "local_planner: tab,")],
+    [("planner", "exat"), ("local_planner", "tab")],
 )
 def test_a_planner_that_there_is_not_is_named_with_its_place(
     tmp_path: Path, key: str, wrong: str
 ) -> None:
     file = tmp_path / "wrong.yaml"
-    file.write_text((FOLDER / "tuned.yaml").read_text().replace(key, wrong, 1))
+    file.write_text(f"profile: x\nbase: tuned\nnavigation:\n  chase: {{{key}: {wrong}}}\n")
 
-    with pytest.raises(FileError, match=r"wrong.yaml:[23]\d:\d+: navigation.chase.*planner"):
+    with pytest.raises(FileError, match=r"wrong.yaml:4:\d+: navigation.chase.*planner"):
         load_profile(file)
 
 

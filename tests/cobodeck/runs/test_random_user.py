@@ -76,7 +76,12 @@ def test_after_a_contact_the_run_goes_on_and_the_contact_stays_counted(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     wanted = ["--scene", "study", "--profile", "paper", "--requests", "8"]
-    wanted += ["--set", "robot.base_acceleration=0.5 m/s2", "--set", "escape.safe_on_the_way=false"]
+    wanted += [
+        "--set",
+        "robot.base_acceleration=0.5 m/s2",
+        "--set",
+        "charts.paper_escape.must_reach=true",
+    ]
     assert main(["simulate", *wanted, "--json"]) == OK
     figures = json.loads(capsys.readouterr().out)
 

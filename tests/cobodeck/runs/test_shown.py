@@ -63,7 +63,7 @@ class Vr(UnityVr):
 
 def staged(profile: str | None = None, user: str = "cornering") -> tuple[Loop, Link]:
     """CoboDeck in the simulation, seen through the driver of the VR link."""
-    setup = open_setup("cobodeck", "lab_a", profile)
+    setup = open_setup(None, "lab_a", profile)
     loop, link = stage(setup, Options(user, seed=1)), Link()
     parts = dict(loop.plant.parts)
     parts["vr"] = Vr(link, parts["vr"], lambda: loop.now_ns)

@@ -19,7 +19,7 @@ from states.environment.environment import Environment
 from states.navigation.states import DriveTo
 from tests.cobodeck.conftest import base_of
 
-DRIVE, FLEE = "chase/follow/drive/go", "escape/flee"
+DRIVE, FLEE = "chase/follow/drive/go", "escape/away/drive/go"
 IN_FRONT = "user: u\nrepeat: false\nstart: {x: 1.2, y: 4.39}\nsteps: [stand: 600]\n"
 """Somebody who stands before the robot, which goes to their side."""
 WEST = Twist2(-0.3)
@@ -45,7 +45,8 @@ def driving(sim: ChartTester, tmp_path: Path) -> ChartTester:
     """CoboDeck while Chase drives, Escape at the test's word."""
     user = tmp_path / "user.yaml"
     user.write_text(IN_FRONT)
-    sim.start("cobodeck", {"chase/danger": []}, scene="study", user=str(user))
+    script = {"chase/danger": [], "escape/away/drive/safe": []}
+    sim.start("cobodeck", script, scene="study", user=str(user))
     sim.until(DRIVE, timeout=5)
     sim.tick(5)
     assert base_of(sim).selected.source == "chase"
@@ -57,7 +58,8 @@ def test_escape_drives_in_the_tick_in_which_danger_is_seen(driving: ChartTester)
     driving.end("danger", "required")
     driving.tick()
 
-    assert driving.active == ["escape/fault", "escape/tracking", FLEE]
+    beside = ["fault", "tracking", "sign/calm", "away/drive/safe", "away/drive/no_pose"]
+    assert driving.active == [*(f"escape/{name}" for name in beside), FLEE]
     assert base_of(driving).selected.source == "escape"
 
 
@@ -66,6 +68,7 @@ def test_a_navigation_whose_cancel_never_answers_does_not_keep_escape_from_drivi
     sim: ChartTester,
 ) -> None:
     script = {"chase/danger": [], "escape/fault": [], "inform/ready": []}
+    script["escape/away/drive/safe"] = []
     sim.start("cobodeck", script, scene="study")
     never_lets_go(sim)
     sim.until(DRIVE, timeout=60)

@@ -37,7 +37,7 @@ SHIPPED = catalogue(own=False)
 KNOWN = replace(SHIPPED, interfaces={**SHIPPED.interfaces, "Brake": interface(Brake)})
 EDITORS = jsonschema.Draft7Validator(json.loads(schema_for("chart", KNOWN)))
 ROBOT = (CHARTS.parent / "hw/robots/rbkairos_ur10.yaml").read_text(encoding="utf-8")
-PROFILE = (CHARTS / "profiles/tuned.yaml").read_text(encoding="utf-8")
+PROFILE = (CHARTS.parent / "tests/behaviors/profile/spelled_out.yaml").read_text(encoding="utf-8")
 RIGHT = {
     "chart": CHART,
     "tour": TOUR,

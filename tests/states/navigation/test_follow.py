@@ -13,7 +13,8 @@ from hypothesis import given, settings, strategies as st
 from hw.geometry import Pose2, Twist2
 from hw.samples import UserPose
 from states.environment.environment import Environment
-from states.navigation.drive import NO_PATH_S, place_at
+from states.navigation.beside_user import place_at
+from states.navigation.drive import NO_PATH_S
 from states.navigation.states import FIRST_POSE_S, Follow
 from tests.repeats import examples
 from tests.states.navigation.test_states_navigation import HZ, NARROW, NoWay, Rig

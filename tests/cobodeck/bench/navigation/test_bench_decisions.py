@@ -59,7 +59,7 @@ def test_escape_asks_for_fewer_ways_than_chase(place, monkeypatch):
         return plan(self, *query)
 
     monkeypatch.setattr(ExactPlanner, "plan", counted)
-    decide = decisions.decisions(environment, profile.settings)
+    decide = decisions.decisions(environment, profile)
     for now in decisions.situations(environment, profile.settings, 20):
         for behaviour in asked:
             decide[behaviour](now)

@@ -183,7 +183,7 @@ def test_the_instant_at_a_time_is_the_last_one_up_to_then() -> None:
 
 
 def test_the_course_of_a_simulated_run_has_what_its_figures_count() -> None:
-    setup = open_setup("cobodeck", "lab_b", "paper")
+    setup = open_setup(None, "lab_b", "paper")
     loop = stage(setup, Options("random", 2, seed=1))
     watch = CourseWatch(setup.robot)
 
@@ -206,8 +206,11 @@ def test_the_course_of_a_simulated_run_has_what_its_figures_count() -> None:
         (c["at_s"], c["by"]) for c in figures["contact_list"]
     ]
     assert run.contacts
-    assert run.charts == CHARTS
-    for name in CHARTS:
+    behaviours = ("chase", "haptic", "escape", "inform")
+    assert run.charts == {name: f"paper_{name}" for name in behaviours} | {
+        "retreat": "paper_escape"
+    }
+    for name in behaviours:
         found = [(span.start_s, span.end_s) for span in run.begun(name)]
         counted = visits(loop.wired.run, name)
         assert [start for start, _ in found] == [v.entered_ns / 1e9 for v in counted]

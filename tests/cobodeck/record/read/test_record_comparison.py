@@ -160,7 +160,7 @@ def test_a_chart_is_compared_with_that_of_the_same_name_wherever_both_lay(
 
 @pytest.mark.slow
 def test_of_texts_some_lines_that_differ_are_shown(tmp_path: Path, capsys: Any) -> None:
-    text = (ROOT / "charts/profiles/tuned.yaml").read_text()
+    text = (ROOT / "tests/behaviors/profile/spelled_out.yaml").read_text()
     profile = tmp_path / "mine.yaml"
     for name, speed in (("a", "2.0"), ("b", "1.5")):
         lines = [

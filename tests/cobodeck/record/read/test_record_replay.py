@@ -116,14 +116,9 @@ def replayed(path: Path) -> Replay:
 
 def profile(folder: Path, **plant: str) -> str:
     """A profile like `tuned`, on another plant."""
-    text = (ROOT / "charts" / "profiles" / "tuned.yaml").read_text()
-    head, _, rest = text.partition("\nplant:")
-    tail = rest[rest.index("\nnavigation:") :]
-    values = {"latency": "0 s", "tracking_delay": "0 s", "tracking_noise": "0 m"}
-    values |= {"pose_noise": "0 m", **plant}
-    lines = "".join(f"\n  {name}: {value}" for name, value in values.items())
+    lines = "".join(f"\n  {name}: {value}" for name, value in plant.items())
     file = folder / "other.yaml"
-    file.write_text(f"{head}\nplant:{lines}{tail}")
+    file.write_text(f"profile: tuned\nbase: tuned\nplant:{lines or ' {}'}\n")
     return str(file)
 
 

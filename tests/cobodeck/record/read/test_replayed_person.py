@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -94,11 +93,9 @@ def test_they_walk_ask_and_are_seen_alike_whatever_the_robot_does(
 
 @pytest.mark.slow
 def test_what_tracking_missed_by_then_it_misses_by_again(demo: Any, tmp_path: Path) -> None:
-    text = (ROOT / "charts/profiles/tuned.yaml").read_text()
-    for name, value in (("tracking_delay", "50 ms"), ("tracking_noise", "1 cm")):
-        text = re.sub(rf"^  {name}: \S+ \S+", f"  {name}: {value}", text, flags=re.MULTILINE)
     profile = tmp_path / "noisy.yaml"
-    profile.write_text(text)
+    plant = "{tracking_delay: 50 ms, tracking_noise: 1 cm}"
+    profile.write_text(f"profile: noisy\nbase: tuned\nplant: {plant}\n")
     recorded(tmp_path / "noisy.mcap", "cornering", 14.0, profile=str(profile))
     recorded(tmp_path / "again.mcap", str(tmp_path / "noisy.mcap"))
     then, now = (past(Record(tmp_path / f"{name}.mcap")) for name in ("noisy", "again"))
@@ -113,9 +110,8 @@ def test_what_tracking_missed_by_then_it_misses_by_again(demo: Any, tmp_path: Pa
 
 @pytest.mark.slow
 def test_requests_between_two_ticks_are_made_there_again(tmp_path: Path) -> None:
-    text = (ROOT / "charts/profiles/tuned.yaml").read_text()
     profile = tmp_path / "late.yaml"
-    profile.write_text(re.sub(r"^  latency: 0 s", "  latency: 20 ms", text, flags=re.MULTILINE))
+    profile.write_text("profile: late\nbase: tuned\nplant: {latency: 20 ms}\n")
     script = tmp_path / "someone.yaml"
     script.write_text(ASKING)
     recorded(tmp_path / "a.mcap", str(script), profile=str(profile))

@@ -1,0 +1,102 @@
+"""Which cell of the Chase space to wait at: the paper's choice (4.4.2) and ours."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Sequence
+
+import numpy as np
+
+from behaviors.choice import cheapest
+from behaviors.person import risks, way_risks
+from behaviors.situation import (
+    Array,
+    ChaseRing,
+    Situation,
+    placed,
+    timed_cells,
+    weighted_cells,
+)
+from hw.scene import Point
+from states.navigation.local import rest_to_rest
+
+LEAST_WEIGHT = 1e-9
+"""In place of a weight of 0, by which nothing can be divided: a tolerance of rounding."""
+
+
+def chase_place(now: Situation, ring: ChaseRing) -> Point | None:
+    """The free cell of least cost that can be reached, m, in the map; None if there is none.
+
+    Costs that differ by less than the profile's `tie` count as equal; the shortest path decides.
+    """
+    cells = free_cells(now, timed_cells(now.environment, now.settings, ring))
+    return least_cost(now, cells_with_risk(now, cells))
+
+
+def least_cost(now: Situation, cells: Array) -> Point | None:
+    """Of the cells (n, 3), x, y and cost, s, in the map, the cheapest that can be reached."""
+    levels = np.floor(cells[:, 2] / now.settings.chase.tie).tolist()
+    return _in_reach(now, cells[:, :2].tolist(), levels)
+
+
+def cells_with_risk(now: Situation, cells: Array) -> Array:
+    """The cells (n, 3) in the map, to whose cost, s, that of the user walking off is added.
+
+    It is the profile's `risk` times what waiting there and the drive there are expected to cost.
+    """
+    subsystem, limits = now.environment.navigation.chase, now.environment.limits
+    lengths = np.hypot(cells[:, 0] - now.pose.x, cells[:, 1] - now.pose.y)
+    times = rest_to_rest(lengths, subsystem.max_speed, limits.base_acceleration)
+    risk = risks(now, cells[:, :2]) + way_risks(now, cells[:, :2], subsystem.user_radius, times)
+    return np.column_stack((cells[:, :2], cells[:, 2] + now.settings.chase.risk * risk))
+
+
+def chase_cell(
+    now: Situation,
+    ring: ChaseRing,
+    best_angle: float,
+    best_radius: float,
+    sample: int | None = None,
+) -> Point | None:
+    """The paper's choice: the free cell of the largest weight that can be reached (R96).
+
+    Of equal ones the one with the shortest path. With `sample`, a seed, the order is random,
+    weighted by the weights, and the same for the same pose of the user. m, in the map.
+    """
+    cells = free_cells(now, weighted_cells(ring, best_angle, best_radius))
+    weights: list[float] = cells[:, 2].tolist()
+    if sample is None:
+        levels = [-weight for weight in weights]
+    else:
+        levels = _sampled(weights, random.Random(repr((sample, now.user.body))))
+    return _in_reach(now, cells[:, :2].tolist(), levels)
+
+
+def _sampled(weights: Sequence[float], chance: random.Random) -> list[float]:
+    """What sorts candidates at random by their weights.
+
+    Sorting by u^(1 / weight), u uniform, descending, is weighted sampling without replacement
+    (Efraimidis and Spirakis 2006).
+    """
+    return [-(chance.random() ** (1.0 / max(weight, LEAST_WEIGHT))) for weight in weights]
+
+
+def free_cells(now: Situation, cells: Array) -> Array:
+    """The free ones of the cells (n, 3) around the user, in the map (R93, R100)."""
+    there = placed(cells, now.user.body)
+    return there[now.planners["chase"].are_free(there[:, :2].copy())]
+
+
+def _in_reach(now: Situation, places: Sequence[Point], levels: Sequence[float]) -> Point | None:
+    """The place of the lowest level that can be reached, of equal ones by the shortest path."""
+    planner, here = now.planners["chase"], (now.pose.x, now.pose.y)
+
+    def total(i: int) -> tuple[float, float] | None:
+        x, y = places[i]
+        path = planner.plan(here, (x, y), now.user_disc("chase", (x, y)))
+        return None if path is None else (levels[i], path.length)
+
+    bounds = [(level, math.dist(place, here)) for level, place in zip(levels, places, strict=True)]
+    best = cheapest(bounds, total, tries=now.settings.chase.tries)
+    return None if best is None else (places[best][0], places[best][1])
