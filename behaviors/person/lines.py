@@ -17,11 +17,14 @@ from states.signals import PREDICTORS, chord
 def lines_of_walk(now: Situation) -> Array:
     """The lines that the user is likely to walk, (n, steps, 3).
 
-    Who walks goes on straight or in their bend; who turns on the spot may set off at any angle of
-    the turn.
+    Who walks goes on straight or in their bend, which is likely to become tighter; who turns on the
+    spot may set off at any angle of the turn.
     """
     if now.velocity.speed >= now.settings.escape.moving:
-        return predict_user(now, now.settings.user.likely)
+        rate, tighter = now.velocity.wz, ()
+        if abs(rate) >= now.settings.user.walks.bends:
+            tighter = ("turns_left",) if rate > 0.0 else ("turns_right",)
+        return predict_user(now, (*now.settings.user.likely, *tighter))
     turned = np.array(now.settings.user.walks.sets_off) * now.velocity.wz
     return setting_off(now, now.user.body.yaw + turned)
 

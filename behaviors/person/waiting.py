@@ -20,9 +20,6 @@ from behaviors.situation import Situation
 from hw import compiled, example
 from hw.scene import Point
 
-ON_THE_WAY = (np.arange(4) + 0.5) / 4
-"""Shares of a drive at which its risk is evaluated: midpoints of its quarters."""
-
 
 def risks(now: Situation, places: Sequence[Point] | Array) -> Array:
     """Expected cost of waiting, s, at each place (n, 2) in the map, (n,); 0: never too late.
@@ -30,13 +27,12 @@ def risks(now: Situation, places: Sequence[Point] | Array) -> Array:
     It is the lack of margin, and what an Escape costs for each direction without any.
 
     Directions count by the area of floor in them: with goals spread evenly over the floor, the
-    chance of a direction is proportional to its squared length. A walk is noticed after the window
-    over which the user's velocity is estimated; where there is no room on either side, the robot is
-    in the way for the whole of what is looked ahead.
+    chance of a direction is proportional to its squared length. Where there is no room on either
+    side, the robot is in the way for the whole of what is looked ahead.
     """
     body, walks, margin = now.user.body, now.settings.user.walks, now.settings.user.margins
     rules = Clearing.of(now.environment, now.settings)
-    rules = rules._replace(reaction=rules.reaction + now.settings.user.window)
+    rules = rules._replace(reaction=walks.noticed + now.environment.delay)
     angles = np.arange(walks.directions) * math.tau / walks.directions
     lengths = free_lengths(body.x, body.y, angles, now.environment.walls, walks.farthest)
     there, user = np.array(places, dtype=np.float64).reshape(-1, 2), (body.x, body.y, body.yaw)
@@ -52,12 +48,13 @@ def way_risks(now: Situation, places: Array, apart: float, times: Array) -> Arra
     It is the mean of the risk of standing at points of the way, which is straight, but no nearer to
     the user than `apart`, m, times the chance that they set off within the drive's time (n,), s.
     """
+    shares = np.array(now.settings.user.walks.on_the_way)
     body, here = now.user.body, np.array((now.pose.x, now.pose.y))
     user = np.array((body.x, body.y))
-    off = here + ON_THE_WAY[:, None] * (places - here)[:, None, :] - user
+    off = here + shares[:, None] * (places - here)[:, None, :] - user
     distances = np.maximum(np.hypot(off[..., 0], off[..., 1]), 1e-9)[..., None]
     points = user + off * np.maximum(1.0, apart / distances)
-    found = risks(now, points.reshape(-1, 2)).reshape(-1, len(ON_THE_WAY)).mean(axis=1)
+    found = risks(now, points.reshape(-1, 2)).reshape(-1, len(shares)).mean(axis=1)
     chances: Array = found * -np.expm1(-times / now.settings.user.walks.stands)
     return chances
 
@@ -127,12 +124,13 @@ def _risks(
     found = np.zeros(count)
     for k in range(len(ways)):
         i, length, lateral = int(ways[k, 0]), lengths[int(ways[k, 1])], ways[k, 3]
-        aside = rules.lookahead
+        needed = rules.lookahead
         for side in range(2):
             if free[k, side]:
                 away = rules.contact - lateral if side == 0 else rules.contact + lateral
-                aside = min(aside, math.sqrt(2.0 * away / rules.acceleration))
-        left = ways[k, 2] - rules.reaction - aside
+                aside = math.sqrt(2.0 * away / rules.acceleration)
+                needed = min(needed, rules.reaction + aside)
+        left = ways[k, 2] - needed
         if left < wanted:
             found[i] += length * length * (wanted - left + escape * (left < 0.0))
     return found / np.sum(lengths * lengths)

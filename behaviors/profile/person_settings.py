@@ -36,6 +36,12 @@ class WalkSettings:
     """… or who will do so after so long of their bend …"""
     bend_most: Annotated[AngularSpeed, Range(0.0, 10.0)]
     """… which is no tighter than this; what is more is left of a turn on the spot."""
+    bends: Annotated[AngularSpeed, Range(0.0, 10.0)]
+    """A bend that is tighter than this is likely to become tighter yet."""
+    noticed: Annotated[Duration, Range(0.0, 5.0)]
+    """From the start of a walk until the robot moves, where it waits."""
+    on_the_way: Annotated[tuple[Annotated[float, Range(0.0, 1.0)], ...], Count(1)]
+    """Shares of a drive at which its risk is looked at."""
     stops: Annotated[Duration, Range(0.0, 10.0)]
     """From the stop sign until an attentive person stands."""
 

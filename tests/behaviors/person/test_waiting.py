@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from shapely.geometry import LineString, Point, Polygon
 
-from behaviors.person import waiting
 from behaviors.person.waiting import risks, way_risks
 from behaviors.profile.profile import Profile
 from behaviors.situation.present_situation import Situation
@@ -72,9 +71,9 @@ def expected(
         across = cmath.rect(1.0, angle + 0.5 * math.pi)
         sides = [place + across * (side * contact - seen.imag) for side in (1.0, -1.0)]
         needs = min(time_aside(place, onto, contact, acceleration) for onto in sides)
-        needs = 0.45 + min(3.0, needs)
-        lack = max(0.0, needs + 0.25 - has)
-        lacks.append(lack + 0.5 if lack > 0.25 else lack)
+        needs = min(3.0, 0.4 + needs)
+        lack = max(0.0, needs + 0.3 - has)
+        lacks.append(lack + 0.5 if lack > 0.3 else lack)
     return sum(map(float.__mul__, weights, lacks)) / sum(weights)
 
 
@@ -192,7 +191,7 @@ def test_every_place_is_weighed_by_itself(
 
 def on_the_way(start: complex, end: complex, user: complex, apart: float) -> list[complex]:
     """Points of the straight way, each pushed away from the user until `apart` from them."""
-    points = [start + share * (end - start) for share in waiting.ON_THE_WAY.tolist()]
+    points = [start + share * (end - start) for share in (0.15, 0.4, 0.65, 0.9)]
     return [
         point if abs(point - user) >= apart else user + cmath.rect(apart, cmath.phase(point - user))
         for point in points
