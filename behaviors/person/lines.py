@@ -21,7 +21,8 @@ def lines_of_walk(now: Situation) -> Array:
     spot may set off at any angle of the turn.
     """
     if now.velocity.speed >= now.settings.escape.moving:
-        rate, tighter = now.velocity.wz, ()
+        rate = now.velocity.wz
+        tighter: tuple[str, ...] = ()
         if abs(rate) >= now.settings.user.walks.bends:
             tighter = ("turns_left",) if rate > 0.0 else ("turns_right",)
         return predict_user(now, (*now.settings.user.likely, *tighter))
