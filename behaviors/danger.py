@@ -2,33 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from behaviors.escape_poses import free_poses
-from behaviors.prediction import is_met_braking, time_aside
-from behaviors.profile import EscapeSettings, Settings
+from behaviors.profile import Settings
 from behaviors.situation import Situation
 from hw import STILL, Pose2, Twist2, UserPose
 from states import SubsystemName
 from states.environment import Environment
-from states.signals import time_to_contact
 
 if TYPE_CHECKING:
+    from behaviors.person import Clearing
     from states.navigation import GlobalPlanner
 
     Ways = Mapping[SubsystemName, GlobalPlanner]
-
-CATCH_FROM, CATCH_S = 1.6, 1.8
-"""Pursuit is checked only if the user could be within CATCH_FROM, m, in CATCH_S, s."""
-CALM_S = 0.1
-"""Time margin, s, with which a danger is over …"""
-BRAKED_S = 0.15
-"""… even after braking for this long, s, until Chase drives on."""
-LOOKAHEAD_S = 3.0
-"""Predicted contacts later than this are ignored, s."""
 
 
 def is_required(
@@ -47,17 +35,34 @@ def is_required(
     escape = settings.escape
     if velocity.speed < escape.moving:
         return False
-    if will_be_reached(environment, escape, user.body, base, velocity, twist.rotated(base.yaw)):
+    from behaviors.person import Clearing
+
+    rules = Clearing.of(environment, settings)
+    if will_be_reached(rules, user.body, base, velocity, twist.rotated(base.yaw)):
         return True
-    if _is_far(user, base, velocity):
+    if _is_far(rules, settings, user, base, velocity, twist):
         return False
     ways: Ways = {"escape": planner}
     return _is_caught(Situation(environment, settings, base, twist, user, velocity, ways))
 
 
-def _is_far(user: UserPose, base: Pose2, velocity: Twist2, calm: float = 0.0) -> bool:
-    """True if the user is too far away to catch the robot soon."""
-    return user.body.distance_to(base) > CATCH_FROM + (CATCH_S + calm) * velocity.speed
+def _is_far(
+    rules: Clearing,
+    settings: Settings,
+    user: UserPose,
+    base: Pose2,
+    velocity: Twist2,
+    twist: Twist2,
+    calm: float = 0.0,
+) -> bool:
+    """True if the user cannot come into contact before a sign that is shown now stops them.
+
+    It is a bound, for both walking straight at each other and the robot braking.
+    """
+    within = settings.user.walks.stops + settings.user.window + rules.reaction + calm
+    braking = twist.speed * twist.speed / (2.0 * rules.acceleration)
+    near = rules.contact + settings.user.margins.touch
+    return user.body.distance_to(base) > near + velocity.speed * within + braking
 
 
 def _is_caught(now: Situation, calm: float = 0.0) -> bool:
@@ -81,18 +86,23 @@ def is_safe(
     Arguments as for `is_required`.
     """
     escape = settings.escape
-    later = replace(
-        escape, contact=escape.contact + escape.hysteresis, reaction=escape.reaction + CALM_S
+    from behaviors.person import Clearing
+
+    calm, rules = settings.user.margins.calm, Clearing.of(environment, settings)
+    later = rules._replace(
+        contact=rules.contact + escape.hysteresis, reaction=rules.reaction + calm
     )
-    motion, slower = twist.rotated(base.yaw), environment.limits.base_acceleration * BRAKED_S
+    motion, slower = twist.rotated(base.yaw), rules.acceleration * escape.reaction
     for driven in (motion, _braked(motion, slower)):
-        if will_be_reached(environment, later, user.body, base, velocity, driven):
+        if velocity.speed >= escape.moving and will_be_reached(
+            later, user.body, base, velocity, driven
+        ):
             return False
-    if _is_far(user, base, velocity, CALM_S):
+    if _is_far(rules, settings, user, base, velocity, twist, calm):
         return True
     ways: Ways = {"escape": planner}
     now = Situation(environment, settings, base, twist, user, velocity, ways)
-    return not _is_caught(now, CALM_S)
+    return not _is_caught(now, calm)
 
 
 def _braked(twist: Twist2, by: float) -> Twist2:
@@ -102,36 +112,14 @@ def _braked(twist: Twist2, by: float) -> Twist2:
 
 
 def will_be_reached(
-    environment: Environment,
-    escape: EscapeSettings,
-    user: Pose2,
-    base: Pose2,
-    velocity: Twist2,
-    motion: Twist2 = STILL,
+    rules: Clearing, user: Pose2, base: Pose2, velocity: Twist2, motion: Twist2 = STILL
 ) -> bool:
-    """True if the user, walking straight on, would reach the robot before it could move aside.
+    """True if the robot has no margin left on the line that the user walks straight on.
 
-    `velocity` is the user's, `motion` the robot's, both in the map frame. There is no danger if
-    both can go on as they do. Else the robot keeps its motion for the profile's `reaction` and then
-    drives off sideways, to whichever side takes less time; beside the user, or ahead and as fast,
-    it is its own motion that takes it into their line, and it brakes. Late poses and commands add
-    to its reaction, uncertain poses to the distance `contact` that the user's line has to keep from
-    its centre.
+    `velocity` is the user's, who walks, `motion` the robot's, both in the map frame.
     """
-    speed, contact = velocity.speed, escape.contact + environment.user_margin
-    if speed < escape.moving:
-        return False
-    x, y = base.x - user.x, base.y - user.y
-    relative = (velocity.vx - motion.vx, velocity.vy - motion.vy)
-    if not time_to_contact((-x, -y), relative, contact) < LOOKAHEAD_S:
-        return False
-    c, s = velocity.vx / speed, velocity.vy / speed
-    along, lateral = c * x + s * y, c * y - s * x  # off the user's line, to its left
-    closing, drift = speed - c * motion.vx - s * motion.vy, c * motion.vy - s * motion.vx
-    reaction = escape.reaction + environment.delay
-    acceleration = environment.limits.base_acceleration
-    if along <= 0.0 or closing <= 0.0:
-        return is_met_braking((x, y), velocity, motion, contact, reaction, acceleration)
-    aside = time_aside(lateral + reaction * drift, drift, contact, acceleration)
-    reach = along - math.sqrt(max(0.0, contact * contact - lateral * lateral))
-    return max(0.0, reach) < closing * (reaction + aside)
+    from behaviors.person import time_left
+
+    apart = (base.x - user.x, base.y - user.y)
+    walks, drives = (velocity.vx, velocity.vy), (motion.vx, motion.vy)
+    return time_left(apart, walks, drives, rules) < 0.0

@@ -41,7 +41,7 @@ def refuge(now: Situation) -> Point | None:
     """
     import numpy as np
 
-    from behaviors.prediction import risks, way_risks
+    from behaviors.person import risks, way_risks
 
     here, chase = (now.pose.x, now.pose.y), now.settings.chase
     places = [here, *_free_places(now)]

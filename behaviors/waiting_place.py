@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from behaviors.choice import cheapest
-from behaviors.prediction import risks, way_risks
+from behaviors.person import risks, way_risks
 from behaviors.situation import (
     Array,
     ChaseRing,

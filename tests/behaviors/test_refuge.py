@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
-from behaviors.prediction.waiting import risks, way_risks
+from behaviors.person.waiting import risks, way_risks
 from behaviors.profile.profile import Profile
 from behaviors.refuge import KEEPS, is_outside, refuge, way_out
 from behaviors.situation.present_situation import Situation

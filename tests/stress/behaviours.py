@@ -18,10 +18,12 @@ from behaviors import (
     refuge,
     zones,
 )
-from behaviors.prediction.aside import is_met_braking, time_aside
-from behaviors.prediction.costs import crowding, efforts, haste, lateness
-from behaviors.prediction.rollout import evaluate, predict_user, pursued, roll_out
-from behaviors.prediction.waiting import risks, way_risks
+from behaviors.person.band import cornered, haste, off_the_band
+from behaviors.person.drives import roll_out
+from behaviors.person.lines import predict_user
+from behaviors.person.margin import Clearing, is_met_braking, lacking, time_aside
+from behaviors.person.touch import evaluate, pursued
+from behaviors.person.waiting import risks, way_risks
 from behaviors.profile.profile import Profile, load_profile
 from behaviors.situation.chase_cells import ChaseRing, timed_cells, weighted_cells
 from behaviors.situation.present_situation import Situation
@@ -63,12 +65,12 @@ def rollouts(at: Elsewhere) -> list[float]:
     drives = roll_out(now, places, 1.5)
     predictions = predict_user(now, ("constant_velocity", "fading_turn", "comes", "turns_left"))
     found = evaluate(now, drives, predictions)
-    walls, robot = now.environment.walls, now.pose
+    walls, body = now.environment.walls, now.user.body
     costs = (
-        crowding(drives.trajectories, predictions, 2.9, 4.0, 1.0, 2.0),
-        lateness(drives.trajectories, predictions, 1.2, 0.4, 1.0),
-        haste(drives.trajectories, (now.user.body.x, now.user.body.y), 2.9, 1.0),
-        efforts(places, robot.x, robot.y, walls),
+        off_the_band(drives.trajectories, predictions, 2.9, 4.0, 4.0, 1.0, 2.0),
+        lacking(drives.trajectories, predictions, 0.4, Clearing(1.2, 0.4, 1.0, 3.0))[0],
+        haste(drives.trajectories, (body.x, body.y), 2.9, 1.0),
+        cornered(places, walls, 2.5),
         pursued(now, drives),
     )
     ends = [v for x, y in drives.trajectories[:, -1].tolist() for v in at.home_point(x, y)]
@@ -141,8 +143,9 @@ def lines_of_walk(at: Elsewhere) -> list[float]:
     body, robot = now.user.body, now.pose
     apart = (robot.x - body.x, robot.y - body.y)
     motion = now.twist.rotated(robot.yaw)
+    walks, drives = (now.velocity.vx, now.velocity.vy), (motion.vx, motion.vy)
     return [
-        is_met_braking(apart, now.velocity, motion, 0.9, 0.3, 1.0), time_aside(0.3, 0.1, 1.2, 1.0),
+        is_met_braking(apart, walks, drives, 0.9, 0.3, 1.0), time_aside(0.3, 0.1, 1.2, 1.0),
         zones.in_zone(now.settings.escape, now.user, robot, 0.1), now.rest.distance_to(body),
     ]  # fmt: skip
 

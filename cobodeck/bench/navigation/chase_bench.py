@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from behaviors import cells_with_risk, chase_cell, chase_place, free_cells
-from behaviors.prediction import costs, rollout, waiting
+from behaviors.person import band, drives, lines, margin, touch, waiting
 from behaviors.profile import Settings, load_profile
 from behaviors.situation import Array, ChaseRing, Situation, timed_cells, weighted_cells
 from cobodeck.bench.harness import ROUNDS, BenchRow, TimedPoint, Work, timed, times
@@ -74,7 +74,7 @@ def rows(
     rounds: int = ROUNDS, sizes: Iterable[float] = CELLS_M, count: int = SITUATIONS
 ) -> Iterator[BenchRow]:
     """The decision by size of the cells; then the making of these cells, once per room."""
-    compile_examples((costs, rollout, waiting, visibility))
+    compile_examples((band, drives, lines, margin, touch, waiting, visibility))
     points: list[TimedPoint] = []
     missing: list[BenchRow] = []
     building: list[TimedPoint] = []
