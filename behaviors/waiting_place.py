@@ -28,16 +28,28 @@ LEAST_WEIGHT = 1e-9
 def chase_place(now: Situation, ring: ChaseRing) -> Point | None:
     """The free cell of least cost that can be reached, m, in the map; None if there is none.
 
-    Costs that differ by less than the profile's `tie` count as equal; the shortest path decides.
+    Of the free cells about as many as the profile's `cells` are looked at, evenly by what they cost
+    of response: the risk of each is work. Of places that are worth nearly as much, one over their
+    cost, by the profile's `tie`, the one with the shortest path is chosen.
     """
     cells = free_cells(now, timed_cells(now.environment, now.settings, ring))
-    return least_cost(now, cells_with_risk(now, cells))
+    cells = cells[np.argsort(cells[:, 2], kind="stable")]
+    some = cells[:: max(1, len(cells) // now.settings.chase.cells)]
+    return least_cost(now, cells_with_risk(now, some))
 
 
 def least_cost(now: Situation, cells: Array) -> Point | None:
-    """Of the cells (n, 3), x, y and cost, s, in the map, the cheapest that can be reached."""
-    levels = np.floor(cells[:, 2] / now.settings.chase.tie).tolist()
-    return _in_reach(now, cells[:, :2].tolist(), levels)
+    """Of the cells (n, 3), x, y and cost, s, in the map, the cheapest that can be reached.
+
+    Of those within the `tie` of the cheapest it is the one with the shortest path.
+    """
+    places, costs = cells[:, :2].tolist(), cells[:, 2].tolist()
+    first = _in_reach(now, places, costs)
+    if first is None:
+        return None
+    least = 1.0 / costs[places.index([*first])] - now.settings.chase.tie
+    equal = [place for place, cost in zip(places, costs, strict=True) if 1.0 / cost >= least]
+    return _in_reach(now, equal, [0.0] * len(equal))
 
 
 def cells_with_risk(now: Situation, cells: Array) -> Array:

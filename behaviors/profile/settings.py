@@ -237,8 +237,11 @@ class ChaseSettings:
     """Off the user's view, where the weight of the paper's cells is highest."""
     best_radius: Annotated[Length, above_0(10.0)]
     """Where the weight of the paper's cells is highest; nearer to the user ours cost more."""
-    tie: Annotated[Duration, above_0(60.0)]
-    """Places whose costs differ by less are equal: the shortest path decides."""
+    cells: Annotated[int, Range(1, 100_000)]
+    """Of about so many the risk is computed: the work of a choice."""
+    tie: Annotated[float, Range(0.0, 1.0)]
+    """Places of which one over the cost, 1/s, differs by less are equal: the shortest path
+    decides."""
     tries: Annotated[int, Range(1, 1000)]
     """Of places without a way there so many are tried, best first: the most work of a choice."""
     risk: Annotated[float, Range(0.0, 1000.0)]
