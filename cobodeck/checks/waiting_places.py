@@ -83,7 +83,7 @@ def _cells(environment: Environment, settings: Settings) -> Array:
 
 def _risk(now: Situation, cells: Array) -> float | None:
     """The risk at the free cell of least cost, s; None without a free cell."""
-    from behaviors import free_cells
+    from behaviors.chase import free_cells
     from behaviors.person import risks
 
     free, weighed = free_cells(now, cells), now.settings.policy == "tuned"

@@ -12,7 +12,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from behaviors import chase, make_room
+from behaviors.chase import chase_states as chase, make_room
+from behaviors.chase.waiting_place import (
+    cells_with_risk,
+    chase_cell,
+    chase_place,
+    free_cells,
+    least_cost,
+)
+from behaviors.escape.zones import in_zone
 from behaviors.profile.profile import Profile
 from behaviors.situation.chase_cells import (
     Array,
@@ -24,14 +32,6 @@ from behaviors.situation.chase_cells import (
     weighted_cells,
 )
 from behaviors.situation.present_situation import Situation
-from behaviors.waiting_place import (
-    cells_with_risk,
-    chase_cell,
-    chase_place,
-    free_cells,
-    least_cost,
-)
-from behaviors.zones import in_zone
 from hw.geometry import Pose2, Pose3, Twist2, wrap
 from hw.samples import UserPose
 from hw.scene.room import Point, Room

@@ -11,9 +11,10 @@ import pytest
 from hypothesis import assume, given, settings, strategies as st
 from shapely.geometry import LineString, Point, Polygon
 
-from behaviors import escape_poses
-from behaviors.dodge import is_caught, place_with_room, walks_at_it
-from behaviors.escape_candidates import candidates
+from behaviors.chase.beside import place_with_room
+from behaviors.escape import escape_poses
+from behaviors.escape.escape_candidates import candidates
+from behaviors.escape.pursuit import is_caught, walks_at_it
 from behaviors.person.band import haste, off_the_band
 from behaviors.person.drives import STEP_S, roll_out, steps_of
 from behaviors.person.lines import predict_user

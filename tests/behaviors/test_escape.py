@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
-from behaviors import danger, dodge, escape_poses
+from behaviors.escape import danger, escape_poses, pursuit
+from behaviors.escape.zones import in_zone
 from behaviors.person.margin import Clearing
 from behaviors.profile.profile import Profile, load_profile
 from behaviors.profile.settings import Settings
 from behaviors.situation.present_situation import Situation
-from behaviors.zones import in_zone
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import UserPose
 from hw.scene.room import Point
@@ -292,7 +292,7 @@ def test_who_walks_at_the_robot_is_whose_bend_points_at_it_in_time(
     assume(all(abs(o - within) > 0.01 for o in off) or min(off) < within - 0.01)
     assume(off[-1] < 3.1 and off[0] < 3.1)
 
-    found = dodge.walks_at_it(now, within)
+    found = pursuit.walks_at_it(now, within)
 
     assert found == (min(off) < within)
 
@@ -353,4 +353,4 @@ def test_who_stands_walks_at_nothing(x: float) -> None:
     now = Situation(cast(Environment, None), cast(Settings, None), Pose2(x, 0.0), STANDING,
                     UserPose(Pose2(0.0, 0.0, 0.0), 0.0), Twist2(0.0, 0.0, 1.0), {})  # fmt: skip
 
-    assert not dodge.walks_at_it(now, math.pi)
+    assert not pursuit.walks_at_it(now, math.pi)

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import pytest
 
-from behaviors import dodge
-from behaviors.make_room import MakeRoom, UserCrowds
+from behaviors.chase import beside
+from behaviors.chase.make_room import MakeRoom, UserCrowds
 from behaviors.profile.profile import Profile
 from behaviors.situation.present_situation import Situation
 from engine.state import Stamped
@@ -116,14 +116,14 @@ def test_room_is_made_until_there_is_a_little_more_of_it_than_is_asked_for(
 def test_the_place_that_it_drives_to_is_one_of_those_it_chooses_from_again(
     at: Callable[[float], Situation], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    original, chosen = dodge.place_with_room, []
+    original, chosen = beside.place_with_room, []
 
     def noted(now: Situation, band: tuple[float, float], present: object) -> object:
         found = original(now, band, present)  # type: ignore[arg-type]
         chosen.append((present, found[0]))
         return found
 
-    monkeypatch.setattr(dodge, "place_with_room", noted)
+    monkeypatch.setattr(beside, "place_with_room", noted)
     ctx = beside_who_leaves(at(2.0))
     run = MakeRoom(room=3.0).run(ctx)
     for _ in range(15):  # three times, once in 0.2 s

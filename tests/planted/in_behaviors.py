@@ -7,7 +7,7 @@ from tests.planted.fault import Fault
 FAULTS = (
     Fault(
         "room-without-hysteresis",
-        "behaviors/make_room.py",
+        "behaviors/chase/make_room.py",
         "room += user.beside.slack if again else 0.0",
         "room += 0.0",
         (
@@ -17,7 +17,7 @@ FAULTS = (
     ),
     Fault(
         "goal-under-way-forgotten",
-        "behaviors/make_room.py",
+        "behaviors/chase/make_room.py",
         "place_with_room(now, band, None if found is None else found[0])",
         "place_with_room(now, band, None)",
         (
@@ -27,7 +27,7 @@ FAULTS = (
     ),
     Fault(
         "caught-without-the-delay",
-        "behaviors/dodge.py",
+        "behaviors/escape/pursuit.py",
         "return user.walks.stops + user.window + now.environment.delay",
         "return user.walks.stops + user.window",
         (
@@ -37,7 +37,7 @@ FAULTS = (
     ),
     Fault(
         "bend-clamped-on-one-side",
-        "behaviors/dodge.py",
+        "behaviors/escape/pursuit.py",
         "max(-walks.bend_most, min(walks.bend_most, rate))",
         "min(walks.bend_most, rate)",
         (
@@ -47,7 +47,7 @@ FAULTS = (
     ),
     Fault(
         "calm-without-hysteresis",
-        "behaviors/danger.py",
+        "behaviors/escape/danger.py",
         "reaction=rules.reaction + calm",
         "reaction=rules.reaction",
         (
@@ -57,7 +57,7 @@ FAULTS = (
     ),
     Fault(
         "zone-by-the-body",
-        "behaviors/zones.py",
+        "behaviors/escape/zones.py",
         "bearing = wrap(math.atan2(dy, dx) - user.head_yaw)",
         "bearing = wrap(math.atan2(dy, dx) - user.body.yaw)",
         (
@@ -67,7 +67,7 @@ FAULTS = (
     ),
     Fault(
         "zone-across-pi",
-        "behaviors/zones.py",
+        "behaviors/escape/zones.py",
         "bearing = wrap(math.atan2(dy, dx) - user.head_yaw)",
         "bearing = math.atan2(dy, dx) - user.head_yaw",
         (
@@ -77,14 +77,14 @@ FAULTS = (
     ),
     Fault(
         "drift-in-the-frame-of-the-base",
-        "behaviors/danger.py",
+        "behaviors/escape/danger.py",
         "will_be_reached(rules, user.body, base, velocity, twist.rotated(base.yaw))",
         "will_be_reached(rules, user.body, base, velocity, twist)",
         "tests/behaviors/test_escape.py::test_the_robot_s_own_motion_counts_towards_a_contact",
     ),
     Fault(
         "long-side-the-longer-way-round",
-        "behaviors/chase.py",
+        "behaviors/chase/chase_states.py",
         "key=lambda yaw: abs(wrap(yaw - now))",
         "key=lambda yaw: abs(yaw - now)",
         "tests/behaviors/test_chase.py::test_a_long_side_faces_the_user_with_the_smaller_turn",

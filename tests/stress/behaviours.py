@@ -7,17 +7,10 @@ from functools import cache
 
 import numpy as np
 
-from behaviors import (
-    chase,
-    danger,
-    dodge,
-    escape_candidates,
-    escape_poses,
-    haptic,
-    make_room,
-    refuge,
-    zones,
-)
+from behaviors import haptic
+from behaviors.chase import beside, chase_states as chase, make_room, refuge
+from behaviors.chase.waiting_place import chase_cell, chase_place, free_cells
+from behaviors.escape import danger, escape_candidates, escape_poses, pursuit, zones
 from behaviors.person.band import cornered, haste, off_the_band
 from behaviors.person.drives import roll_out
 from behaviors.person.lines import predict_user
@@ -27,7 +20,6 @@ from behaviors.person.waiting import risks, way_risks
 from behaviors.profile.profile import Profile, load_profile
 from behaviors.situation.chase_cells import ChaseRing, timed_cells, weighted_cells
 from behaviors.situation.present_situation import Situation
-from behaviors.waiting_place import chase_cell, chase_place, free_cells
 from cobodeck.avoidable.motion_search import Question, RobotLimits, RobotState, Walk, best_motion
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.samples import UserPose
@@ -113,7 +105,7 @@ def escape_choices(at: Elsewhere) -> list[float]:
         found += [len(free), *(v for pose in free for v in at.home_pose(pose))]
         seen = escape_candidates.candidates(now, free)
         goal, touch = seen.better_than(None, 0.2, 0.05), seen.touch_after
-        found += [touch, dodge.is_caught(now, free), *(at.home_pose(goal) if goal else ())]
+        found += [touch, pursuit.is_caught(now, free), *(at.home_pose(goal) if goal else ())]
         found += [make_room.is_crowded(now, 3.0, 1.0, 0.2)]
     return found
 
@@ -161,7 +153,7 @@ def waiting_risks(at: Elsewhere) -> list[float]:
 def refuges(at: Elsewhere) -> list[float]:
     """Places round the person and the robot are the map's: every 22.5 and every 15 degrees."""
     now, found = situation(at), []
-    out, place = refuge.way_out(now), dodge.place_with_room(now, (2.9, 4.0), None)[0]
+    out, place = refuge.way_out(now), beside.place_with_room(now, (2.9, 4.0), None)[0]
     for point in (out, refuge.refuge(now), place):
         found += [math.nan, math.nan] if point is None else at.home_point(*point)
     return found

@@ -16,7 +16,7 @@ from functools import partial
 
 import numpy as np
 
-from behaviors import cells_with_risk, chase_cell, chase_place, free_cells
+from behaviors.chase import cells_with_risk, chase_cell, chase_place, free_cells
 from behaviors.person import band, drives, lines, margin, touch, waiting
 from behaviors.profile import Settings, load_profile
 from behaviors.situation import Array, ChaseRing, Situation, timed_cells, weighted_cells

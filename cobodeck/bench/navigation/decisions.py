@@ -15,7 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from behaviors import chase, escape, escape_candidates, escape_poses, haptic, paper_escape
+from behaviors import haptic
+from behaviors.chase import chase_states as chase
+from behaviors.escape import escape_candidates, escape_poses, escape_states as escape, paper_escape
 from behaviors.person import band, drives, lines, margin, touch, waiting
 from behaviors.profile import Profile, load_profile, profile_names
 from behaviors.situation import Situation

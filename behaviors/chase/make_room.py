@@ -105,7 +105,7 @@ class MakeRoom(Action):
         self.room, self.far, self.ahead, self.walking = room, far, ahead, walking
 
     def run(self, ctx: Context) -> Run:
-        from behaviors.dodge import place_with_room
+        from behaviors.chase.beside import place_with_room
 
         band, due, found = (self.room, self.far), 0, None
         with BaseDrive(ctx, "chase", "chase", patience=None, straight=True) as drive:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from behaviors.escape_poses import free_poses
+from behaviors.escape.escape_poses import free_poses
 from behaviors.profile import Settings
 from behaviors.situation import Situation
 from hw import STILL, Pose2, Twist2, UserPose
@@ -66,7 +66,7 @@ def _is_far(
 
 
 def _is_caught(now: Situation, calm: float = 0.0) -> bool:
-    from behaviors.dodge import is_caught
+    from behaviors.escape.pursuit import is_caught
 
     free = free_poses(now.settings, now.planners["escape"], now.user, now.pose)
     return is_caught(now, free, calm=calm)

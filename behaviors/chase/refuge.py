@@ -6,9 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 
 from behaviors.choice import cheapest
-from behaviors.escape_poses import poses
+from behaviors.escape import in_zone, poses
 from behaviors.situation import Situation
-from behaviors.zones import in_zone
 from hw import Pose2
 from hw.scene import Point
 from states import SubsystemName
