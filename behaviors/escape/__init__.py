@@ -1,4 +1,4 @@
-"""Escape: its trigger and end, its poses and what is predicted for them, the states of both policies."""
+"""Escape: trigger and end, poses and what is predicted for them, the states of both policies."""
 
 from engine.faces import face
 

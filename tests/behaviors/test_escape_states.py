@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from behaviors.escape import DriveToBest, NoEscapePose, OutOfDanger, TouchAhead
+from behaviors.escape.escape_states import DriveToBest, NoEscapePose, OutOfDanger, TouchAhead
 from behaviors.escape.paper_escape import DriveToFirst, InEscapeZone, OutOfEscapeZone
 from behaviors.profile.profile import Profile
 from behaviors.situation.present_situation import Situation

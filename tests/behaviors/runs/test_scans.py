@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from behaviors.chase import Approach
+from behaviors.chase.chase_states import Approach
 from behaviors.chase.make_room import MakeRoom
-from behaviors.escape import DriveToBest, escape_poses
+from behaviors.escape.escape_states import DriveToBest, escape_poses
 from behaviors.escape.paper_escape import DriveToFirst
 from behaviors.profile.profile import Profile
 from behaviors.signal_table import OBSTACLES, signals
