@@ -23,18 +23,20 @@ Array = NDArray[np.float64]
 STEP_S = 0.1
 """Step of simulated drives and lines of walk, s: in one a robot at 1 m/s2 changes by 5 mm what it
 would drive."""
-SLACK = 0.01
-"""How much nearer to a wall a robot may come that starts too near to it, m."""
-BREAK_OFF = (0, 2, 4)
-"""Steps after which the drive is assumed to be aborted, so that the robot brakes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rollouts:
-    """Simulated drives: positions of the robot after each step, (n, steps, 2), in the map."""
+    """Simulated drives: positions of the robot after each step, (n, steps, 2), in the map.
+
+    They may be aborted, by braking, after the steps `breaks`; `slack`, m, is how much nearer to a
+    wall the robot may come that starts too near to it.
+    """
 
     trajectories: Array
     acceleration: float
+    breaks: tuple[int, ...]
+    slack: float
 
     def keeps_off(self, index: int, planner: GlobalPlanner) -> bool:
         """True if a trajectory stays clear of walls, even if it is soon aborted by braking.
@@ -44,12 +46,11 @@ class Rollouts:
         trajectory = self.trajectories[index, ::2].copy()
         free = planner.are_free(trajectory)
         if free.all():
-            return bool(
-                planner.are_free(_rest_places(self.trajectories[index], self.acceleration)).all()
-            )
+            ends = _rest_places(self.trajectories[index], self.acceleration, self.breaks)
+            return bool(planner.are_free(ends).all())
         if not free[-1] or (free[:-1] > free[1:]).any():
             return False
-        least = planner.clearance(trajectory[0]) - SLACK
+        least = planner.clearance(trajectory[0]) - self.slack
         return all(planner.clearance(place) >= least for place in trajectory[1 : free.argmax()])
 
 
@@ -64,7 +65,10 @@ def roll_out(now: Situation, places: Sequence[Point] | Array, max_speed: float) 
     acceleration = now.environment.limits.base_acceleration
     goals = np.array(places, dtype=np.float64).reshape(-1, 2)
     state = (pose.x, pose.y, motion.vx, motion.vy)
-    return Rollouts(_roll_out(state, max_speed, acceleration, goals, steps_of(now)), acceleration)
+    trajectories = _roll_out(state, max_speed, acceleration, goals, steps_of(now))
+    beside = now.settings.user.beside
+    breaks = tuple(round(after / STEP_S) for after in beside.breaks_off)
+    return Rollouts(trajectories, acceleration, breaks, beside.wall_slack)
 
 
 @compiled_like_numpy
@@ -113,10 +117,10 @@ def _roll_out(
 
 
 @compiled
-def _rest_places(trajectory: Array, acceleration: float) -> Array:
-    """Where the robot would come to rest if it braked after the steps BREAK_OFF."""
-    places = np.empty((len(BREAK_OFF), 2))
-    for i, step in enumerate(BREAK_OFF):
+def _rest_places(trajectory: Array, acceleration: float, breaks: tuple[int, ...]) -> Array:
+    """Where the robot would come to rest if it braked after these steps, (n, 2)."""
+    places = np.empty((len(breaks), 2))
+    for i, step in enumerate(breaks):
         vx = (trajectory[step + 1, 0] - trajectory[step, 0]) / STEP_S
         vy = (trajectory[step + 1, 1] - trajectory[step, 1]) / STEP_S
         stretch = math.hypot(vx, vy) / (2.0 * acceleration)
@@ -128,4 +132,4 @@ def _rest_places(trajectory: Array, acceleration: float) -> Array:
 @example
 def _example() -> None:
     trajectories = _roll_out((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)), 6)
-    _rest_places(trajectories[0], 1.0)
+    _rest_places(trajectories[0], 1.0, (0, 2, 4))

@@ -21,8 +21,6 @@ from hw.scene import Point
 from states import signals
 from states.environment import Environment
 
-STANDS = 0.1
-"""Who is slower stands, m/s."""
 _time_to_contact = compiled(signals.time_to_contact)
 
 
@@ -137,7 +135,7 @@ def lacking(drives: Array, lines: Array, wanted: float, rules: Clearing) -> Arra
                 ux, uy = lines[j, step, 0], lines[j, step, 1]
                 c, s = (lines[j, step + 1, 0] - ux) / STEP_S, (lines[j, step + 1, 1] - uy) / STEP_S
                 speed = math.hypot(c, s)
-                if speed < STANDS:
+                if speed < 1e-6:  # they stand, or are at a wall
                     continue
                 c, s = c / speed, s / speed
                 x, y = drives[i, step, 0], drives[i, step, 1]

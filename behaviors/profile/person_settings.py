@@ -60,13 +60,15 @@ class MarginSettings:
     """A danger is over with so much more."""
     touch: Annotated[Length, Range(0.0, 1.0)]
     """A predicted gap below this counts as a touch."""
+    spare: Annotated[Length, Range(0.0, 0.5)]
+    """A path is planned with so much more distance from the user than its drive has to keep."""
     at_hand: Annotated[Length, Range(0.0, 1.0)]
     """Of an arm with less between outline and user it is taken to be at their hand."""
 
 
 @dataclass(frozen=True, slots=True)
 class RoomSettings:
-    """Choice of a place to drive to beside a user who walks or turns (`behaviors.dodge`)."""
+    """Choice of a place to drive to beside a user who walks or turns (`behaviors.chase.beside`)."""
 
     rings: Annotated[tuple[Annotated[Length, above_0(10.0)], ...], Count(1)]
     """Radii of the candidates around the robot."""
@@ -94,5 +96,9 @@ class RoomSettings:
     """Cost of driving, 1/m."""
     again: Annotated[Duration, above_0(5.0)]
     """Interval of choosing anew."""
+    breaks_off: Annotated[tuple[Annotated[Duration, Range(0.0, 0.5)], ...], Count(3, 3)]
+    """A drive may be aborted after so long; then braking must end clear of walls."""
+    wall_slack: Annotated[Length, Range(0.0, 0.1)]
+    """A robot that starts too near to a wall may come so much nearer on its way off."""
     slack: Annotated[Length, Range(0.0, 2.0)]
     """How much more room than asked for ends it."""

@@ -15,7 +15,6 @@ from behaviors.situation.keys import (
 from behaviors.situation.present_situation import (
     CHANGES as CHANGES,
     READS as READS,
-    TURN_ROOM as TURN_ROOM,
     WAYS as WAYS,
     Situation as Situation,
     situation as situation,
