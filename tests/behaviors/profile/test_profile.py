@@ -161,7 +161,6 @@ def test_a_value_that_no_profile_has_is_told_in_the_chart(
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("cells", None, "chase.cells: "),
         ("best_angle", None, "chase.best_angle: "),
     ],
 )
