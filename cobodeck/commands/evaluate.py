@@ -76,13 +76,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run all, judge, report."""
-    from cobodeck.paper import VARIED, EvaluationPlan, evaluate
+    from cobodeck.paper import EvaluationPlan, evaluate
 
     if args.parts_requests < 0:
         raise Problem("--parts-requests is a number of requests, 0 or more")
     plan = EvaluationPlan(args.requests, args.profile, args.tier, args.seeds, args.parts_requests)
     execution = {"executor": args.executor, "workers": args.workers, "own": args.own}
-    varied = () if args.no_varied else VARIED
+    varied = () if args.no_varied else None
     progress = ProgressLine("evaluate", 0.0)
     try:
         with _kept(args.out) as store:

@@ -1,6 +1,5 @@
 from cobodeck.paper.conditions import (
     CONDITIONS as CONDITIONS,
-    VARIED as VARIED,
     EvaluationPlan as EvaluationPlan,
 )
 from cobodeck.paper.evaluation import (

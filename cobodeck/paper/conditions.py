@@ -34,15 +34,18 @@ VARIED: tuple[tuple[str, ...], ...] = (
     ("robot.arm_acceleration=0.6 rad/s2",),
     ("plant.latency=30 ms",),
     ("plant.tracking_delay=0.1 s",),
-    ("charts.paper_chase.sample=0",),
     ("escape.moving=0 m/s",),
-    ("charts.paper_escape.must_reach=true",),
     ("escape.distances=[1.0 m, 1.75 m, 2.5 m]",),
     ("robot.base_yaw_rate=0.5 rad/s", "robot.base_acceleration=0.35 m/s2",
      "robot.arm_acceleration=0.6 rad/s2"),
 )  # fmt: skip
 """Values of the profile that are varied, mostly one at a time; the last set comes nearest to the
 paper's three responses of a search over yaw rate, acceleration and speed."""
+OWN_VARIED: dict[str, tuple[tuple[str, ...], ...]] = {
+    "paper": (("charts.paper_chase.sample=0",), ("charts.paper_escape.must_reach=true",)),
+    "tuned": (("charts.escape.must_reach=true",),),
+}
+"""More of them, of the charts of each policy."""
 
 _SUBSYSTEMS = ("chase", "haptic", "escape")
 _NAVFN = tuple(f"navigation.{name}.planner=navfn" for name in _SUBSYSTEMS)
@@ -53,6 +56,11 @@ PARTS: dict[str, tuple[str, ...]] = {
     "navfn, TEB, AMCL": (*_NAVFN, *_TEB, "localization=amcl"),
 }
 """Planners and localizers with all sensors simulated; the last are the paper's own."""
+
+
+def varied_values(profile: str) -> tuple[tuple[str, ...], ...]:
+    """All sets of values that are varied with a profile, by its policy."""
+    return (*VARIED, *OWN_VARIED[profile_with(profile, ()).policy])
 
 
 @dataclass(frozen=True, slots=True)

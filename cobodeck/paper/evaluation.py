@@ -11,7 +11,7 @@ from cobodeck.campaign import CampaignCell, CellResult, execute
 from cobodeck.paper.arm_times import arm_times
 from cobodeck.paper.claims import claims
 from cobodeck.paper.comparison import on_routes, on_study
-from cobodeck.paper.conditions import CONDITIONS, PARTS, SCENE, VARIED, EvaluationPlan
+from cobodeck.paper.conditions import CONDITIONS, PARTS, SCENE, EvaluationPlan, varied_values
 from cobodeck.paper.rooms import rooms
 from cobodeck.setup import FULL, profile_with
 from cobodeck.terminal import FAILED, Problem
@@ -24,7 +24,7 @@ def evaluate(
     plan: EvaluationPlan,
     execution: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
-    varied: Sequence[tuple[str, ...]] = VARIED,
+    varied: Sequence[tuple[str, ...]] | None = None,
 ) -> dict[str, Any]:
     """All of section 5; the same for the same `plan`, however it is executed.
 
@@ -32,11 +32,13 @@ def evaluate(
         plan: what to evaluate.
         execution: arguments of `campaign.execute`, such as the number of workers, or the store.
         progress: called with text and the share done, 0 to 1.
-        varied: sets of values of the profile, to see what differences depend on.
+        varied: sets of values of the profile, to see what differences depend on; None: those
+            of the profile's policy.
 
     Raises:
         Problem: a run failed, or cannot run.
     """
+    varied = varied_values(plan.profile) if varied is None else varied
     found = _figures(plan.cells(varied), execution or {}, progress)
     conditions = {name: _condition(plan.cell(name), found[plan.cell(name)]) for name in CONDITIONS}
     routes = {

@@ -18,6 +18,17 @@ states:
   s: {do: MakeRoom, with: {room: $limit, far: $profile.chase.outer}, next: {clear: .x, lost: .x}}
 """
 
+SPEEDS = """\
+chart: mine
+parameters: {limit: {type: speed, default: $profile.robot.base_speed, about: not faster}}
+outcomes: [x]
+states:
+  s: {do: MakeRoom, with: {walking: $limit}, next: {clear: t, lost: .x}}
+  t: {do: MakeRoom, with: {walking: $profile.user.still_speed}, next: {clear: .x, lost: .x}}
+"""
+EMPTY = "robot.tool_speed"
+"""A speed in the profile tuned, none in paper."""
+
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -63,14 +74,14 @@ def test_a_value_that_there_is_not_is_told_with_what_is_near(
 @pytest.mark.parametrize(
     ("picked", "wrong"),
     [
-        ("chase.inner", "mine.yaml:2:45: limit: $profile.chase.margin (paper: chase.margin): "),
-        ("chase.outer", "mine.yaml:5:47: $profile.chase.margin (paper: chase.margin): "),
+        ("robot.base_speed", f"mine.yaml:2:44: limit: $profile.{EMPTY} (paper: {EMPTY}): "),
+        ("user.still_speed", f"mine.yaml:6:37: $profile.{EMPTY} (paper: {EMPTY}): "),
     ],
 )
 def test_an_empty_value_of_a_shipped_profile_is_told_where_the_chart_picks_it(
     picked: str, wrong: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    Path("mine.yaml").write_text(CHART.replace(picked, "chase.margin"))
+    Path("mine.yaml").write_text(SPEEDS.replace(picked, EMPTY))
     assert main(["validate", "mine.yaml"]) == OK  # by the profile tuned
     capsys.readouterr()
 
@@ -81,20 +92,18 @@ def test_an_empty_value_of_a_shipped_profile_is_told_where_the_chart_picks_it(
     assert f"{wrong}nothing given" in told
 
 
-@pytest.mark.parametrize("picked", ["chase.inner", "chase.outer"])
+@pytest.mark.parametrize("picked", ["robot.base_speed", "user.still_speed"])
 def test_an_empty_value_of_one_s_own_profile_is_told_there(
     picked: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    Path("mine.yaml").write_text(CHART.replace(picked, "chase.margin"))
-    Path("own.yaml").write_text(
-        "profile: own\nbase: tuned\nchase: {margin: null, margin_angle: null}\n"
-    )
+    Path("mine.yaml").write_text(SPEEDS.replace(picked, EMPTY))
+    Path("own.yaml").write_text("profile: own\nbase: tuned\nrobot: {tool_speed: null}\n")
 
     assert main(["simulate", "mine.yaml", "--profile", "own.yaml"]) == FAILED
 
     told = capsys.readouterr().err
-    assert told.startswith("cobodeck: own.yaml:3:17: ")
-    assert "chase.margin" in told
+    assert told.startswith("cobodeck: own.yaml:3:21: ")
+    assert EMPTY in told
 
 
 def test_each_mistake_with_a_value_is_one_finding_in_the_chart(
@@ -131,10 +140,9 @@ def test_a_mistake_in_a_chart_keeps_no_others_from_being_run(
 def test_a_value_on_top_that_does_not_fit_is_a_mistake_of_the_command(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    Path("mine.yaml").write_text(CHART.replace("chase.outer", "chase.margin"))
-    sets = ["--set", "chase.margin=null", "--set", "chase.margin_angle=null"]
-    assert main(["simulate", "mine.yaml", *sets]) == USAGE
-    assert "--set chase.margin=null: $profile.chase.margin" in capsys.readouterr().err
+    Path("mine.yaml").write_text(SPEEDS.replace("user.still_speed", EMPTY))
+    assert main(["simulate", "mine.yaml", "--set", f"{EMPTY}=null"]) == USAGE
+    assert f"--set {EMPTY}=null: $profile.{EMPTY}" in capsys.readouterr().err
 
 
 def test_a_run_tells_what_the_profile_says_of_its_charts(

@@ -1,11 +1,13 @@
 """The three conditions: charts that differ in one node, and the same person in all of them."""
 
+from dataclasses import replace
+
 import pytest
 import yaml
 
 from behaviors.profile import load_profile
 from cobodeck.paper import CONDITIONS, EvaluationPlan
-from cobodeck.paper.conditions import PARKED, PARTS, SCENE, VARIED
+from cobodeck.paper.conditions import PARKED, PARTS, SCENE, varied_values
 from cobodeck.project import CHARTS
 from cobodeck.setup import profile_with
 from hw.scene import load_scene
@@ -70,9 +72,11 @@ def test_all_conditions_meet_the_same_people():
     assert len(set().union(*routes)) == 3
 
 
-def test_the_cells_are_all_that_is_compared_each_once_and_its_values_are_valid():
-    cells = list(PLAN.cells(VARIED))
+@pytest.mark.parametrize("profile", ["paper", "tuned"])
+def test_the_cells_are_all_that_is_compared_each_once_and_its_values_are_valid(profile):
+    varied = varied_values(profile)
+    cells = list(replace(PLAN, profile=profile).cells(varied))
     assert len(set(cells)) == len(cells) - 3  # the profile itself, with as many requests
-    assert len(cells) == 3 * (len(PARTS) + 1 + 3 + len(VARIED))
+    assert len(cells) == 3 * (len(PARTS) + 1 + 3 + len(varied))
     for sets in dict.fromkeys(cell.sets for cell in cells):
-        assert profile_with("paper", sets).sets == sets
+        assert profile_with(profile, sets).sets == sets

@@ -66,8 +66,13 @@ def test_no_example_is_forgotten_and_only_what_is_used_is_compiled() -> None:
         for scanning in (False, True)
     }
     navigation = "states.navigation"
-    always = {f"{navigation}.exact.visibility", f"{navigation}.local.profile_planner"}
-    in_turn = {f"{navigation}.grid.grid_planners", f"{navigation}.local.teb_planner"}
+    local = f"{navigation}.local"
+    always = {
+        f"{navigation}.exact.visibility",
+        f"{local}.profile_planner",
+        f"{local}.straight_planner",  # of all who get out of the way, whatever their local planner
+    }
+    in_turn = {f"{navigation}.grid.grid_planners", f"{local}.teb_planner"}
     others = ("behaviors.", "hw.motion.", "hw.safety.", "hw.sim.", "states.arm.")
     beside = {name for name in registered if name.startswith(others)}
 
