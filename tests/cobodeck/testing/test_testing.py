@@ -124,7 +124,7 @@ def test_a_real_action_gets_stand_ins_for_its_parts(sim: ChartTester, parts: Par
     )
     sim.start(text, script={"lost": []}, real=["hold"])
     sim.wait(1)
-    assert parts["vr"].commands[-1] == ("inform", True)
+    assert parts["vr"].commands[-1] == ("inform", True, 0.0)
 
     sim.end("lost", "lost")
     sim.until("done", timeout=0.1)
