@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from behaviors.choice import cheapest
 from behaviors.person import (
     Array,
     Clearing,
+    Rollouts,
     cornered,
     haste,
     lacking,
@@ -21,6 +24,7 @@ from behaviors.profile import RoomSettings
 from behaviors.situation import Situation
 from hw.scene import Point
 from states import SubsystemName
+from states.navigation import GlobalPlanner
 
 
 def place_with_room(
@@ -39,13 +43,17 @@ def place_with_room(
     costs = _costs(now, rollouts.trajectories, band)
     costs += room.walls * cornered(places, now.environment.walls, room.open)
     costs += room.effort * np.hypot(places[:, 0] - here[0], places[:, 1] - here[1])
-    order = np.argsort(costs, kind="stable").tolist()
     keeps: tuple[SubsystemName, ...] = ("chase", "escape")
     for name in keeps:
-        for i in order:
-            if rollouts.keeps_off(i, now.planners[name]):
-                return (float(places[i, 0]), float(places[i, 1])), name
+        best = _best(costs.tolist(), rollouts, now.planners[name])
+        if best is not None:
+            return (float(places[best, 0]), float(places[best, 1])), name
     return stay, "escape"
+
+
+def _best(costs: Sequence[float], rollouts: Rollouts, planner: GlobalPlanner) -> int | None:
+    """Index of the drive of the least cost that keeps off walls; None without one."""
+    return cheapest(costs, lambda i: costs[i] if rollouts.keeps_off(i, planner) else None)
 
 
 def _costs(now: Situation, drives: Array, band: tuple[float, float]) -> Array:
