@@ -1,14 +1,5 @@
 from behaviors import (
-    chase as chase,
-    danger as danger,
-    escape as escape,
-    escape_candidates as escape_candidates,
-    escape_poses as escape_poses,
     haptic as haptic,
-    paper_escape as paper_escape,
-)
-from behaviors.chase import (
-    tangent_yaw as tangent_yaw,
 )
 from behaviors.haptic import (
     all_poses as all_poses,
@@ -23,10 +14,4 @@ from behaviors.signal_table import (
     MEASURED as MEASURED,
     planning as planning,
     signals as signals,
-)
-from behaviors.waiting_place import (
-    cells_with_risk as cells_with_risk,
-    chase_cell as chase_cell,
-    chase_place as chase_place,
-    free_cells as free_cells,
 )

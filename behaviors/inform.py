@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from behaviors.chase import is_outside, way_out
 from behaviors.escape import can_get_away
-from behaviors.refuge import is_outside, way_out
 from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration

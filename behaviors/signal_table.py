@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from behaviors import danger, escape_poses
+from behaviors.escape import danger, escape_poses
 from behaviors.profile import Settings
 from engine import Angle, Length, Type
 from engine.signals import Derived, Estimated, Measured, Signal
@@ -41,7 +41,7 @@ from states.localization.frames import FramesEstimator
 from states.signals import StillnessEstimator, VelocityEstimator
 
 if TYPE_CHECKING:
-    from behaviors.escape_candidates import EscapeCandidates
+    from behaviors.escape import EscapeCandidates
     from states.navigation import GlobalPlanner
     from states.navigation.grid import Costmaps
 
@@ -229,7 +229,7 @@ def _candidates_of(environment: Environment) -> tuple[str, ...]:
 
 
 def _candidates(*seen: Any) -> EscapeCandidates:
-    from behaviors.escape_candidates import seen_candidates
+    from behaviors.escape import seen_candidates
 
     return seen_candidates(*seen)
 

@@ -1,3 +1,7 @@
+from behaviors.profile.person_settings import (
+    RoomSettings as RoomSettings,
+    WalkSettings as WalkSettings,
+)
 from behaviors.profile.profile import (
     Profile as Profile,
     ProfileFile as ProfileFile,

@@ -60,9 +60,6 @@ OLD_KEYS: Mapping[str, OldKey] = {
     "chase.stays": _switch(paper=False, tuned=True),
     "chase.margin": _off("give a length", None),
     "chase.margin_angle": _off("give an angle", None),
-    "chase.tie": OldKey(
-        "it is a time now, as 0.15 s", {"paper": (0,), "tuned": (0.01,)}, (0, 0.01)
-    ),
     "chase.risk": _off("give one above 0", 0),
     "chase.room": _off("give a length above 0", 0, "0 m"),
     "chase.cornered": _off("give a time above 0", 0, "0 s"),

@@ -11,15 +11,14 @@
     user: …  escape: …  chase: …  haptic: …  inform: …   # behaviors.profile.settings.Settings
     charts: {chase: {patience: 20 s}}            # parameters of charts, in place of their defaults
 
-Values may have units, as in charts, and charts pick them by name, as `$profile.escape.ahead`. All
-sections but `charts` have to be complete, in the file itself or together with its `base`
-(`profile_layers.py`).
+Values may have units, as in charts, and charts pick them by name, as `$profile.escape.ahead`. What
+a file leaves out is as in its `base` (`profile_layers.py`).
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
@@ -30,7 +29,7 @@ from behaviors.profile.chart_constants import (
     missing_constants,
     place_of_constant,
 )
-from behaviors.profile.profile_layers import BASE, FOLDER, SET, layered
+from behaviors.profile.profile_layers import BASE, FOLDER, NO_PROFILE, SET, layered
 from behaviors.profile.settings import (
     POLICIES,
     ChaseSettings,
@@ -48,7 +47,6 @@ from engine import Constant, ConstantMismatch, convert, known_types
 from engine.chart import Chart, Parameter, Reference
 from engine.files import CODE, FileError, Finding, Place, not_found
 from engine.files.declared import (
-    Fault,
     Item,
     Mismatch,
     Name,
@@ -246,8 +244,7 @@ def load_profile(name_or_path: str | Path, sets: Sequence[str] = ()) -> Profile:
     """
     file = find_file(str(name_or_path), FOLDER, "profile")
     if is_base(file):
-        hint = f"choose one of {', '.join(profile_names())}, or one of your own with 'base: tuned'"
-        raise not_found(str(name_or_path), "is what they share, and no profile to run", hint)
+        raise not_found(str(name_or_path), *NO_PROFILE)
     return load_yaml(file, lambda item: _profile(item, tuple(sets)))
 
 
@@ -286,31 +283,15 @@ class ProfileFile:
     chart: Name = "cobodeck"
     """The chart that is run where none is named."""
     about: str = ""
-    """What it is good for."""
+    """What it is good for; else how it differs from its base."""
     base: Annotated[Item, Written(str)] | None = None
-    """The profile that it is merged with, by name or by file."""
-
-    def faults(self) -> Iterator[Fault]:
-        if not self.about and self.base is None:
-            yield "about", "the key 'about' is missing"
-
-
-def _with_hint(error: FileError) -> FileError:
-    """The mistakes of a profile without a base, with what it would lack nothing by."""
-    hint = "with `base: tuned` it needs only what differs"
-    lacking = (finding.message.endswith(" is missing") for finding in error.findings)
-    return FileError(
-        dataclasses.replace(finding, hint=finding.hint or hint) if lacks else finding
-        for finding, lacks in zip(error.findings, lacking, strict=True)
-    )
+    """The profile that it is merged with, by name or by file; else the shipped one of its
+    policy."""
 
 
 def _profile(item: Item, sets: tuple[str, ...]) -> Profile:
     layers = layered(item, sets)
-    try:
-        read = record(layers.item, ProfileFile)
-    except FileError as error:
-        raise error if "base" in layers.item.mapping() else _with_hint(error) from None
+    read = record(layers.item, ProfileFile)
     return Profile(
         name=read.profile,
         about=read.about or layers.about,

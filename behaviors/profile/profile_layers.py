@@ -4,6 +4,9 @@
     base: tuned              # by name, or a path from this file's folder; may have a base itself
     chase: {inner: 2.6 m}    # what differs
 
+A profile that names no base rests on the shipped one of its policy, and so one that was complete
+once still is; the shipped profiles rest on `base.yaml`.
+
 Mappings are merged key by key; lists and plain values are replaced. `KEY=VALUE`, as in
 `chase.inner=2.6 m`, is one more layer on top; VALUE is YAML.
 """
@@ -20,12 +23,16 @@ from typing import Any
 
 from behaviors.profile.old_keys import drop_old_keys
 from behaviors.profile.settings import POLICIES
-from engine.files import ANYWHERE, Map, Place, assignment, mistake
+from engine.files import ANYWHERE, Map, Place, assignment, instead, mistake, noting
 from engine.files.declared import Item, find_file, load_yaml, merged, single
 
 FOLDER = Path(__file__).parent.parent.parent / "charts" / "profiles"
 BASE = FOLDER / "base.yaml"
 """What the shipped profiles share: the base of each, and no profile to run."""
+NO_PROFILE = (
+    "is what they share, and no profile to run",
+    "choose one of paper, tuned, or one of your own with 'base: tuned'",
+)
 HEAD = ("profile", "about", "base")
 """Keys that describe one file; they are not inherited."""
 FIXED = (*HEAD, "policy", "chart")
@@ -38,7 +45,7 @@ SET = "--set "
 class Layers:
     """The values of a profile as one mapping, `item`; `texts` are those it was made from.
 
-    `about`: how the file differs from its base; empty without a base.
+    `about`: how the file differs from its base.
     """
 
     item: Item
@@ -47,7 +54,7 @@ class Layers:
 
     @property
     def sha256(self) -> str:
-        """Hash of all the texts; without other layers, the hash of the file's text."""
+        """Hash of all the texts."""
         return hashlib.sha256("\0".join(self.texts).encode()).hexdigest()
 
     @property
@@ -69,7 +76,7 @@ def layered(own: Item, sets: Sequence[str] = ()) -> Layers:
             text is not KEY=VALUE.
     """
     found = _on_base(own, ())
-    policy = _policy(found.item)
+    policy = str(found.item.mapping()["policy"].value)
     item = reduce(merged, (_setting(text, policy) for text in sets), found.item)
     # keys missing in all layers are reported for the file, not for the last value set
     item = dataclasses.replace(item, source=own.source, at=own.at)
@@ -77,36 +84,56 @@ def layered(own: Item, sets: Sequence[str] = ()) -> Layers:
 
 
 def _on_base(own: Item, above: tuple[Path, ...]) -> Layers:
-    content = own.mapping()
-    text = own.source.text
-    if "base" not in content:
-        drop_old_keys(own, _policy(own))
-        return Layers(own, "", (text,))
-    named = content["base"]
-    here = (*above, Path(own.source.file).resolve())
-    file = named.refer(lambda: _base_file(own, named.target()))
-    if file.resolve() in here:
-        chain = " -> ".join(path.name for path in (*here, file))
-        raise named.error(f"the bases lead back to this profile: {chain}")
-    base = named.refer(lambda: load_yaml(file, lambda item: _on_base(item, here)))
+    file = Path(own.source.file).resolve()
+    if file == BASE.resolve():
+        return Layers(own, "", (own.source.text,))
+    if "base" in own.mapping():
+        name, base = _named_base(own, (*above, file))
+    elif file.parent == FOLDER.resolve():
+        name, base = BASE.stem, _beneath_shipped(own, file)
+    else:
+        name = _policy_of_own(own)
+        base = load_yaml(FOLDER / f"{name}.yaml", lambda item: _on_base(item, ()))
     for key in HEAD:
         base.item.value.pop(key, None)
     drop_old_keys(own, _policy(own, base.item))
-    about = f"as {named.value}, but for {', '.join(_own_keys(own))}"
-    return Layers(merged(base.item, own), about, (*base.texts, text))
+    about = f"as {name}, but for {', '.join(_own_keys(own))}"
+    return Layers(merged(base.item, own), about, (*base.texts, own.source.text))
 
 
-def _base_file(own: Item, name: str) -> Path:
-    """The file that is named as the base; that of a shipped profile is never a project's own."""
-    shipped = Path(own.source.file).resolve().parent == FOLDER.resolve()
-    return BASE if shipped and name == BASE.stem else find_file(name, FOLDER, "profile")
+def _named_base(own: Item, here: tuple[Path, ...]) -> tuple[str, Layers]:
+    named = own.mapping()["base"]
+    file = named.refer(lambda: find_file(named.target(), FOLDER, "profile"))
+    if file.resolve() == BASE.resolve():
+        raise named.error(*NO_PROFILE)
+    if file.resolve() in here:
+        chain = " -> ".join(path.name for path in (*here, file))
+        raise named.error(f"the bases lead back to this profile: {chain}")
+    return str(named.value), named.refer(lambda: load_yaml(file, lambda item: _on_base(item, here)))
 
 
-def _policy(own: Item, base: Item | None = None) -> str:
+def _beneath_shipped(own: Item, file: Path) -> Layers:
+    """The base of a shipped profile; if a record has it in other words, on what it says today."""
+    base = load_yaml(BASE, lambda item: _on_base(item, ()))
+    with instead({}), noting():
+        today = load_yaml(file, lambda item: item)
+        if today.source.text == own.source.text:
+            return base
+        now = load_yaml(file, lambda item: _on_base(item, ()))
+    return dataclasses.replace(base, item=merged(now.item, base.item))
+
+
+def _policy_of_own(own: Item) -> str:
+    """The policy of a profile that names no base: as it says, or of its name; else the first."""
+    content = own.mapping()
+    said = (content[key].value for key in ("policy", "profile") if key in content)
+    return next((str(name) for name in said if name in POLICIES), POLICIES[0])
+
+
+def _policy(own: Item, base: Item) -> str:
     """The policy that a layer says, or its base does."""
-    said = own.mapping().get("policy")
-    if said is None:
-        return POLICIES[0] if base is None else _policy(base)
+    content = own.mapping()
+    said = content.get("policy") or base.mapping()["policy"]
     return str(said.value)
 
 

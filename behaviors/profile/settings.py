@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal, get_args
 
+from behaviors.profile.person_settings import MarginSettings, RoomSettings, WalkSettings
 from engine.files import (
     Acceleration,
     Angle,
@@ -149,6 +150,12 @@ class UserSettings:
     """Predictors that Escape uses."""
     possible: tuple[PredictorName, ...]
     """Predictors that making room uses too."""
+    walks: WalkSettings
+    """Where somebody may walk who stands, turns or bends."""
+    margins: MarginSettings
+    """How much time to get out of the way is enough."""
+    beside: RoomSettings
+    """Choice of a place beside a user who walks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -230,12 +237,15 @@ class ChaseSettings:
     """Off the user's view, where the weight of the paper's cells is highest."""
     best_radius: Annotated[Length, above_0(10.0)]
     """Where the weight of the paper's cells is highest; nearer to the user ours cost more."""
-    tie: Annotated[Duration, above_0(60.0)]
-    """Places whose costs differ by less are equal: the shortest path decides."""
+    cells: Annotated[int, Range(1, 100_000)]
+    """Of about so many the risk is computed: the work of a choice."""
+    tie: Annotated[float, Range(0.0, 1.0)]
+    """Places of which one over the cost, 1/s, differs by less are equal: the shortest path
+    decides."""
     tries: Annotated[int, Range(1, 1000)]
     """Of places without a way there so many are tried, best first: the most work of a choice."""
     risk: Annotated[float, Range(0.0, 1000.0)]
-    """A second that waiting there is expected to cost (`behaviors.prediction.waiting`) counts as so
+    """A second that waiting there is expected to cost (`behaviors.person.waiting`) counts as so
     many of response."""
     leave: LeaveSettings
     """How a place is left where the robot cannot wait."""

@@ -6,6 +6,7 @@ from behaviors.situation.chase_cells import (
     weighted_cells as weighted_cells,
 )
 from behaviors.situation.keys import (
+    ESCAPE_CANDIDATES as ESCAPE_CANDIDATES,
     ESCAPE_POSES as ESCAPE_POSES,
     ESCAPE_REQUIRED as ESCAPE_REQUIRED,
     ESCAPE_SAFE as ESCAPE_SAFE,
@@ -15,7 +16,6 @@ from behaviors.situation.keys import (
 from behaviors.situation.present_situation import (
     CHANGES as CHANGES,
     READS as READS,
-    TURN_ROOM as TURN_ROOM,
     WAYS as WAYS,
     Situation as Situation,
     situation as situation,

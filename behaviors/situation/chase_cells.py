@@ -116,7 +116,7 @@ def response_costs(environment: Environment, settings: Settings, cells: Array) -
         rotate = rest_to_rest(turn, limits.base_yaw_rate, limits.base_yaw_acceleration)
         best = np.minimum(best, np.maximum(drive, rotate))
     room = np.minimum(1.0, np.hypot(*cells.T) / settings.chase.best_radius)
-    found: Array = (1.0 + best) / room**2
+    found: Array = 1.0 / (room**2 / (1.0 + best))
     return found
 
 

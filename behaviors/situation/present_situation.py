@@ -18,12 +18,6 @@ from states.navigation import PLANNERS, planner_of
 if TYPE_CHECKING:
     from states.navigation import GlobalPlanner
 
-SPARE = 0.02
-"""Extra clearance from the user when a path is chosen, m, so that driving it stays possible."""
-
-TURN_ROOM = 2.9
-"""Distance to keep from a user who may turn and set off at any time, m."""
-
 READS: Mapping[str, float | None] = {ENVIRONMENT: None, SETTINGS: None, **extrapolated_state.READS}
 """`reads` of a state that asks for a situation."""
 WAYS: Mapping[str, float | None] = {**READS, **PLANNERS}
@@ -73,10 +67,12 @@ class Situation:
     def user_disc(self, name: SubsystemName, goal: Point) -> Disc:
         """The disc around the user that a subsystem's path to this goal avoids, in the map.
 
-        It is grown by SPARE, but never so far that it would cover the robot or the goal.
+        It is grown by the profile's `spare`, but never so far that it would cover robot or goal.
         """
         body, radius = self.user.body, self.environment.navigation.named(name).user_radius
-        return Disc(body.x, body.y, radius).grown(SPARE, (self.pose.x, self.pose.y), goal)
+        return Disc(body.x, body.y, radius).grown(
+            self.settings.user.margins.spare, (self.pose.x, self.pose.y), goal
+        )
 
     def slowed(self, command: Twist2, name: SubsystemName) -> Twist2:
         """A subsystem's command, scaled to the admissible share of its speed."""

@@ -1,7 +1,7 @@
 """What `doctor --scene` reports of waiting beside a user: the risk that no place in the room takes.
 
 For users all over the floor the place is looked up that Chase would choose if every path were
-free, with the risk of `behaviors.prediction.waiting` there.
+free, with the risk of `behaviors.person.waiting` there.
 """
 
 from __future__ import annotations
@@ -83,8 +83,8 @@ def _cells(environment: Environment, settings: Settings) -> Array:
 
 def _risk(now: Situation, cells: Array) -> float | None:
     """The risk at the free cell of least cost, s; None without a free cell."""
-    from behaviors import free_cells
-    from behaviors.prediction import risks
+    from behaviors.chase import free_cells
+    from behaviors.person import risks
 
     free, weighed = free_cells(now, cells), now.settings.policy == "tuned"
     if not len(free):

@@ -16,7 +16,8 @@ from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, PathPatch, R
 from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 
-from behaviors import escape_candidates, escape_poses, haptic, paper_escape
+from behaviors import haptic
+from behaviors.escape import escape_candidates, escape_poses, paper_escape
 from behaviors.profile import Policy, Settings
 from behaviors.situation import ChaseRing, Situation, timed_cells, weighted_cells
 from cobodeck.pictures.drawing import Labels, Sheet, ring_of

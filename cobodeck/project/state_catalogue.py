@@ -37,13 +37,13 @@ MODULES = (
     "states.arm.states",
     "states.gripper.states",
     "states.signals.states",
-    "behaviors.chase",
-    "behaviors.make_room",
+    "behaviors.chase.chase_states",
+    "behaviors.chase.make_room",
     "behaviors.haptic",
-    "behaviors.escape",
-    "behaviors.paper_escape",
+    "behaviors.escape.escape_states",
+    "behaviors.escape.paper_escape",
     "behaviors.inform",
-    "behaviors.cornered",
+    "behaviors.chase.cornered",
 )
 CHARTS = Path(__file__).parent.parent.parent / "charts"
 

@@ -21,7 +21,7 @@ def schema_for(kind: str, known: Catalogue) -> str:
     """The JSON Schema of a kind of file; that of charts has the catalogue's states and charts."""
     if kind == "chart":
         return _of_charts(known)
-    return text_of(document(declaration(kind), base="base" if kind == "profile" else ""))
+    return text_of(document(declaration(kind), layered=kind == "profile"))
 
 
 def _of_charts(known: Catalogue) -> str:

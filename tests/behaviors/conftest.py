@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from behaviors import danger
+from behaviors.escape import danger
 from behaviors.profile.profile import Profile, load_profile
 from behaviors.profile.settings import Settings
 from behaviors.situation.present_situation import Situation

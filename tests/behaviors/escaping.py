@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from behaviors import escape_poses
-from behaviors.escape_candidates import candidates
+from behaviors.escape import escape_poses
+from behaviors.escape.escape_candidates import candidates
 from behaviors.situation.present_situation import Situation
 from tests.behaviors.conftest import Base, Vr
 from tests.fake_context import FakeContext

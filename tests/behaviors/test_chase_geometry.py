@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from behaviors.chase.waiting_place import chase_cell, free_cells
 from behaviors.profile.profile import Profile
 from behaviors.situation.chase_cells import Array, ChaseRing, weighted_cells
 from behaviors.situation.present_situation import Situation
-from behaviors.waiting_place import chase_cell, free_cells
 from hw.geometry import Pose2
 from hw.samples import UserPose
 from hw.scene.room import Room

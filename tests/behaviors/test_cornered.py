@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from hypothesis import assume, example, given, settings, strategies as st
 
-from behaviors.cornered import Cornered, Leave
+from behaviors.chase.cornered import Cornered, Leave
+from behaviors.chase.refuge import is_outside
 from behaviors.profile.profile import Profile
-from behaviors.refuge import is_outside
 from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2, Twist2
 from hw.samples import UserPose

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
-from behaviors import danger, dodge, escape_poses
-from behaviors.profile.profile import Profile
+from behaviors.escape import danger, escape_poses, pursuit
+from behaviors.escape.zones import in_zone
+from behaviors.person.margin import Clearing
+from behaviors.profile.profile import Profile, load_profile
 from behaviors.profile.settings import Settings
 from behaviors.situation.present_situation import Situation
-from behaviors.zones import in_zone
 from hw.geometry import Pose2, Twist2, wrap
 from hw.samples import UserPose
 from hw.scene.room import Point
@@ -129,13 +130,13 @@ def test_a_walker_counts_as_soon_as_reaction_and_stepping_aside_would_take_as_lo
     tuned: Profile, environment_of: Callable[..., Environment], reaction: float
 ) -> None:
     environment = environment_of(tuned)
-    rules = replace(tuned.settings.escape, reaction=reaction)
+    rules = Clearing.of(environment, tuned.settings)._replace(reaction=reaction)
     aside = math.sqrt(2.0 * rules.contact / environment.limits.base_acceleration)
     due = rules.contact + 1.0 * (aside + reaction)
 
     for distance, expected in ((due - 0.01, True), (due + 0.01, False)):
         user = Pose2(HERE.x + distance, HERE.y)
-        found = danger.will_be_reached(environment, rules, user, HERE, Twist2(-1.0))
+        found = danger.will_be_reached(rules, user, HERE, Twist2(-1.0))
         assert found is expected
 
 
@@ -170,19 +171,20 @@ def test_beside_a_walker_it_is_a_danger_once_braking_after_the_reaction_ends_too
     motion: Point,
 ) -> None:
     assume(abs(bearing) > math.pi / 2 + 0.01 or motion[0] > pace + 0.01)  # not one who runs into it
-    environment, rules = environment_of(tuned), tuned.settings.escape
+    environment = environment_of(tuned)
+    rules = Clearing.of(environment, tuned.settings)
     apart = (distance * math.cos(bearing), distance * math.sin(bearing))
     base = Pose2(HERE.x + apart[0], HERE.y + apart[1], 0.0)
     braking = environment.limits.base_acceleration
     least = least_distance_braking(apart, (pace, 0.0), motion, rules.reaction, braking)
     assume(abs(least - rules.contact) > 0.02)
-    instants = np.arange(0.0, danger.LOOKAHEAD_S, 0.001)
+    instants = np.arange(0.0, rules.lookahead, 0.001)
     going_on = np.hypot(
         apart[0] + (motion[0] - pace) * instants, apart[1] + motion[1] * instants
     ).min()
     assume(abs(going_on - rules.contact) > 0.02)
 
-    found = danger.will_be_reached(environment, rules, HERE, base, Twist2(pace), Twist2(*motion))
+    found = danger.will_be_reached(rules, HERE, base, Twist2(pace), Twist2(*motion))
 
     assert found is bool(max(least, going_on) < rules.contact)
 
@@ -283,14 +285,14 @@ def test_who_walks_at_the_robot_is_whose_bend_points_at_it_in_time(
     """The same by turning their heading bit by bit; a bend away from it counts for nothing."""
     user = UserPose(Pose2(away * math.cos(around), away * math.sin(around), 0.0), 0.0)
     walk = Twist2(speed * math.cos(heading), speed * math.sin(heading), rate)
-    now = Situation(cast(Environment, None), cast(Settings, None), Pose2(0.0, 0.0, 0.0), STANDING,
-                    user, walk, {})  # fmt: skip
-    turns = dodge.TURNING_S * max(-1.2, min(1.2, rate)) * np.linspace(0.0, 1.0, 401)
+    now = Situation(cast(Environment, None), load_profile("tuned").settings, Pose2(0.0, 0.0, 0.0),
+                    STANDING, user, walk, {})  # fmt: skip
+    turns = 0.5 * max(-1.2, min(1.2, rate)) * np.linspace(0.0, 1.0, 401)
     off = [abs(wrap(around + math.pi - heading - turn)) for turn in turns.tolist()]
     assume(all(abs(o - within) > 0.01 for o in off) or min(off) < within - 0.01)
     assume(off[-1] < 3.1 and off[0] < 3.1)
 
-    found = dodge.walks_at_it(now, within)
+    found = pursuit.walks_at_it(now, within)
 
     assert found == (min(off) < within)
 
@@ -351,4 +353,4 @@ def test_who_stands_walks_at_nothing(x: float) -> None:
     now = Situation(cast(Environment, None), cast(Settings, None), Pose2(x, 0.0), STANDING,
                     UserPose(Pose2(0.0, 0.0, 0.0), 0.0), Twist2(0.0, 0.0, 1.0), {})  # fmt: skip
 
-    assert not dodge.walks_at_it(now, math.pi)
+    assert not pursuit.walks_at_it(now, math.pi)

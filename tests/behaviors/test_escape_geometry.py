@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from behaviors import escape_poses
+from behaviors.escape import escape_poses
 from behaviors.profile.profile import Profile
 from hw.geometry import STILL, Pose2, Twist2
 from hw.samples import UserPose

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from behaviors.escape import DriveToBest, NoEscapePose, OutOfDanger, TouchAhead
-from behaviors.paper_escape import DriveToFirst, InEscapeZone, OutOfEscapeZone
+from behaviors.escape.escape_states import DriveToBest, NoEscapePose, OutOfDanger, TouchAhead
+from behaviors.escape.paper_escape import DriveToFirst, InEscapeZone, OutOfEscapeZone
 from behaviors.profile.profile import Profile
 from behaviors.situation.present_situation import Situation
 from cobodeck.testing.testing import ChartTester

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
-from behaviors.prediction.waiting import risks, way_risks
+from behaviors.chase.refuge import KEEPS, is_outside, refuge, way_out
+from behaviors.person.waiting import risks, way_risks
 from behaviors.profile.profile import Profile
-from behaviors.refuge import KEEPS, is_outside, refuge, way_out
 from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2
 from hw.samples import UserPose

@@ -7,9 +7,9 @@ from tests.planted.fault import Fault
 FAULTS = (
     Fault(
         "room-without-hysteresis",
-        "behaviors/make_room.py",
-        "is_crowded(now, self.room + SLACK,",
-        "is_crowded(now, self.room,",
+        "behaviors/chase/make_room.py",
+        "room += user.beside.slack if again else 0.0",
+        "room += 0.0",
         (
             "tests/behaviors/test_make_room.py::"
             "test_room_is_made_until_there_is_a_little_more_of_it_than_is_asked_for"
@@ -17,7 +17,7 @@ FAULTS = (
     ),
     Fault(
         "goal-under-way-forgotten",
-        "behaviors/make_room.py",
+        "behaviors/chase/make_room.py",
         "place_with_room(now, band, None if found is None else found[0])",
         "place_with_room(now, band, None)",
         (
@@ -27,9 +27,9 @@ FAULTS = (
     ),
     Fault(
         "caught-without-the-delay",
-        "behaviors/dodge.py",
-        "within = CAUGHT_S + calm + now.environment.delay",
-        "within = CAUGHT_S + calm",
+        "behaviors/escape/pursuit.py",
+        "return user.walks.stops + user.window + now.environment.delay",
+        "return user.walks.stops + user.window",
         (
             "tests/behaviors/test_dodge.py::"
             "test_who_walks_at_a_robot_is_warned_as_much_earlier_as_poses_and_commands_are_late"
@@ -37,9 +37,9 @@ FAULTS = (
     ),
     Fault(
         "bend-clamped-on-one-side",
-        "behaviors/dodge.py",
-        "max(-BEND, min(BEND, velocity.wz))",
-        "min(BEND, velocity.wz)",
+        "behaviors/escape/pursuit.py",
+        "max(-walks.bend_most, min(walks.bend_most, rate))",
+        "min(walks.bend_most, rate)",
         (
             "tests/behaviors/test_dodge.py::"
             "test_a_bend_towards_the_robot_counts_for_half_a_second_at_1_2_radians_per_second_at_most"
@@ -47,9 +47,9 @@ FAULTS = (
     ),
     Fault(
         "calm-without-hysteresis",
-        "behaviors/danger.py",
-        "reaction=escape.reaction + CALM_S",
-        "reaction=escape.reaction",
+        "behaviors/escape/danger.py",
+        "reaction=rules.reaction + calm",
+        "reaction=rules.reaction",
         (
             "tests/behaviors/test_escape.py::"
             "test_a_danger_is_over_a_tenth_of_a_second_after_it_would_begin"
@@ -57,7 +57,7 @@ FAULTS = (
     ),
     Fault(
         "zone-by-the-body",
-        "behaviors/zones.py",
+        "behaviors/escape/zones.py",
         "bearing = wrap(math.atan2(dy, dx) - user.head_yaw)",
         "bearing = wrap(math.atan2(dy, dx) - user.body.yaw)",
         (
@@ -67,7 +67,7 @@ FAULTS = (
     ),
     Fault(
         "zone-across-pi",
-        "behaviors/zones.py",
+        "behaviors/escape/zones.py",
         "bearing = wrap(math.atan2(dy, dx) - user.head_yaw)",
         "bearing = math.atan2(dy, dx) - user.head_yaw",
         (
@@ -77,14 +77,14 @@ FAULTS = (
     ),
     Fault(
         "drift-in-the-frame-of-the-base",
-        "behaviors/danger.py",
-        "will_be_reached(environment, escape, user.body, base, velocity, twist.rotated(base.yaw))",
-        "will_be_reached(environment, escape, user.body, base, velocity, twist)",
+        "behaviors/escape/danger.py",
+        "will_be_reached(rules, user.body, base, velocity, twist.rotated(base.yaw))",
+        "will_be_reached(rules, user.body, base, velocity, twist)",
         "tests/behaviors/test_escape.py::test_the_robot_s_own_motion_counts_towards_a_contact",
     ),
     Fault(
         "long-side-the-longer-way-round",
-        "behaviors/chase.py",
+        "behaviors/chase/chase_states.py",
         "key=lambda yaw: abs(wrap(yaw - now))",
         "key=lambda yaw: abs(yaw - now)",
         "tests/behaviors/test_chase.py::test_a_long_side_faces_the_user_with_the_smaller_turn",
@@ -118,47 +118,47 @@ FAULTS = (
     ),
     Fault(
         "braking-way-doubled",
-        "behaviors/prediction/aside.py",
+        "behaviors/person/margin.py",
         "braking * braking / (2.0 * stopping)",
         "braking * braking / stopping",
         (
-            "tests/behaviors/prediction/test_aside.py::"
+            "tests/behaviors/person/test_margin.py::"
             "test_a_walker_meets_a_robot_that_brakes_if_the_integral_of_its_speed_leads_there"
         ),
     ),
     Fault(
         "other-side-of-a-line",
-        "behaviors/prediction/aside.py",
+        "behaviors/person/margin.py",
         "2.0 * acceleration * (contact - side * lateral)",
         "2.0 * acceleration * (contact - lateral)",
         (
-            "tests/behaviors/prediction/test_aside.py::"
+            "tests/behaviors/person/test_margin.py::"
             "test_the_time_aside_is_the_last_at_which_the_robot_is_too_near_to_the_line"
         ),
     ),
     Fault(
         "turn-before-setting-off-across-pi",
-        "behaviors/prediction/waiting.py",
+        "behaviors/person/waiting.py",
         "turn = abs((angles[j] - user[2] + math.pi) % math.tau - math.pi)",
         "turn = abs(angles[j] - user[2])",
         (
-            "tests/behaviors/prediction/test_waiting.py::"
+            "tests/behaviors/person/test_waiting.py::"
             "test_the_risk_is_lack_of_time_and_escapes_over_all_lines_of_walk"
         ),
     ),
     Fault(
         "beside-the-line-on-the-wrong-side",
-        "behaviors/prediction/waiting.py",
-        "aside = contact - lateral if side == 0 else contact + lateral",
-        "aside = contact + lateral if side == 0 else contact - lateral",
+        "behaviors/person/waiting.py",
+        "away = rules.contact - lateral if side == 0 else rules.contact + lateral",
+        "away = rules.contact + lateral if side == 0 else rules.contact - lateral",
         (
-            "tests/behaviors/prediction/test_waiting.py::"
+            "tests/behaviors/person/test_waiting.py::"
             "test_the_risk_is_lack_of_time_and_escapes_over_all_lines_of_walk"
         ),
     ),
     Fault(
         "haste-without-the-two",
-        "behaviors/prediction/costs.py",
+        "behaviors/person/band.py",
         "math.sqrt(2.0 * acceleration * max(0.0, distance - keep))",
         "math.sqrt(acceleration * max(0.0, distance - keep))",
         (
@@ -178,7 +178,7 @@ FAULTS = (
     ),
     Fault(
         "rest-twice-as-far",
-        "behaviors/prediction/rollout.py",
+        "behaviors/person/drives.py",
         "stretch = math.hypot(vx, vy) / (2.0 * acceleration)",
         "stretch = math.hypot(vx, vy) / acceleration",
         "tests/behaviors/test_dodge.py::test_room_is_not_made_through_a_wall_even_with_momentum",

@@ -7,25 +7,19 @@ from functools import cache
 
 import numpy as np
 
-from behaviors import (
-    chase,
-    danger,
-    dodge,
-    escape_candidates,
-    escape_poses,
-    haptic,
-    make_room,
-    refuge,
-    zones,
-)
-from behaviors.prediction.aside import is_met_braking, time_aside
-from behaviors.prediction.costs import crowding, efforts, haste, lateness
-from behaviors.prediction.rollout import evaluate, predict_user, pursued, roll_out
-from behaviors.prediction.waiting import risks, way_risks
+from behaviors import haptic
+from behaviors.chase import beside, chase_states as chase, make_room, refuge
+from behaviors.chase.waiting_place import chase_cell, chase_place, free_cells
+from behaviors.escape import danger, escape_candidates, escape_poses, pursuit, zones
+from behaviors.person.band import cornered, haste, off_the_band
+from behaviors.person.drives import roll_out
+from behaviors.person.lines import predict_user
+from behaviors.person.margin import Clearing, is_met_braking, lacking, time_aside
+from behaviors.person.touch import evaluate, pursued
+from behaviors.person.waiting import risks, way_risks
 from behaviors.profile.profile import Profile, load_profile
 from behaviors.situation.chase_cells import ChaseRing, timed_cells, weighted_cells
 from behaviors.situation.present_situation import Situation
-from behaviors.waiting_place import chase_cell, chase_place, free_cells
 from cobodeck.avoidable.motion_search import Question, RobotLimits, RobotState, Walk, best_motion
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.samples import UserPose
@@ -63,12 +57,12 @@ def rollouts(at: Elsewhere) -> list[float]:
     drives = roll_out(now, places, 1.5)
     predictions = predict_user(now, ("constant_velocity", "fading_turn", "comes", "turns_left"))
     found = evaluate(now, drives, predictions)
-    walls, robot = now.environment.walls, now.pose
+    walls, body = now.environment.walls, now.user.body
     costs = (
-        crowding(drives.trajectories, predictions, 2.9, 4.0, 1.0, 2.0),
-        lateness(drives.trajectories, predictions, 1.2, 0.4, 1.0),
-        haste(drives.trajectories, (now.user.body.x, now.user.body.y), 2.9, 1.0),
-        efforts(places, robot.x, robot.y, walls),
+        off_the_band(drives.trajectories, predictions, 2.9, 4.0, 4.0, 1.0, 2.0),
+        lacking(drives.trajectories, predictions, 0.4, Clearing(1.2, 0.4, 1.0, 3.0))[0],
+        haste(drives.trajectories, (body.x, body.y), 2.9, 1.0),
+        cornered(places, walls, 2.5),
         pursued(now, drives),
     )
     ends = [v for x, y in drives.trajectories[:, -1].tolist() for v in at.home_point(x, y)]
@@ -111,7 +105,7 @@ def escape_choices(at: Elsewhere) -> list[float]:
         found += [len(free), *(v for pose in free for v in at.home_pose(pose))]
         seen = escape_candidates.candidates(now, free)
         goal, touch = seen.better_than(None, 0.2, 0.05), seen.touch_after
-        found += [touch, dodge.is_caught(now, free), *(at.home_pose(goal) if goal else ())]
+        found += [touch, pursuit.is_caught(now, free), *(at.home_pose(goal) if goal else ())]
         found += [make_room.is_crowded(now, 3.0, 1.0, 0.2)]
     return found
 
@@ -141,8 +135,9 @@ def lines_of_walk(at: Elsewhere) -> list[float]:
     body, robot = now.user.body, now.pose
     apart = (robot.x - body.x, robot.y - body.y)
     motion = now.twist.rotated(robot.yaw)
+    walks, drives = (now.velocity.vx, now.velocity.vy), (motion.vx, motion.vy)
     return [
-        is_met_braking(apart, now.velocity, motion, 0.9, 0.3, 1.0), time_aside(0.3, 0.1, 1.2, 1.0),
+        is_met_braking(apart, walks, drives, 0.9, 0.3, 1.0), time_aside(0.3, 0.1, 1.2, 1.0),
         zones.in_zone(now.settings.escape, now.user, robot, 0.1), now.rest.distance_to(body),
     ]  # fmt: skip
 
@@ -158,7 +153,7 @@ def waiting_risks(at: Elsewhere) -> list[float]:
 def refuges(at: Elsewhere) -> list[float]:
     """Places round the person and the robot are the map's: every 22.5 and every 15 degrees."""
     now, found = situation(at), []
-    out, place = refuge.way_out(now), dodge.place_with_room(now, (2.9, 4.0), None)[0]
+    out, place = refuge.way_out(now), beside.place_with_room(now, (2.9, 4.0), None)[0]
     for point in (out, refuge.refuge(now), place):
         found += [math.nan, math.nan] if point is None else at.home_point(*point)
     return found

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from behaviors.prediction.rollout import HORIZON_S
 from cobodeck.avoidable.shapes import segment_distance, way_distance
 from hw.geometry import Pose2, Pose3, Twist2
 from hw.people.walking.leaving import walked
@@ -114,8 +113,8 @@ def test_who_grazes_is_met_late_or_not_at_all(across: float, off: float) -> None
     for lateral in (0.6, 0.6 + off, 0.6 - off):
         time = time_to_contact((-5.0, lateral), (1.0, 0.0), 0.6)
         assert time == math.inf or 0.0 <= time <= 5.0 + 1e-6
-    length, mean, turned = chord(1.0, across * off, 1.0, HORIZON_S)
-    assert length == pytest.approx(HORIZON_S, rel=1e-2)
+    length, mean, turned = chord(1.0, across * off, 1.0, 3.0)
+    assert length == pytest.approx(3.0, rel=1e-2)
     assert abs(mean) <= abs(across) * 3e-3
     assert abs(turned) <= abs(across) * 1e-3
     for predictor in PREDICTORS.values():

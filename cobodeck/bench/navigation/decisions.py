@@ -15,8 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from behaviors import chase, escape, escape_candidates, escape_poses, haptic, paper_escape
-from behaviors.prediction import costs, rollout, waiting
+from behaviors import haptic
+from behaviors.chase import chase_states as chase
+from behaviors.escape import escape_candidates, escape_poses, escape_states as escape, paper_escape
+from behaviors.person import band, drives, lines, margin, touch, waiting
 from behaviors.profile import Profile, load_profile, profile_names
 from behaviors.situation import Situation
 from cobodeck.bench.harness import ROUNDS, BenchRow, Work, timed_each, times
@@ -68,7 +70,7 @@ class _Moment:
 
 def rows(rounds: int = ROUNDS, count: int = SITUATIONS) -> Iterator[BenchRow]:
     """Mean and 95 % quantile of one decision of each behaviour, by profile."""
-    compile_examples((costs, rollout, waiting, visibility))
+    compile_examples((band, drives, lines, margin, touch, waiting, visibility))
     scene = load_scene(SCENE)
     robot = load_robot(scene.robot)
     for profile in map(load_profile, profile_names()):

@@ -8,15 +8,8 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from typing import cast, get_args
 
-from behaviors import (
-    chase_cell,
-    chase_place,
-    first_pose,
-    poses,
-    reachable,
-    soonest_pose,
-    tangent_yaw,
-)
+from behaviors import first_pose, poses, reachable, soonest_pose
+from behaviors.chase import chase_cell, chase_place, tangent_yaw
 from behaviors.profile import Settings
 from behaviors.situation import ChaseRing, Situation
 from cobodeck.loop import Plant

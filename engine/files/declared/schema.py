@@ -28,15 +28,14 @@ Schema = dict[str, Any]
 DRAFT = "http://json-schema.org/draft-07/schema#"
 
 
-def document(kind: type, base: str = "") -> Schema:
+def document(kind: type, layered: bool = False) -> Schema:
     """The schema of files that hold a `kind`.
 
-    `base`: the key that names a file for all that this one leaves out; with it no key is required
-    but the first.
+    `layered`: what a file leaves out is that of another one; no key is required but the first.
     """
     found = schema_of(kind)
-    if base:
-        found = _layered(found, base)
+    if layered:
+        found = {**_without_required(found), "required": [next(iter(found["properties"]))]}
     return {"$schema": DRAFT, **said(inspect.getdoc(kind) or ""), **found}
 
 
@@ -177,20 +176,6 @@ def _either(schemas: Iterable[Schema]) -> Schema:
     if "enum" in found:
         return {"enum": [*found["enum"], *([None] if "null" in types else [])]}
     return {**found, "type": types} if types else found
-
-
-def _layered(full: Schema, base: str) -> Schema:
-    """`full`, which requires keys only where there is no base."""
-    first = next(iter(full["properties"]))
-    condition = {"if": {"required": [base]}, "else": _only_required(full)}
-    return {**_without_required(full), "required": [first], **condition}
-
-
-def _only_required(schema: Schema) -> Schema:
-    properties = {key: _only_required(s) for key, s in schema.get("properties", {}).items()}
-    properties = {key: inner for key, inner in properties.items() if inner}
-    found: Schema = {"properties": properties} if properties else {}
-    return {**found, "required": schema["required"]} if "required" in schema else found
 
 
 def _without_required(schema: Schema) -> Schema:

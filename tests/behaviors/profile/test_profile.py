@@ -192,7 +192,6 @@ def test_a_environment_has_the_room_the_robot_and_the_limits(profile: Profile, r
 BROKEN = [
     ("base_acceleration: 1.5 m/s2", "base_acceleration: 1.5 m", "base_acceleration.*length"),
     ("inner: 1.5 m", "iner: 1.5 m", "did you mean 'inner'"),
-    ("  cell: 5 cm\n", "", "the key 'cell' is missing; with `base: tuned` it needs only what"),
     ("local_planner: profile", "local_planner: profil", "did you mean 'profile'"),
     ("safety:", "safty:", "did you mean 'safety'"),
     ("inform:\n", "charts: 3\ninform:\n", "mapping"),

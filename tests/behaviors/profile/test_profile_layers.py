@@ -11,8 +11,10 @@ import pytest
 from behaviors.profile.profile import FOLDER, Profile, load_profile
 from cobodeck.fitness.check_list import require
 from engine.chart.load import load_files
+from engine.files.declared.item import notes
 from engine.files.declared.named import with_own_files
 from engine.files.finding import FileError
+from engine.files.text import instead, noting
 from tests.behaviors.conftest import written
 
 MINE = "profile: mine\nbase: tuned\nchase: {inner: 2.6 m}\n"
@@ -129,6 +131,44 @@ def test_a_mistake_in_the_base_is_told_there(tmp_path: Path) -> None:
     text = refusal(tmp_path / "mine.yaml")
     assert text.startswith(f"{below}:")
     assert "named here" in text
+
+
+# -- without a base --
+
+
+@pytest.mark.parametrize(
+    ("head", "policy", "chart"),
+    [
+        ("profile: mine", "tuned", "cobodeck"),
+        ("profile: mine\npolicy: paper", "paper", "paper_cobodeck"),
+        ("profile: paper", "paper", "paper_cobodeck"),  # of before, when none had a policy
+        ("profile: paper\npolicy: tuned", "tuned", "cobodeck"),
+    ],
+)
+def test_what_a_profile_without_a_base_lacks_is_as_in_the_shipped_one_of_its_policy(
+    tmp_path: Path, head: str, policy: str, chart: str
+) -> None:
+    mine = load_profile(written(tmp_path, f"{head}\nchase: {{inner: 1.3 m}}\n"))
+
+    assert (mine.policy, mine.chart) == (policy, chart)
+    assert {key: its for key, (_, its) in differing(load_profile(policy), mine).items()} == {
+        "chase.inner": "1.3 m"
+    }
+    assert mine.about == f"as {policy}, but for {'policy, ' * ('policy' in head)}chase.inner"
+
+
+def test_a_recorded_text_of_a_shipped_profile_has_what_is_new_from_the_present_one() -> None:
+    then = b"profile: tuned\nabout: of then\nchase: {inner: 1.3 m, stays: true}\n"
+
+    with instead({FOLDER / "tuned.yaml": then}), noting() as read, notes() as told:
+        found = load_profile("tuned")
+
+    assert found.about == "of then"
+    assert differing(load_profile("tuned"), found) == {
+        "chase.inner": (load_profile("tuned").values["chase.inner"], "1.3 m")
+    }
+    assert read[FOLDER / "tuned.yaml"] == then
+    assert [note.message.partition(":")[0] for note in told] == ["chase.stays"]
 
 
 # -- single values -----------------------------------------------------------------------------

@@ -66,6 +66,9 @@ def test_base_is_no_profile_to_run(tmp_path: Path) -> None:
         with pytest.raises(FileError, match="no profile to run; choose one of paper, tuned"):
             load_profile(name)
     assert main(["simulate", "--profile", "base"]) == USAGE
+    own = written(tmp_path, "profile: mine\nbase: base\n")
+    with pytest.raises(FileError, match=r"mine.yaml:2:7: base: is what they share, and no profile"):
+        load_profile(own)
 
 
 def test_base_is_checked_with_the_profiles_that_rest_on_it() -> None:

@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from behaviors import escape_poses
-from behaviors.chase import Approach
-from behaviors.escape import DriveToBest
-from behaviors.make_room import MakeRoom
-from behaviors.paper_escape import DriveToFirst
+from behaviors.chase.chase_states import Approach
+from behaviors.chase.make_room import MakeRoom
+from behaviors.escape.escape_states import DriveToBest, escape_poses
+from behaviors.escape.paper_escape import DriveToFirst
 from behaviors.profile.profile import Profile
 from behaviors.signal_table import OBSTACLES, signals
 from behaviors.situation.present_situation import Situation

@@ -21,6 +21,7 @@ from cobodeck.project.named_files import KINDS, ROOT, kind_of
 from cobodeck.project.state_catalogue import catalogue
 from cobodeck.terminal.console import OK
 from cobodeck.validation.editor_schema import schema_for
+from engine.files.declared.item import notes
 from engine.files.finding import FileError
 from engine.files.source import plain, read_file
 from hw.connection.connection import load_connection
@@ -76,14 +77,15 @@ def refused(kind: str, value: Any) -> str:
 
 
 def read(kind: str, value: Any, folder: Path) -> str:
-    """Why the reader refuses a value; empty if it does not."""
+    """Why the reader refuses a value, or what it remarks on; empty if neither."""
     file = folder / f"{kind}.yaml"
     file.write_text(yaml.safe_dump(value, sort_keys=False, allow_unicode=True))
-    try:
-        READERS[kind](file)
-    except FileError as error:
-        return str(error)
-    return ""
+    with notes() as told:
+        try:
+            READERS[kind](file)
+        except FileError as error:
+            return str(error)
+    return "\n".join(map(str, told))
 
 
 def objects(schema: Any) -> Iterator[dict[str, Any]]:
@@ -160,12 +162,10 @@ def test_a_missing_key_is_refused_by_reader_and_schema(kind: str, tmp_path: Path
         assert f"{key!r} is a required property" in refused(kind, value)
 
 
-def test_a_profile_without_a_base_is_complete(tmp_path: Path) -> None:
-    value = content(WHOLE)
-    assert not refused("profile", value)
-    del value["chase"]["inner"]
-    assert "'inner' is a required property" in refused("profile", value)
-    assert not refused("profile", {**value, "base": "paper"})
+def test_of_a_profile_no_key_is_required_but_its_name(tmp_path: Path) -> None:
+    assert not refused("profile", content(WHOLE))
+    assert not refused("profile", {"profile": "mine", "chase": {"inner": "1 m"}})
+    assert "'profile' is a required property" in refused("profile", {"chase": {"inner": "1 m"}})
 
 
 def put(value: Any, keys: list[str], what: Any) -> None:

@@ -9,7 +9,8 @@ import pytest
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, FancyArrowPatch
 
-from behaviors import escape_candidates, escape_poses, haptic, paper_escape
+from behaviors import haptic
+from behaviors.escape import escape_candidates, escape_poses, paper_escape
 from behaviors.profile.profile import load_profile
 from cobodeck.__main__ import main
 from cobodeck.evaluate.evaluators import arm_outline

@@ -1,7 +1,7 @@
 """What people have written stays valid, wherever our modules are now.
 
-`kept` has projects made by `cobodeck new` and a connection file before the modules were moved
-(commit 37394ed), and a record of a run of that version.
+`kept` has projects made by `cobodeck new`, a connection file and profiles before the modules were
+moved (commit 37394ed), and a record of a run of that version.
 """
 
 from __future__ import annotations
@@ -12,8 +12,10 @@ from pathlib import Path
 
 import pytest
 
+from behaviors.profile.profile import load_profile
 from cobodeck.__main__ import main
 from cobodeck.terminal.console import OK
+from engine.files.declared.item import notes
 from hw.connection import load_connection
 from tests.program import python
 
@@ -68,3 +70,14 @@ def test_its_record_is_drawn_and_replays_equal(
 
     assert Path("run.svg").stat().st_size > 1000
     assert "equal" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["paper", "tuned"])
+def test_its_profiles_are_read_with_remarks_and_lack_nothing(name: str) -> None:
+    with notes() as told:
+        found = load_profile(KEPT / f"{name}_of_37394ed.yaml")
+
+    assert found.policy == name
+    assert found.values.keys() >= load_profile(name).values.keys()
+    assert told
+    assert all(note.hint for note in told)

@@ -27,7 +27,7 @@ def test_finer_cells_lose_less_of_the_weight(choices):
 
 
 def test_without_ties_nothing_is_lost_to_the_reference_of_the_same_size(choices):
-    untied, usual = choices["tuned, no ties"].at(0.2), choices["tuned"].at(0.2)
+    untied, usual = choices["tuned, no ties, all cells"].at(0.2), choices["tuned"].at(0.2)
     for now in situations(untied.environment, untied.settings, 4):
         most = bench._best_worth(untied, now)
         assert bench._shortfall(untied, now, most) == pytest.approx(0.0, abs=1e-4)

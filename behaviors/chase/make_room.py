@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from behaviors.prediction import turns_at_it
-from behaviors.situation import CHANGES, READS, TURN_ROOM, WAYS, Situation, situation
+from behaviors.situation import CHANGES, READS, WAYS, Situation, situation
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration, Length, Speed
 from hw import Pose2
@@ -13,51 +12,44 @@ from states.environment import BASE_REFUSAL, USER_STANDS_SINCE
 from states.navigation import DRIVES, BaseDrive
 from states.signals import PREDICTORS
 
-THINK_S = 0.2
-"""Interval at which the place to drive to is chosen again, s."""
-TURNING = 0.4
-"""A standing user who turns faster than this, rad/s, may set off."""
-WATCHED = 4.5
-"""… and then crowds a robot nearer than this, m. Clearing the path of a user at 1.5 m/s by 1.27 m
-takes 1.27 + 1.5 (1.6 + 0.15 + 0.3) = 4.3 m: the drive, the reaction, and the delay of the velocity
-estimate. The remaining distance is gained while the user turns."""
-SETTLED_NS = 1_000_000_000
-"""After standing this long a turn is read as the start of a walk; otherwise only within
-TURN_ROOM."""
-SLACK = 0.2
-"""Hysteresis: the robot makes room until the user is farther away than `room` by this, m."""
 WATCHES: Mapping[str, float | None] = {**READS, USER_STANDS_SINCE: None}
-"""`reads` of a state that calls `watched_from`."""
+"""`reads` of a state that asks whether the user has settled."""
 
 
-def watched_from(ctx: Context) -> float:
-    """How near to the robot, m, a standing user crowds it by turning towards it."""
+def has_settled(ctx: Context, now: Situation) -> bool:
+    """True if the user has stood for so long that a turn begins a walk."""
     since = ctx.value(USER_STANDS_SINCE)
-    settled = since is not None and ctx.now - since >= SETTLED_NS
-    return WATCHED if settled else TURN_ROOM
+    return since is not None and ctx.now - since >= now.settings.user.beside.settled * 1e9
 
 
 def is_crowded(
-    now: Situation, room: float, ahead: float, walking: float, watched: float = WATCHED
+    now: Situation,
+    room: float,
+    ahead: float,
+    walking: float,
+    settled: bool = True,
+    again: bool = False,
 ) -> bool:
     """True if the user walks and is nearer than `room`, m, or likely will be in `ahead` seconds.
 
-    Walking means faster than `walking`, m/s; or they stand, and turn towards the robot, nearer
-    than `watched`, m. Distances are to where it would come to rest.
+    Walking means faster than `walking`, m/s; or they stand, turn towards the robot, and a walk on
+    such a line would leave it too little margin. One who has not `settled` turns on the way, mostly
+    past it: then the turn counts within the profile's `turn`. Distances are to where the robot
+    comes to rest. A robot that was crowded before is so `again` within a little more room.
     """
-    speed, rate, body = now.velocity.speed, now.velocity.wz, now.user.body
-    if speed <= walking and abs(rate) <= TURNING:
-        return False
-    rest = now.rest
+    speed, body, rest, user = now.velocity.speed, now.user.body, now.rest, now.settings.user
     distance = rest.distance_to(body)
     if speed <= walking:
-        contact = now.settings.escape.contact
-        turns = distance < watched
-        return turns and turns_at_it(body.bearing_to(rest), distance, rate, contact)
+        if abs(now.velocity.wz) <= user.walks.turning:
+            return False
+        from behaviors.person import turns_at_it, watched_from
+
+        return distance < (watched_from(now) if settled else user.beside.turn) and turns_at_it(now)
+    room += user.beside.slack if again else 0.0
     spare = distance - room
     if spare < 0.0:
         return True
-    likely = [PREDICTORS[name] for name in now.settings.user.likely]
+    likely = [PREDICTORS[name] for name in user.likely]
     return any(
         rest.distance_to(predictor.at(body, now.velocity, ahead, rest)) < room
         for predictor in likely
@@ -84,10 +76,12 @@ class UserCrowds(Monitor):
         news = On(*CHANGES)
         while True:
             now = situation(ctx)
-            watched = watched_from(ctx)
-            if now is not None and is_crowded(now, self.room, self.ahead, self.walking, watched):
+            if now is not None and self._is_crowded(now, has_settled(ctx, now)):
                 return "crowded"
             yield news
+
+    def _is_crowded(self, now: Situation, settled: bool) -> bool:
+        return is_crowded(now, self.room, self.ahead, self.walking, settled)
 
 
 class MakeRoom(Action):
@@ -111,19 +105,21 @@ class MakeRoom(Action):
         self.room, self.far, self.ahead, self.walking = room, far, ahead, walking
 
     def run(self, ctx: Context) -> Run:
-        from behaviors.dodge import place_with_room
+        from behaviors.chase.beside import place_with_room
 
-        band, again, found = (self.room, self.far), 0, None
+        band, due, found = (self.room, self.far), 0, None
         with BaseDrive(ctx, "chase", "chase", patience=None, straight=True) as drive:
             while (now := situation(ctx, "chase", "escape")) is not None:
-                watched = watched_from(ctx)
-                if not is_crowded(now, self.room + SLACK, self.ahead, self.walking, watched):
+                if not self._is_crowded(now, has_settled(ctx, now)):
                     return "clear"
-                if found is None or ctx.now >= again:
-                    again = ctx.after(THINK_S)
+                if found is None or ctx.now >= due:
+                    due = ctx.after(now.settings.user.beside.again)
                     found = place_with_room(now, band, None if found is None else found[0])
                 place, keeps = found
                 drive.keep(keeps)
                 drive.towards(Pose2(*place), now=now.around)
                 yield ctx.value(BASE_REFUSAL)
         return "lost"
+
+    def _is_crowded(self, now: Situation, settled: bool) -> bool:
+        return is_crowded(now, self.room, self.ahead, self.walking, settled, again=True)

@@ -6,9 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 
 from behaviors.choice import cheapest
-from behaviors.escape_poses import poses
+from behaviors.escape import in_zone, poses
 from behaviors.situation import Situation
-from behaviors.zones import in_zone
 from hw import Pose2
 from hw.scene import Point
 from states import SubsystemName
@@ -41,7 +40,7 @@ def refuge(now: Situation) -> Point | None:
     """
     import numpy as np
 
-    from behaviors.prediction import risks, way_risks
+    from behaviors.person import risks, way_risks
 
     here, chase = (now.pose.x, now.pose.y), now.settings.chase
     places = [here, *_free_places(now)]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from behaviors.choice import cheapest
-from behaviors.escape_drive import AWAY, can_stop, drive_to_goals
+from behaviors.escape.escape_drive import AWAY, can_stop, drive_to_goals
+from behaviors.escape.zones import in_zone
 from behaviors.situation import CHANGES, ESCAPE_POSES, READS, WAYS, Situation, situation
-from behaviors.zones import in_zone
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Angle, Length, Speed
 from hw import Pose2

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from behaviors.choice import cheapest
-from behaviors.prediction import (
+from behaviors.person import (
     Array,
     RolloutEvaluation,
     Rollouts,

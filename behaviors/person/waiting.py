@@ -13,48 +13,33 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.prediction.rollout import Array
+from behaviors.person.drives import Array
+from behaviors.person.lines import free_lengths
+from behaviors.person.margin import Clearing
 from behaviors.situation import Situation
 from hw import compiled, example
 from hw.scene import Point
-
-DIRECTIONS = 36
-"""Number of walking directions that are evaluated."""
-PACE, TURN_RATE = 1.5, 3.0
-"""Assumed walking speed, m/s, and turn rate before setting off, rad/s."""
-NOTICED_S = 0.4
-"""Delay until the start of a walk is detected and the robot moves, s."""
-SPARE_S = 0.3
-"""Time by which the robot should be early, s."""
-ESCAPE_S = 0.5
-"""Extra cost, s, of a direction in which the robot would be late and an Escape would follow."""
-LONGEST = 8.0
-"""Length of the evaluated walking lines, m."""
-TRAPPED_S = 3.0
-"""Time to move aside, s, where there is no room on either side."""
-SETS_OFF = 0.1
-"""Rate at which a standing user sets off while the robot drives to a place, 1/s."""
-ON_THE_WAY = np.array((0.15, 0.4, 0.65, 0.9))
-"""Shares of a drive at which its risk is evaluated."""
 
 
 def risks(now: Situation, places: Sequence[Point] | Array) -> Array:
     """Expected cost of waiting, s, at each place (n, 2) in the map, (n,); 0: never too late.
 
-    It is the lack of time to get aside, and ESCAPE_S for each Escape.
+    It is the lack of margin, and what an Escape costs for each direction without any.
 
     Directions count by the area of floor in them: with goals spread evenly over the floor, the
-    chance of a direction is proportional to its squared length.
+    chance of a direction is proportional to its squared length. Where there is no room on either
+    side, the robot is in the way for the whole of what is looked ahead.
     """
-    body, escape = now.user.body, now.settings.escape
-    angles = np.arange(DIRECTIONS) * math.tau / DIRECTIONS
-    lengths = _lengths(body.x, body.y, angles, now.environment.walls)
-    there = np.array(places, dtype=np.float64).reshape(-1, 2)
-    ways = _ways(there, (body.x, body.y, body.yaw), angles, lengths, escape.contact)
-    asides = _asides(there, angles, ways, escape.contact)
+    body, walks, margin = now.user.body, now.settings.user.walks, now.settings.user.margins
+    rules = Clearing.of(now.environment, now.settings)
+    rules = rules._replace(reaction=walks.noticed + now.environment.delay)
+    angles = np.arange(walks.directions) * math.tau / walks.directions
+    lengths = free_lengths(body.x, body.y, angles, now.environment.walls, walks.farthest)
+    there, user = np.array(places, dtype=np.float64).reshape(-1, 2), (body.x, body.y, body.yaw)
+    ways = _ways(there, user, angles, lengths, rules.contact, walks.pace, walks.turn_rate)
+    asides = _asides(there, angles, ways, rules.contact)
     free = now.planners["escape"].are_free(asides.reshape(-1, 2)).reshape(-1, 2)
-    acceleration = now.environment.limits.base_acceleration
-    return _risks(len(there), ways, lengths, free, escape.contact, acceleration)
+    return _risks(len(there), ways, lengths, free, rules, margin.waiting, margin.escape)
 
 
 def way_risks(now: Situation, places: Array, apart: float, times: Array) -> Array:
@@ -63,38 +48,26 @@ def way_risks(now: Situation, places: Array, apart: float, times: Array) -> Arra
     It is the mean of the risk of standing at points of the way, which is straight, but no nearer to
     the user than `apart`, m, times the chance that they set off within the drive's time (n,), s.
     """
+    shares = np.array(now.settings.user.walks.on_the_way)
     body, here = now.user.body, np.array((now.pose.x, now.pose.y))
     user = np.array((body.x, body.y))
-    off = here + ON_THE_WAY[:, None] * (places - here)[:, None, :] - user
+    off = here + shares[:, None] * (places - here)[:, None, :] - user
     distances = np.maximum(np.hypot(off[..., 0], off[..., 1]), 1e-9)[..., None]
     points = user + off * np.maximum(1.0, apart / distances)
-    found = risks(now, points.reshape(-1, 2)).reshape(-1, len(ON_THE_WAY)).mean(axis=1)
-    chances: Array = found * -np.expm1(-SETS_OFF * times)
+    found = risks(now, points.reshape(-1, 2)).reshape(-1, len(shares)).mean(axis=1)
+    chances: Array = found * -np.expm1(-times / now.settings.user.walks.stands)
     return chances
 
 
 @compiled
-def _lengths(x: float, y: float, angles: Array, walls: Array) -> Array:
-    """Length of the free ray from x, y in each direction, m, at most LONGEST."""
-    found = np.empty(len(angles))
-    for i in range(len(angles)):
-        c, s, length = math.cos(angles[i]), math.sin(angles[i]), LONGEST
-        for j in range(len(walls)):
-            ax, ay = walls[j, 0] - x, walls[j, 1] - y
-            dx, dy = walls[j, 2] - walls[j, 0], walls[j, 3] - walls[j, 1]
-            cross = c * dy - s * dx
-            if cross == 0.0:
-                continue
-            along, share = (ax * dy - ay * dx) / cross, (ax * s - ay * c) / cross
-            if 0.0 <= share <= 1.0 and 0.0 <= along < length:
-                length = along
-        found[i] = length
-    return found
-
-
-@compiled
 def _ways(
-    places: Array, user: tuple[float, float, float], angles: Array, lengths: Array, contact: float
+    places: Array,
+    user: tuple[float, float, float],
+    angles: Array,
+    lengths: Array,
+    contact: float,
+    pace: float,
+    turn_rate: float,
 ) -> Array:
     """The lines of walk that lead into a robot at one of the places, (n, 4).
 
@@ -113,7 +86,7 @@ def _ways(
             if reach > lengths[j]:
                 continue
             turn = abs((angles[j] - user[2] + math.pi) % math.tau - math.pi)
-            available = max(0.0, reach) / PACE + turn / TURN_RATE
+            available = max(0.0, reach) / pace + turn / turn_rate
             found[count, 0], found[count, 1] = i, j
             found[count, 2], found[count, 3] = available, lateral
             count += 1
@@ -143,29 +116,38 @@ def _risks(
     ways: Array,
     lengths: Array,
     free: NDArray[np.bool_],
-    contact: float,
-    acceleration: float,
+    rules: Clearing,
+    wanted: float,
+    escape: float,
 ) -> Array:
     """See `risks`, for `count` places; `free` tells which places aside are, (ways, 2 sides)."""
     found = np.zeros(count)
     for k in range(len(ways)):
-        i, length = int(ways[k, 0]), lengths[int(ways[k, 1])]
-        available, lateral = ways[k, 2], ways[k, 3]
-        needed = TRAPPED_S
+        i, length, lateral = int(ways[k, 0]), lengths[int(ways[k, 1])], ways[k, 3]
+        needed = rules.lookahead
         for side in range(2):
             if free[k, side]:
-                aside = contact - lateral if side == 0 else contact + lateral
-                needed = min(needed, NOTICED_S + math.sqrt(2.0 * aside / acceleration))
-        late = needed + SPARE_S - available
-        if late > 0.0:
-            found[i] += length * length * (late + ESCAPE_S * (late > SPARE_S))
+                away = rules.contact - lateral if side == 0 else rules.contact + lateral
+                aside = math.sqrt(2.0 * away / rules.acceleration)
+                needed = min(needed, rules.reaction + aside)
+        left = ways[k, 2] - needed
+        if left < wanted:
+            found[i] += length * length * (wanted - left + escape * (left < 0.0))
     return found / np.sum(lengths * lengths)
 
 
 @example
 def _example() -> None:
     angles, place = np.zeros(1), np.ones((1, 2))
-    lengths = _lengths(0.0, 0.0, angles, np.ones((1, 4)))
-    ways = _ways(place, (0.0, 0.0, 0.0), angles, lengths, 1.0)
+    lengths = free_lengths(0.0, 0.0, angles, np.ones((1, 4)), 8.0)
+    ways = _ways(place, (0.0, 0.0, 0.0), angles, lengths, 1.0, 1.0, 1.0)
     _asides(place, angles, ways, 1.0)
-    _risks(1, ways, lengths, np.ones((len(ways), 2), dtype=np.bool_), 1.0, 1.0)
+    _risks(
+        1,
+        ways,
+        lengths,
+        np.ones((len(ways), 2), dtype=np.bool_),
+        Clearing(1.0, 0.1, 1.0, 3.0),
+        0.3,
+        0.5,
+    )

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from behaviors.escape_drive import AWAY, can_stop, drive_to_goals
-from behaviors.escape_poses import free_poses
+from behaviors.escape.escape_drive import AWAY, can_stop, drive_to_goals
+from behaviors.escape.escape_poses import free_poses
 from behaviors.situation import (
+    ESCAPE_CANDIDATES,
     ESCAPE_POSES,
     ESCAPE_REQUIRED,
     ESCAPE_SAFE,
@@ -14,16 +15,13 @@ from behaviors.situation import (
     Situation,
     situation,
 )
-from engine import NEVER_NS, Action, Context, Key, Monitor, On, Run, Until
+from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration, Length
 from hw import OLD_S, Pose2
 from states.environment import ARM_JOINTS
 
 if TYPE_CHECKING:
-    from behaviors.escape_candidates import EscapeCandidates
-
-ESCAPE_CANDIDATES: Key[EscapeCandidates] = Key("escape.candidates")
-"""The free Escape poses, with what is predicted for the drive to each of them."""
+    from behaviors.escape.escape_candidates import EscapeCandidates
 
 
 class EscapeRequired(Monitor):
@@ -98,7 +96,7 @@ class TouchAhead(Monitor):
         return "predicted"
 
     def _is_due(self, ctx: Context, now: Situation) -> bool:
-        from behaviors.dodge import is_caught
+        from behaviors.escape.pursuit import is_caught
 
         found = escape_candidates(ctx, now)
         if found.touch_after < self.within + now.environment.delay:
@@ -139,7 +137,7 @@ def escape_candidates(ctx: Context, now: Situation) -> EscapeCandidates:
     The signal knows poses as they were measured. Where they are late, they are predicted anew from
     the situation, which is extrapolated; so they are without the arm's joints, for the rover alone.
     """
-    from behaviors.escape_candidates import candidates
+    from behaviors.escape.escape_candidates import candidates
 
     seen = ctx.value(ESCAPE_CANDIDATES) if now.share >= 1.0 else None
     if seen is not None:
@@ -151,7 +149,7 @@ def escape_candidates(ctx: Context, now: Situation) -> EscapeCandidates:
 
 def can_get_away(now: Situation) -> bool:
     """True if there is an Escape pose to which the robot could drive."""
-    from behaviors.escape_candidates import candidates
+    from behaviors.escape.escape_candidates import candidates
 
     free = free_poses(now.settings, now.planners["escape"], now.user, now.pose)
     return candidates(now, tuple(free)).goal is not None

@@ -6,10 +6,10 @@ from collections.abc import Callable, Generator
 from dataclasses import replace
 from typing import Annotated, Any
 
+from behaviors.chase.refuge import KEEPS, is_outside, refuge, way_out
+from behaviors.escape import in_zone
 from behaviors.profile import EscapeSettings, LeaveSettings, Settings
-from behaviors.refuge import KEEPS, is_outside, refuge, way_out
 from behaviors.situation import CHANGES, WAYS, Situation, settings_of, situation
-from behaviors.zones import in_zone
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration, Length, Speed
 from engine.files.declared import ABOVE_0

@@ -89,7 +89,7 @@ class ChooseChasePose(_ChoosesCell):
     policy = "tuned"
 
     def _best(self, now: Situation, ring: ChaseRing) -> Point | None:
-        from behaviors.waiting_place import chase_place
+        from behaviors.chase.waiting_place import chase_place
 
         return chase_place(now, ring)
 
@@ -119,7 +119,7 @@ class ChooseChaseCell(_ChoosesCell):
         self.best_angle, self.best_radius, self.sample = best_angle, best_radius, sample
 
     def _best(self, now: Situation, ring: ChaseRing) -> Point | None:
-        from behaviors.waiting_place import chase_cell
+        from behaviors.chase.waiting_place import chase_cell
 
         chase = now.settings.chase
         angle = chase.best_angle if self.best_angle is None else self.best_angle

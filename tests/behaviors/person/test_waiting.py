@@ -11,8 +11,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from shapely.geometry import LineString, Point, Polygon
 
-from behaviors.prediction import waiting
-from behaviors.prediction.waiting import risks, way_risks
+from behaviors.person.waiting import risks, way_risks
 from behaviors.profile.profile import Profile
 from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2
@@ -30,7 +29,7 @@ CLEAR = 0.77
 
 def length_of(user: complex, angle: float) -> float:
     """How far a person can walk from here in this direction, m."""
-    ray = LineString([(user.real, user.imag), _pair(user + cmath.rect(waiting.LONGEST, angle))])
+    ray = LineString([(user.real, user.imag), _pair(user + cmath.rect(8.0, angle))])
     inside = ray.intersection(FLOOR)
     parts = getattr(inside, "geoms", [inside])
     first = min(parts, key=lambda part: part.distance(Point(user.real, user.imag)))
@@ -47,7 +46,7 @@ def time_aside(place: complex, onto: complex, reach: float, acceleration: float)
         Point(*_pair(onto))
     ):
         return math.inf
-    return waiting.NOTICED_S + math.sqrt(2.0 * abs(onto - place) / acceleration)
+    return math.sqrt(2.0 * abs(onto - place) / acceleration)
 
 
 def expected(
@@ -55,8 +54,8 @@ def expected(
 ) -> float:
     """The lack of time in each direction, weighed by the squared length of walk in it."""
     lacks, weights = [], []
-    for step in range(waiting.DIRECTIONS):
-        angle = 2.0 * math.pi * step / waiting.DIRECTIONS
+    for step in range(36):
+        angle = 2.0 * math.pi * step / 36
         way = length_of(user, angle)
         weights.append(way**2)
         seen = (place - user) * cmath.exp(-1j * angle)  # ahead, and to the left of the line
@@ -68,13 +67,13 @@ def expected(
             lacks.append(0.0)
             continue
         turn = abs(cmath.phase(cmath.exp(1j * (angle - facing))))
-        has = max(0.0, reach) / waiting.PACE + turn / waiting.TURN_RATE
+        has = max(0.0, reach) / 1.5 + turn / 3.0
         across = cmath.rect(1.0, angle + 0.5 * math.pi)
         sides = [place + across * (side * contact - seen.imag) for side in (1.0, -1.0)]
         needs = min(time_aside(place, onto, contact, acceleration) for onto in sides)
-        needs = min(waiting.TRAPPED_S, needs)
-        lack = max(0.0, needs + waiting.SPARE_S - has)
-        lacks.append(lack + waiting.ESCAPE_S if lack > waiting.SPARE_S else lack)
+        needs = min(3.0, 0.4 + needs)
+        lack = max(0.0, needs + 0.3 - has)
+        lacks.append(lack + 0.5 if lack > 0.3 else lack)
     return sum(map(float.__mul__, weights, lacks)) / sum(weights)
 
 
@@ -133,7 +132,7 @@ def test_on_open_floor_the_risk_never_grows_with_the_distance_nor_with_the_turn_
     So they do one to which the user has to turn farther, if that holds for each of these lines.
     """
     now = alone(tuned, situation_of)
-    step = 2.0 * math.pi / waiting.DIRECTIONS
+    step = 2.0 * math.pi / 36
     direction = step * round(bearing / step)
 
     near, far = risk_at(now, cmath.rect(radius, direction), cmath.rect(radius + farther, direction))
@@ -192,7 +191,7 @@ def test_every_place_is_weighed_by_itself(
 
 def on_the_way(start: complex, end: complex, user: complex, apart: float) -> list[complex]:
     """Points of the straight way, each pushed away from the user until `apart` from them."""
-    points = [start + share * (end - start) for share in waiting.ON_THE_WAY.tolist()]
+    points = [start + share * (end - start) for share in (0.15, 0.4, 0.65, 0.9)]
     return [
         point if abs(point - user) >= apart else user + cmath.rect(apart, cmath.phase(point - user))
         for point in points
@@ -223,7 +222,7 @@ def test_a_drive_costs_the_mean_risk_on_it_times_the_chance_that_the_user_sets_o
 
     found = way_risks(now, np.array([_pair(end) for end in ends]), apart, times).tolist()
 
-    chance = 1.0 - math.exp(-waiting.SETS_OFF * seconds)
+    chance = 1.0 - math.exp(-0.1 * seconds)
     for end, risk in zip(ends, found, strict=True):
         points = risk_at(now, *on_the_way(robot, end, user, apart))
         assert risk == pytest.approx(chance * sum(points) / len(points), abs=1e-6)

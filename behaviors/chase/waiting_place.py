@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Sequence
 
 import numpy as np
 
 from behaviors.choice import cheapest
-from behaviors.prediction import risks, way_risks
+from behaviors.person import risks, way_risks
 from behaviors.situation import (
     Array,
     ChaseRing,
@@ -27,16 +28,28 @@ LEAST_WEIGHT = 1e-9
 def chase_place(now: Situation, ring: ChaseRing) -> Point | None:
     """The free cell of least cost that can be reached, m, in the map; None if there is none.
 
-    Costs that differ by less than the profile's `tie` count as equal; the shortest path decides.
+    Of the free cells about as many as the profile's `cells` are looked at, evenly by what they cost
+    of response: the risk of each is work. Of places that are worth nearly as much, one over their
+    cost, by the profile's `tie`, the one with the shortest path is chosen.
     """
     cells = free_cells(now, timed_cells(now.environment, now.settings, ring))
-    return least_cost(now, cells_with_risk(now, cells))
+    cells = cells[np.argsort(cells[:, 2], kind="stable")]
+    some = cells[:: max(1, len(cells) // now.settings.chase.cells)]
+    return least_cost(now, cells_with_risk(now, some))
 
 
 def least_cost(now: Situation, cells: Array) -> Point | None:
-    """Of the cells (n, 3), x, y and cost, s, in the map, the cheapest that can be reached."""
-    levels = np.floor(cells[:, 2] / now.settings.chase.tie).tolist()
-    return _in_reach(now, cells[:, :2], levels)
+    """Of the cells (n, 3), x, y and cost, s, in the map, the cheapest that can be reached.
+
+    Of those within the `tie` of the cheapest it is the one with the shortest path.
+    """
+    places, costs = cells[:, :2].tolist(), cells[:, 2].tolist()
+    first = _in_reach(now, places, costs)
+    if first is None:
+        return None
+    least = 1.0 / costs[places.index([*first])] - now.settings.chase.tie
+    equal = [place for place, cost in zip(places, costs, strict=True) if 1.0 / cost >= least]
+    return _in_reach(now, equal, [0.0] * len(equal))
 
 
 def cells_with_risk(now: Situation, cells: Array) -> Array:
@@ -69,7 +82,7 @@ def chase_cell(
         levels = [-weight for weight in weights]
     else:
         levels = _sampled(weights, random.Random(repr((sample, now.user.body))))
-    return _in_reach(now, cells[:, :2], levels)
+    return _in_reach(now, cells[:, :2].tolist(), levels)
 
 
 def _sampled(weights: Sequence[float], chance: random.Random) -> list[float]:
@@ -87,16 +100,15 @@ def free_cells(now: Situation, cells: Array) -> Array:
     return there[now.planners["chase"].are_free(there[:, :2].copy())]
 
 
-def _in_reach(now: Situation, cells: Array, levels: Sequence[float]) -> Point | None:
+def _in_reach(now: Situation, places: Sequence[Point], levels: Sequence[float]) -> Point | None:
     """The place of the lowest level that can be reached, of equal ones by the shortest path."""
     planner, here = now.planners["chase"], (now.pose.x, now.pose.y)
-    places = cells.tolist()
-    lengths = np.hypot(cells[:, 0] - here[0], cells[:, 1] - here[1]).tolist()
 
     def total(i: int) -> tuple[float, float] | None:
         x, y = places[i]
         path = planner.plan(here, (x, y), now.user_disc("chase", (x, y)))
         return None if path is None else (levels[i], path.length)
 
-    best = cheapest(list(zip(levels, lengths, strict=True)), total, tries=now.settings.chase.tries)
+    bounds = [(level, math.dist(place, here)) for level, place in zip(levels, places, strict=True)]
+    best = cheapest(bounds, total, tries=now.settings.chase.tries)
     return None if best is None else (places[best][0], places[best][1])
