@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from dataclasses import replace
+from typing import Annotated, Any
 
 from behaviors.chase import is_outside, way_out
 from behaviors.escape import can_get_away
-from behaviors.situation import CHANGES, WAYS, Situation, situation
+from behaviors.profile import InformSettings
+from behaviors.situation import CHANGES, WAYS, Situation, settings_of, situation
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration
 from engine.files.declared import FROM_0
@@ -45,7 +47,7 @@ class UserReady(Monitor):
     `cornered`: a user who returns at once would find it there. It outputs where the user stands.
 
     If the user was lost when this began and is tracked again within `moment`, with a velocity (its
-    window spans the gap), it ends at once, unless for a fault.
+    window spans the gap), it ends at once, unless for a fault. What is not given is the profile's.
     """
 
     outcomes = ("restarted",)
@@ -54,35 +56,40 @@ class UserReady(Monitor):
 
     def __init__(
         self,
-        least: Annotated[Duration, FROM_0] = 0.0,
-        until_clear: bool = False,
-        cornered: Annotated[Duration, FROM_0] = 0.0,
-        moment: Annotated[Duration, FROM_0] = 0.0,
+        least: Annotated[Duration, FROM_0] | None = None,
+        until_clear: bool | None = None,
+        cornered: Annotated[Duration, FROM_0] | None = None,
+        moment: Annotated[Duration, FROM_0] | None = None,
     ) -> None:
-        self.least, self.until_clear = least, until_clear
-        self.cornered, self.moment = cornered, moment
+        given = {
+            "least": least, "until_clear": until_clear, "cornered": cornered, "moment": moment
+        }  # fmt: skip
+        self.given: dict[str, Any] = {key: v for key, v in given.items() if v is not None}
 
     def run(self, ctx: Context) -> Run:
-        earliest, willing = ctx.after(self._shortest(ctx)), False
-        bridged = ctx.after(self.moment) if ctx.value(USER_POSE) is None else -1
+        inform = replace(settings_of(ctx).inform, **self.given)
+        earliest, willing = ctx.after(_shortest(ctx, inform)), False
+        bridged = ctx.after(inform.moment) if ctx.value(USER_POSE) is None else -1
         while True:
             willing = bool(ctx.events(RESTART)) or willing
             now = situation(ctx, "escape")
             if now is not None and now.velocity.speed >= now.settings.escape.moving:
                 willing = False
             if now is not None and ctx.value(STOP_ENGAGED) is None:
-                ready = willing and ctx.now >= earliest and self._can_go_on(now)
+                ready = willing and ctx.now >= earliest and _can_go_on(now, inform)
                 if ready or ctx.now <= bridged:
                     return "restarted", {"user": now.user}
             until = earliest if ctx.now < earliest else NEVER_NS
             yield On(RESTART, STOP_ENGAGED, planner_key("escape"), *CHANGES, until=until)
 
-    def _shortest(self, ctx: Context) -> Duration:
-        """How long the robot stays shown at least, as it stands now, s."""
-        if not self.until_clear or self.least >= self.cornered:
-            return self.least
-        now = situation(ctx, "escape")
-        return self.least if now is None or can_get_away(now) else self.cornered
 
-    def _can_go_on(self, now: Situation) -> bool:
-        return not self.until_clear or is_outside(now) or way_out(now) is not None
+def _shortest(ctx: Context, inform: InformSettings) -> Duration:
+    """How long the robot stays shown at least, as it stands now, s."""
+    if not inform.until_clear or inform.least >= inform.cornered:
+        return inform.least
+    now = situation(ctx, "escape")
+    return inform.least if now is None or can_get_away(now) else inform.cornered
+
+
+def _can_go_on(now: Situation, inform: InformSettings) -> bool:
+    return not inform.until_clear or is_outside(now) or way_out(now) is not None

@@ -15,6 +15,7 @@ from behaviors.profile.settings import (
     CloseSettings as CloseSettings,
     EscapeSettings as EscapeSettings,
     HapticSettings as HapticSettings,
+    InformSettings as InformSettings,
     LeaveSettings as LeaveSettings,
     Policy as Policy,
     Settings as Settings,

@@ -83,8 +83,13 @@ def _drop(own: Item, key: str, old: OldKey, policy: str) -> None:
     if found.key != key or (old.values is not None and value not in old.values):
         return
     if old.said is not None and value not in old.said.get(policy, ()):
-        raise found.error(f"{value!r} is gone", old.instead)
+        raise found.error(f"{_shown(value)} is gone", old.instead)
     read = "nobody reads it" if old.said is None else f"the policy {policy} does so anyway"
-    found.note(f"{value!r} is gone; {read}", old.instead)
+    found.note(f"{_shown(value)} is gone; {read}", old.instead)
     section, _, name = key.rpartition(".")
     del own.inner(section).value[name]
+
+
+def _shown(value: Any) -> str:
+    """A value as messages show it."""
+    return "null" if value is None else repr(value)

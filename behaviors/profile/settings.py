@@ -318,6 +318,8 @@ class InformSettings:
     """The stop sign stays for so long at least, whatever hides it before."""
     until_clear: bool
     """And until both zones are clear, or there is a way out of them."""
+    moment: Annotated[Duration, Range(0.0, 600.0)]
+    """It ends at once if the user, lost when it began, is tracked again within so long."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from cobodeck.project import Catalogue, chart_names
 from engine.chart import Library, load_files
-from engine.files import FileError, Finding
+from engine.files import FileError, Finding, did_you_mean
 from engine.files.declared import Item, gather, load_yaml, notes
 
 if TYPE_CHECKING:
@@ -84,6 +84,9 @@ class FileChecker:
         """Check that the charts and parameters exist that a profile names."""
         from cobodeck.fitness import require
 
+        if profile.chart not in self._charts:
+            hint = did_you_mean(profile.chart, self._charts)
+            raise FileError([profile.finding("chart", "no such chart", hint)])
         require("validate", profile=profile, library=self._charts)
 
     def _fits(self, profile: Profile) -> None:

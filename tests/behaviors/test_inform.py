@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -33,14 +34,15 @@ class Waiting:
     """`UserReady` in a situation, begun at 0 s, with signals as the test puts them."""
 
     def __init__(self, now: Situation, lost: bool = False, **parameters: Any) -> None:
+        inform = replace(now.settings.inform, least=2.0, until_clear=True, cornered=6.0, moment=0.2)
         values = {
-            "environment": now.environment, "settings": now.settings, "base.pose": now.pose,
+            "environment": now.environment, "settings": replace(now.settings, inform=inform),
+            "base.pose": now.pose,
             "base.twist": now.twist, "user.pose": now.user, "user.velocity": now.velocity,
             "stop.engaged": None,
         }  # fmt: skip
         self.ctx = FakeContext(values)
-        shown = {"least": 2.0, "until_clear": True, "cornered": 6.0, "moment": 0.2}
-        self.run = UserReady(**{**shown, **parameters}).run(self.ctx)
+        self.run = UserReady(**parameters).run(self.ctx)
         self.until = 0
         assert self.at(0.0, **(LOST if lost else {})) is None
 

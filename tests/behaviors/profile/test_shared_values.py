@@ -10,7 +10,7 @@ import pytest
 from behaviors.profile.profile import load_profile, profile_names, resting_on_base
 from behaviors.profile.profile_layers import BASE, FOLDER
 from cobodeck.__main__ import main
-from cobodeck.terminal.console import OK, USAGE
+from cobodeck.terminal.console import FAILED, OK, USAGE
 from engine.files.declared.named import with_own_files
 from engine.files.finding import FileError
 from engine.files.source import plain, read_file
@@ -82,3 +82,14 @@ def test_a_profile_of_ones_own_may_be_called_base(tmp_path: Path) -> None:
         assert load_profile("base").settings.chase.inner == 2.6
         assert load_profile("tuned").settings.chase.inner == 1.5
         assert "base" in profile_names()
+
+
+def test_a_profile_names_a_chart_that_there_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    own = written(tmp_path, "profile: mine\nbase: tuned\nchart: cobodek\n")
+
+    assert main(["validate", str(own)]) == FAILED
+    told = capsys.readouterr().out
+    assert "3:8: error[D01] chart: no such chart" in told
+    assert "did you mean 'cobodeck'" in told
