@@ -15,7 +15,8 @@ class StopSign:
         """Show it, for so long at least, s, or hide it, once it has been shown for so long."""
         self.wanted = wanted
         if wanted:
-            self._least_ns = round(least * 1e9)
+            promised = 0 if self._since is None else self._least_ns
+            self._least_ns = max(promised, round(least * 1e9))
 
     def shown(self, now_ns: int) -> bool:
         """True while it is to be seen; call it in the order of time, once per step at least."""

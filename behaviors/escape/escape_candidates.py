@@ -45,7 +45,7 @@ class EscapeCandidates:
     ranks: tuple[Rank, ...]
     best: int | None
     touch_after: float
-    """Time until a touch on the best drive, s; infinite without a touch, or without a drive."""
+    """Time until a touch on the best drive, s, or, without one, while braking; infinite: none."""
 
     @property
     def goal(self) -> Pose2 | None:
@@ -77,14 +77,17 @@ def candidates(
     now: Situation, poses: Sequence[Pose2], outline: Outline | None = None
 ) -> EscapeCandidates:
     """Predict the drive to each of these poses, in the map."""
-    walks = predict_user(now, now.settings.user.likely)
-    if not poses:
-        return EscapeCandidates(now, (), outline, walks, (), None, math.inf)
-    drives, planner = _drives(now, poses), now.planners["escape"]
-    found = evaluate(now, drives, walks, outline)
-    ranks = _ranks(found)
-    best = cheapest(ranks, lambda i: ranks[i] if drives.keeps_off(i, planner) else None)
-    touch_after = math.inf if best is None else float(found.touch_after[best])
+    walks, planner = predict_user(now, now.settings.user.likely), now.planners["escape"]
+    ranks: tuple[Rank, ...] = ()
+    best = None
+    if poses:
+        drives = _drives(now, poses)
+        found = evaluate(now, drives, walks, outline)
+        ranks = _ranks(found)
+        best = cheapest(ranks, lambda i: ranks[i] if drives.keeps_off(i, planner) else None)
+    if best is None:
+        found = evaluate(now, _drives(now, (now.rest,)), walks, outline)
+    touch_after = float(found.touch_after[0 if best is None else best])
     return EscapeCandidates(now, tuple(poses), outline, walks, ranks, best, touch_after)
 
 

@@ -108,7 +108,7 @@ def time_left(
     if not _time_to_contact((-apart[0], -apart[1]), relative, contact) < lookahead:
         return math.inf
     speed = math.hypot(walks[0], walks[1])
-    c, s = walks[0] / speed, walks[1] / speed
+    c, s = (walks[0] / speed, walks[1] / speed) if speed > 0.0 else (0.0, 0.0)
     along, lateral = c * apart[0] + s * apart[1], c * apart[1] - s * apart[0]
     closing = speed - c * drives[0] - s * drives[1]
     drift = c * drives[1] - s * drives[0]

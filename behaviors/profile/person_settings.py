@@ -20,7 +20,7 @@ class WalkSettings:
     """… after turning this fast to where they go."""
     stands: Annotated[Duration, above_0(3600.0)]
     """Mean time until somebody who stands sets off."""
-    lookahead: Annotated[Duration, Range(0.5, 10.0)]
+    lookahead: Annotated[Duration, Range(1.0, 10.0)]
     """So far their lines are walked, and drives are simulated."""
     farthest: Annotated[Length, above_0(50.0)]
     """Nobody goes farther in one direction."""

@@ -62,7 +62,7 @@ def chord(speed: float, rate: float, fades: float, ahead: float) -> tuple[float,
     With rate(t) = rate e^(-t / fades) the heading at t is rate fades (1 - e^(-t / fades)). The
     chord is taken as that of a circle with the same angle turned, so that it is shorter than the
     arc by sin(a / 2) / (a / 2), and points along the mean heading over the time.
-    `behaviors.person.drives` compiles this function as it stands.
+    `behaviors.person.lines` compiles this function as it stands.
     """
     turned = rate * fades * (1.0 - math.exp(-ahead / fades))
     mean = fades * (rate - turned / ahead) if ahead > 0.0 else 0.0

@@ -291,12 +291,14 @@ def test_no_touch_is_ahead_while_a_drive_avoids_it(
     [(0.6, 1.15, True), (0.6, 0.95, False), (1.0, 0.0, True)],
     ids=["predicted in time", "later", "pursued"],
 )
+@pytest.mark.parametrize("poses", [(BEHIND,), ()], ids=["one pose", "no free pose any more"])
 def test_a_touch_counts_once_it_is_within_the_warning_or_the_robot_is_caught(
     tuned: Profile,
     situation_of: Callable[..., Situation],
     speed: float,
     before: float,
     shown: bool,
+    poses: tuple[Pose2, ...],
 ) -> None:
     """The gap of 12 cm comes (2.6 - 0.565 - 0.5 - 0.12) m later, give or take a step.
 
@@ -306,7 +308,7 @@ def test_a_touch_counts_once_it_is_within_the_warning_or_the_robot_is_caught(
     now = situation_of(tuned, BEHIND, **in_the_corridor(speed))
     watching = Escaping(TouchAhead(within=before * touch), now)
 
-    found = watching.go(escape_poses=(BEHIND,))  # the one place there is
+    found = watching.go(escape_poses=poses)  # the place where it stands, or none
 
     assert found == ("predicted" if shown else None)
 

@@ -68,3 +68,19 @@ def test_a_wanted_sign_is_shown_at_once_and_none_is_hidden_before_its_two_second
 @given(st.lists(st.booleans(), min_size=1, max_size=50))
 def test_a_sign_without_a_least_time_is_shown_while_it_is_wanted(wanted: list[bool]) -> None:
     assert told(wanted, least=0.0) == wanted
+
+
+@pytest.mark.requirement(114)
+@pytest.mark.parametrize("least", [0.0, 0.5])
+def test_a_sign_that_is_still_to_be_seen_keeps_the_longer_of_its_times(least: float) -> None:
+    sign = StopSign()
+    sign.want(True, 2.0)
+    assert sign.shown(0)
+    sign.want(False)
+    assert sign.shown(SECOND // 2)
+    sign.want(True, least)
+    assert sign.shown(SECOND)
+    sign.want(False)
+
+    assert sign.shown(2 * SECOND - 1)
+    assert not sign.shown(2 * SECOND)

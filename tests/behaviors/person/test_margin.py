@@ -56,6 +56,15 @@ def test_the_time_aside_is_the_last_at_which_the_robot_is_too_near_to_the_line(
 
 
 @pytest.mark.requirement(104)
+@pytest.mark.parametrize(("speed", "left"), [(1.0, -0.15), (0.3, math.inf), (0.0, math.inf)])
+def test_towards_somebody_who_stands_only_braking_counts(speed: float, left: float) -> None:
+    """0.6 m are left; 0.15 s at 1 m/s and braking at 1 m/s2 take 0.65 m."""
+    rules = Clearing(1.27, 0.15, 1.0, 3.0)
+
+    assert time_left((-1.27 - 0.6, 0.0), (0.0, 0.0), (speed, 0.0), rules) == left
+
+
+@pytest.mark.requirement(104)
 @given(
     along=st.floats(1.6, 4.0),
     lateral=st.floats(-1.2, 1.2),
