@@ -145,10 +145,9 @@ class BaseDrive:
         if driver is None or goal is not self._goal:
             driver = self._set_out_for(goal, planner)
         driver.planner = planner
+        aim, disc = goal, user_disc(now.user, self._own)
         if self._goes_round and now.user is not None:
             aim, disc = self._leg(planner, now, now.user, goal)
-        else:
-            aim, disc = goal, user_disc(now.user, self._own)
         if aim is not self._aim:
             driver.go_to(aim)
             self._aim = aim
