@@ -107,17 +107,19 @@ class MakeRoom(Action):
     def run(self, ctx: Context) -> Run:
         from behaviors.chase.beside import place_with_room
 
-        band, due, found = (self.room, self.far), 0, None
+        band, due = (self.room, self.far), 0
+        goal: Pose2 | None = None
         with BaseDrive(ctx, "chase", "chase", patience=None, straight=True) as drive:
             while (now := situation(ctx, "chase", "escape")) is not None:
                 if not self._is_crowded(now, has_settled(ctx, now)):
                     return "clear"
-                if found is None or ctx.now >= due:
+                if goal is None or ctx.now >= due:
                     due = ctx.after(now.settings.user.beside.again)
-                    found = place_with_room(now, band, None if found is None else found[0])
-                place, keeps = found
-                drive.keep(keeps)
-                drive.towards(Pose2(*place), now=now.around)
+                    present = None if goal is None else (goal.x, goal.y)
+                    place, keeps = place_with_room(now, band, present)
+                    drive.keep(keeps)
+                    goal = Pose2(*place)
+                drive.towards(goal, now=now.around)
                 yield ctx.value(BASE_REFUSAL)
         return "lost"
 
