@@ -131,7 +131,7 @@ def _decisions(environment: Environment, settings: Settings) -> tuple[Signal, ..
         Derived(
             "escape.required", DANGER,
             partial(danger.is_required, environment, settings), bool,
-            about="the user moves and is about to walk into the robot, or to catch it wherever it drives",
+            about="the user moves and is about to walk into the robot, or to catch it",
         ),
         Derived(
             "escape.safe", DANGER,
