@@ -74,10 +74,6 @@ class Situation:
             self.settings.user.margins.spare, (self.pose.x, self.pose.y), goal
         )
 
-    def slowed(self, command: Twist2, name: SubsystemName) -> Twist2:
-        """A subsystem's command, scaled to the admissible share of its speed."""
-        return self.environment.slowed(command, self.share, name)
-
 
 def situation(ctx: Context, *subsystems: SubsystemName) -> Situation | None:
     """The current situation with these planners; None while any of it is unknown or too old."""

@@ -218,16 +218,6 @@ class Environment:
             found.append(teb_planner)
         return found
 
-    def slowed(self, command: Twist2, share: float, name: SubsystemName) -> Twist2:
-        """A subsystem's command scaled to this share of its speed.
-
-        See `states.environment.extrapolated_state`.
-        """
-        if share >= 1.0:
-            return command
-        speed, yaw_rate = self.navigation.named(name).max_speed, self.limits.base_yaw_rate
-        return command.scaled_to(share * speed, share * yaw_rate)
-
     def standstill(self, pose: Pose2, twist: Twist2) -> Pose2:
         """Where the robot comes to rest if it brakes now: v^2 / 2a ahead; `twist` in base frame."""
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)

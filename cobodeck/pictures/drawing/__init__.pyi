@@ -6,7 +6,6 @@ from cobodeck.pictures.drawing.actors import (
     draw_trail as draw_trail,
     draw_user as draw_user,
     draw_zones as draw_zones,
-    view_yaw as view_yaw,
 )
 from cobodeck.pictures.drawing.arm_outline import (
     draw_arm as draw_arm,

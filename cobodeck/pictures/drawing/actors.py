@@ -64,11 +64,6 @@ def draw_zones(on: Sheet, user: UserPose, escape: EscapeSettings) -> None:
     on.explain("Escape zones", Line2D([], [], color=RED, lw=0.9, ls=(0, (4, 2.5))))
 
 
-def view_yaw(user: UserPose, view: str) -> float:
-    """The direction of the head or of the body, rad."""
-    return user.head_yaw if view == "head" else user.body.yaw
-
-
 def _arc(centre: Pose2, radius: float, low: float, high: float) -> list[Point]:
     count = max(2, math.ceil((high - low) / math.radians(3.0)) + 1)
     angles = (low + (high - low) * i / (count - 1) for i in range(count))
