@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from behaviors import person
 from behaviors.situation import CHANGES, READS, WAYS, Situation, situation
 from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
 from engine.files import Duration, Length, Speed
@@ -37,14 +38,14 @@ def is_crowded(
     past it: then the turn counts within the profile's `turn`. Distances are to where the robot
     comes to rest. A robot that was crowded before is so `again` within a little more room.
     """
-    speed, body, rest, user = now.velocity.speed, now.user.body, now.rest, now.settings.user
+    speed, body, user = now.velocity.speed, now.user.body, now.settings.user
+    if speed <= walking and abs(now.velocity.wz) <= user.walks.turning:
+        return False
+    rest = now.rest
     distance = rest.distance_to(body)
     if speed <= walking:
-        if abs(now.velocity.wz) <= user.walks.turning:
-            return False
-        from behaviors.person import turns_at_it, watched_from
-
-        return distance < (watched_from(now) if settled else user.beside.turn) and turns_at_it(now)
+        near = person.watched_from(now) if settled else user.beside.turn
+        return distance < near and person.turns_at_it(now)
     room += user.beside.slack if again else 0.0
     spare = distance - room
     if spare < 0.0:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import random
 from collections.abc import Sequence
 
@@ -43,13 +42,12 @@ def least_cost(now: Situation, cells: Array) -> Point | None:
 
     Of those within the `tie` of the cheapest it is the one with the shortest path.
     """
-    places, costs = cells[:, :2].tolist(), cells[:, 2].tolist()
-    first = _in_reach(now, places, costs)
+    costs: list[float] = cells[:, 2].tolist()
+    first = _in_reach(now, cells, costs)
     if first is None:
         return None
-    least = 1.0 / costs[places.index([*first])] - now.settings.chase.tie
-    equal = [place for place, cost in zip(places, costs, strict=True) if 1.0 / cost >= least]
-    return _in_reach(now, equal, [0.0] * len(equal))
+    equal = cells[1.0 / cells[:, 2] >= 1.0 / costs[first] - now.settings.chase.tie]
+    return _place(equal, _in_reach(now, equal, [0.0] * len(equal)))
 
 
 def cells_with_risk(now: Situation, cells: Array) -> Array:
@@ -82,7 +80,7 @@ def chase_cell(
         levels = [-weight for weight in weights]
     else:
         levels = _sampled(weights, random.Random(repr((sample, now.user.body))))
-    return _in_reach(now, cells[:, :2].tolist(), levels)
+    return _place(cells, _in_reach(now, cells, levels))
 
 
 def _sampled(weights: Sequence[float], chance: random.Random) -> list[float]:
@@ -100,15 +98,19 @@ def free_cells(now: Situation, cells: Array) -> Array:
     return there[now.planners["chase"].are_free(there[:, :2].copy())]
 
 
-def _in_reach(now: Situation, places: Sequence[Point], levels: Sequence[float]) -> Point | None:
-    """The place of the lowest level that can be reached, of equal ones by the shortest path."""
+def _in_reach(now: Situation, cells: Array, levels: Sequence[float]) -> int | None:
+    """Index of the cell of the lowest level in reach, of equal ones by the shortest path."""
     planner, here = now.planners["chase"], (now.pose.x, now.pose.y)
+    places: list[Point] = cells[:, :2].tolist()
 
     def total(i: int) -> tuple[float, float] | None:
         x, y = places[i]
         path = planner.plan(here, (x, y), now.user_disc("chase", (x, y)))
         return None if path is None else (levels[i], path.length)
 
-    bounds = [(level, math.dist(place, here)) for level, place in zip(levels, places, strict=True)]
-    best = cheapest(bounds, total, tries=now.settings.chase.tries)
-    return None if best is None else (places[best][0], places[best][1])
+    lengths = np.hypot(cells[:, 0] - here[0], cells[:, 1] - here[1]).tolist()
+    return cheapest(list(zip(levels, lengths, strict=True)), total, tries=now.settings.chase.tries)
+
+
+def _place(cells: Array, chosen: int | None) -> Point | None:
+    return None if chosen is None else (float(cells[chosen, 0]), float(cells[chosen, 1]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from behaviors import person
 from behaviors.escape.escape_poses import free_poses
 from behaviors.profile import Settings
 from behaviors.situation import Situation
@@ -35,9 +36,7 @@ def is_required(
     escape = settings.escape
     if velocity.speed < escape.moving:
         return False
-    from behaviors.person import Clearing
-
-    rules = Clearing.of(environment, settings)
+    rules = person.Clearing.of(environment, settings)
     if will_be_reached(rules, user.body, base, velocity, twist.rotated(base.yaw)):
         return True
     if _is_far(rules, settings, user, base, velocity, twist):
@@ -86,9 +85,7 @@ def is_safe(
     Arguments as for `is_required`.
     """
     escape = settings.escape
-    from behaviors.person import Clearing
-
-    calm, rules = settings.user.margins.calm, Clearing.of(environment, settings)
+    calm, rules = settings.user.margins.calm, person.Clearing.of(environment, settings)
     later = rules._replace(
         contact=rules.contact + escape.hysteresis, reaction=rules.reaction + calm
     )
@@ -118,8 +115,6 @@ def will_be_reached(
 
     `velocity` is the user's, who walks, `motion` the robot's, both in the map frame.
     """
-    from behaviors.person import time_left
-
     apart = (base.x - user.x, base.y - user.y)
     walks, drives = (velocity.vx, velocity.vy), (motion.vx, motion.vy)
-    return time_left(apart, walks, drives, rules) < 0.0
+    return person.time_left(apart, walks, drives, rules) < 0.0
