@@ -77,12 +77,11 @@ class UserCrowds(Monitor):
         news = On(*CHANGES)
         while True:
             now = situation(ctx)
-            if now is not None and self._is_crowded(now, has_settled(ctx, now)):
+            if now is not None and is_crowded(
+                now, self.room, self.ahead, self.walking, has_settled(ctx, now)
+            ):
                 return "crowded"
             yield news
-
-    def _is_crowded(self, now: Situation, settled: bool) -> bool:
-        return is_crowded(now, self.room, self.ahead, self.walking, settled)
 
 
 class MakeRoom(Action):

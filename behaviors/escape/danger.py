@@ -59,7 +59,7 @@ def _is_far(
     It is a bound, for both walking straight at each other and the robot braking.
     """
     within = settings.user.walks.stops + settings.user.window + rules.reaction + calm
-    braking = twist.speed * twist.speed / (2.0 * rules.acceleration)
+    braking = (twist.vx * twist.vx + twist.vy * twist.vy) / (2.0 * rules.acceleration)
     near = rules.contact + settings.user.margins.touch
     return user.body.distance_to(base) > near + velocity.speed * within + braking
 

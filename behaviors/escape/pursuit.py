@@ -8,7 +8,6 @@ from collections.abc import Iterable
 import numpy as np
 
 from behaviors.person import pursued, roll_out
-from behaviors.profile import WalkSettings
 from behaviors.situation import Situation
 from hw import Outline, Pose2
 
@@ -51,12 +50,8 @@ def walks_at_it(now: Situation, within: float) -> bool:
     body, velocity = now.user.body, now.velocity
     if velocity.speed <= 0.0:
         return False
-    walks = Pose2(body.x, body.y, math.atan2(velocity.vy, velocity.vx))
-    off = walks.bearing_to(now.pose)
-    bend = math.copysign(1.0, off) * _bend(now.settings.user.walks, velocity.wz)
-    return abs(off) - max(0.0, bend) * now.settings.user.walks.bend_for < within
-
-
-def _bend(walks: WalkSettings, rate: float) -> float:
-    """The turn rate of a walker's bend, rad/s; what is more is the tail of a turn on the spot."""
-    return max(-walks.bend_most, min(walks.bend_most, rate))
+    heads = Pose2(body.x, body.y, math.atan2(velocity.vy, velocity.vx))
+    off = heads.bearing_to(now.pose)
+    walks = now.settings.user.walks  # what turns faster is the tail of a turn on the spot
+    bend = math.copysign(1.0, off) * max(-walks.bend_most, min(walks.bend_most, velocity.wz))
+    return abs(off) - max(0.0, bend) * walks.bend_for < within

@@ -38,8 +38,8 @@ FAULTS = (
     Fault(
         "bend-clamped-on-one-side",
         "behaviors/escape/pursuit.py",
-        "max(-walks.bend_most, min(walks.bend_most, rate))",
-        "min(walks.bend_most, rate)",
+        "max(-walks.bend_most, min(walks.bend_most, velocity.wz))",
+        "min(walks.bend_most, velocity.wz)",
         (
             "tests/behaviors/test_dodge.py::"
             "test_a_bend_towards_the_robot_counts_for_half_a_second_at_1_2_radians_per_second_at_most"
