@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from behaviors.escape.escape_drive import AWAY, can_stop, drive_to_goals
 from behaviors.escape.escape_poses import free_poses
 from behaviors.situation import (
-    ESCAPE_CANDIDATES,
     ESCAPE_POSES,
     ESCAPE_REQUIRED,
     ESCAPE_SAFE,
@@ -15,13 +14,16 @@ from behaviors.situation import (
     Situation,
     situation,
 )
-from engine import NEVER_NS, Action, Context, Monitor, On, Run, Until
+from engine import NEVER_NS, Action, Context, Key, Monitor, On, Run, Until
 from engine.files import Duration, Length
 from hw import OLD_S, Pose2
 from states.environment import ARM_JOINTS
 
 if TYPE_CHECKING:
     from behaviors.escape.escape_candidates import EscapeCandidates
+
+ESCAPE_CANDIDATES: Key[EscapeCandidates] = Key("escape.candidates")
+"""The free Escape poses, with what is predicted for the drive to each of them."""
 
 
 class EscapeRequired(Monitor):

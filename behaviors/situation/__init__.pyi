@@ -6,7 +6,6 @@ from behaviors.situation.chase_cells import (
     weighted_cells as weighted_cells,
 )
 from behaviors.situation.keys import (
-    ESCAPE_CANDIDATES as ESCAPE_CANDIDATES,
     ESCAPE_POSES as ESCAPE_POSES,
     ESCAPE_REQUIRED as ESCAPE_REQUIRED,
     ESCAPE_SAFE as ESCAPE_SAFE,

@@ -12,14 +12,12 @@ from hw import Pose2
 from states.environment import SignalReader
 
 if TYPE_CHECKING:
-    from behaviors.escape import EscapeCandidates
     from behaviors.profile import Settings
 
 SETTINGS: Key[Settings] = Key("settings")
 ESCAPE_REQUIRED: Key[bool] = Key("escape.required")
 ESCAPE_SAFE: Key[bool] = Key("escape.safe")
 ESCAPE_POSES: Key[tuple[Pose2, ...]] = Key("escape.poses")
-ESCAPE_CANDIDATES: Key[EscapeCandidates] = Key("escape.candidates")
 
 
 def settings_of(ctx: SignalReader) -> Settings:
