@@ -18,7 +18,7 @@ FAULTS = (
     Fault(
         "goal-under-way-forgotten",
         "behaviors/chase/make_room.py",
-        "place_with_room(now, band, None if found is None else found[0])",
+        "place_with_room(now, band, present)",
         "place_with_room(now, band, None)",
         (
             "tests/behaviors/test_make_room.py::"
@@ -92,8 +92,8 @@ FAULTS = (
     Fault(
         "cells-without-their-half",
         "behaviors/situation/chase_cells.py",
-        "(np.arange(-reach, reach) + 0.5) * chase.cell",
-        "np.arange(-reach, reach) * chase.cell",
+        "(np.arange(-reach, reach) + 0.5) * ring.cell",
+        "np.arange(-reach, reach) * ring.cell",
         "tests/behaviors/test_chase.py::test_the_space_has_5998_cells_at_the_paper_s_values",
     ),
     Fault(

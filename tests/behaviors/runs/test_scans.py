@@ -14,7 +14,8 @@ import pytest
 
 from behaviors.chase.chase_states import Approach
 from behaviors.chase.make_room import MakeRoom
-from behaviors.escape.escape_states import DriveToBest, escape_poses
+from behaviors.escape import escape_poses
+from behaviors.escape.escape_states import DriveToBest
 from behaviors.escape.paper_escape import DriveToFirst
 from behaviors.profile.profile import Profile
 from behaviors.signal_table import OBSTACLES, signals
