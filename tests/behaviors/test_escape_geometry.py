@@ -9,14 +9,12 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from behaviors.escape import escape_poses
+from behaviors.escape.zones import in_zone
 from behaviors.profile.profile import Profile
-from hw.geometry import STILL, Pose2, Twist2
+from hw.geometry import Pose2
 from hw.samples import UserPose
 from hw.scene.room import Room
 from states.environment.environment import Environment
-from tests.behaviors.conftest import is_required, is_safe
-
-EDGE = 1e-6
 
 
 def places() -> Iterator[tuple[float, float]]:
@@ -37,24 +35,15 @@ def is_raised(robot: complex, body: complex, view: float) -> bool:
 @pytest.mark.requirement(104)
 @pytest.mark.parametrize("view", [0.0, 1.0, math.pi, -2.3])
 @pytest.mark.parametrize("body_yaw", [0.0, 2.0])
-def test_the_trigger_all_around_the_user(
-    paper: Profile, environment_of: Callable[..., Environment], view: float, body_yaw: float
-) -> None:
-    environment, body = environment_of(paper), 10.0 + 9.0j
+def test_the_trigger_all_around_the_user(paper: Profile, view: float, body_yaw: float) -> None:
+    body = 10.0 + 9.0j
     user = UserPose(Pose2(body.real, body.imag, body_yaw), view)
     raised = 0
     for distance, bearing in places():
         robot = body + cmath.rect(distance, view + bearing)
         expected = is_raised(robot, body, view)
 
-        found = is_required(
-            environment,
-            paper.settings,
-            user,
-            Pose2(robot.real, robot.imag, 0.4),
-            Twist2(0.2 + EDGE),
-            STILL,
-        )
+        found = in_zone(paper.settings.escape, user, Pose2(robot.real, robot.imag, 0.4))
 
         assert found is expected, (distance, math.degrees(bearing))
         raised += expected
@@ -62,17 +51,15 @@ def test_the_trigger_all_around_the_user(
 
 
 @pytest.mark.requirement(104, 112)
-def test_a_user_who_sways_at_the_edge_raises_once_and_is_safe_once(
-    paper: Profile, environment_of: Callable[..., Environment]
-) -> None:
+def test_a_user_who_sways_at_the_edge_raises_once_and_is_safe_once(paper: Profile) -> None:
     """Between the zone and its hysteresis neither holds: no flicker."""
-    environment, robot, walking = environment_of(paper), Pose2(10.0, 10.0), Twist2(0.5)
+    escape, robot = paper.settings.escape, Pose2(10.0, 10.0)
     seen = []
     for distance in (3.0, 2.55, 2.45, 2.55, 2.45, 2.6, 2.69, 2.49, 2.69, 2.71):
         user = UserPose(Pose2(10.0 + distance, 10.0, math.pi), math.pi)
-        if is_required(environment, paper.settings, user, robot, walking, STILL):
+        if in_zone(escape, user, robot):
             seen.append("required")
-        if is_safe(environment, paper.settings, user, robot, walking, STILL):
+        if not in_zone(escape, user, robot, escape.hysteresis):
             seen.append("safe")
 
     changes = [now for before, now in zip(["", *seen], seen, strict=False) if now != before]
