@@ -13,7 +13,7 @@ from engine import Action, Context, Monitor, On, Run, Yielded
 from engine.files import Angle, Length
 from engine.files.declared import ABOVE_0
 from hw import USER_RADIUS, Pose2, Pose3, wrap
-from hw.safety import SafetyLimits, allowed_speed, nearness
+from hw.safety import SafetyLimits
 from states import SubsystemName
 from states.environment import HAPTIC_REQUEST, RELEASE, planner_key
 from states.navigation import comes_in, way_in
@@ -132,6 +132,8 @@ def closing_time(now: Situation, goal: Pose2, closing: float) -> float:
     The safety chain admits a closing speed by the gap, or that of a granted touch; the mean of its
     inverse at both ends counts.
     """
+    from hw.safety import allowed_speed, nearness
+
     if closing <= 0.0:
         return 0.0
     environment, user = now.environment, now.user.body

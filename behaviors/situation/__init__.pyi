@@ -1,9 +1,11 @@
 from behaviors.situation.chase_cells import (
     Array as Array,
-    ChaseRing as ChaseRing,
     placed as placed,
     timed_cells as timed_cells,
     weighted_cells as weighted_cells,
+)
+from behaviors.situation.chase_ring import (
+    ChaseRing as ChaseRing,
 )
 from behaviors.situation.keys import (
     ESCAPE_POSES as ESCAPE_POSES,

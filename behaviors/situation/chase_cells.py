@@ -6,47 +6,18 @@ Arrays are in the user's frame, x ahead and y left, m, if nothing else is said.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from behaviors.profile import ChaseSettings, Settings
+from behaviors.profile import Settings
+from behaviors.situation.chase_ring import ChaseRing
 from hw import Pose2
 from states.environment import Environment
 from states.navigation.local import rest_to_rest
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class ChaseRing:
-    """Two arcs around the user: between two radii, m, without sectors ahead and behind, rad."""
-
-    inner: float
-    outer: float
-    front: float
-    rear: float
-    cell: float
-
-    @classmethod
-    def of(
-        cls,
-        chase: ChaseSettings,
-        inner: float | None = None,
-        outer: float | None = None,
-        front: float | None = None,
-        rear: float | None = None,
-    ) -> ChaseRing:
-        """The ring of the settings, with the values that are given in place of theirs."""
-        return cls(
-            chase.inner if inner is None else inner,
-            chase.outer if outer is None else outer,
-            chase.front if front is None else front,
-            chase.rear if rear is None else rear,
-            chase.cell,
-        )
 
 
 def cells_of(ring: ChaseRing) -> Array:

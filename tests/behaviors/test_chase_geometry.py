@@ -10,7 +10,8 @@ import pytest
 
 from behaviors.chase.waiting_place import chase_cell, free_cells
 from behaviors.profile.profile import Profile
-from behaviors.situation.chase_cells import Array, ChaseRing, weighted_cells
+from behaviors.situation.chase_cells import Array, weighted_cells
+from behaviors.situation.chase_ring import ChaseRing
 from behaviors.situation.present_situation import Situation
 from hw.geometry import Pose2
 from hw.samples import UserPose

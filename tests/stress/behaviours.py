@@ -18,7 +18,8 @@ from behaviors.person.margin import Clearing, is_met_braking, lacking, time_asid
 from behaviors.person.touch import evaluate, pursued
 from behaviors.person.waiting import risks, way_risks
 from behaviors.profile.profile import Profile, load_profile
-from behaviors.situation.chase_cells import ChaseRing, timed_cells, weighted_cells
+from behaviors.situation.chase_cells import timed_cells, weighted_cells
+from behaviors.situation.chase_ring import ChaseRing
 from behaviors.situation.present_situation import Situation
 from cobodeck.avoidable.motion_search import Question, RobotLimits, RobotState, Walk, best_motion
 from hw.geometry import Pose2, Pose3, Twist2

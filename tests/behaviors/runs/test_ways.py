@@ -12,7 +12,7 @@ import pytest
 from behaviors import haptic
 from behaviors.chase.waiting_place import chase_place
 from behaviors.profile.profile import Profile
-from behaviors.situation.chase_cells import ChaseRing
+from behaviors.situation.chase_ring import ChaseRing
 from behaviors.situation.present_situation import Situation
 from hw.geometry import STILL, Pose2, Pose3
 from hw.samples import UserPose

@@ -151,7 +151,7 @@ def test_three_failures_of_escape_within_ten_seconds_are_a_loop_lost_tracking_is
 @pytest.mark.requirement(18)
 def test_the_time_shown_outside_inform_is_told_apart(sim: ChartTester) -> None:
     sim.start(WARNS)
-    sim.end("calm", "raised")
+    sim.end("idle", "raised")
     sim.until("away")
     sim.end("away/tracking", "lost")
     sim.until("warned")
@@ -168,7 +168,7 @@ def test_the_time_shown_outside_inform_is_told_apart(sim: ChartTester) -> None:
     assert shown((0.0, 0.5)) == (0.5, 0.0)
     assert shown((-0.25, 0.5)) == (0.75, 0.25)
     sim.end("warned/ready", "restarted")
-    sim.until("calm")
+    sim.until("idle")
     ended = visits(sim.run, "inform")[0].ended_ns
     assert ended is not None
     lasted = (ended - entered) / 1e9
