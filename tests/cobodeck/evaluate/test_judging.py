@@ -295,7 +295,7 @@ class Asking:
     def __init__(self, now):
         self.told = None
 
-    def inform(self, show):
+    def inform(self, show, sign=True, least=0.0):
         pass
 
     def stop(self):

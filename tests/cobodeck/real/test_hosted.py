@@ -101,7 +101,7 @@ class Vr(Parts):
 
     signals = ("vr.haptic_request", "vr.release", "vr.restart")
 
-    def inform(self, show: bool) -> None:
+    def inform(self, show: bool, sign: bool = True, least: float = 0.0) -> None:
         """Nobody looks."""
 
 
