@@ -17,12 +17,12 @@ from behaviors.situation import Situation
 from hw import compiled, compiled_like_numpy, example
 from hw.scene import Point
 from states.navigation import GlobalPlanner
+from states.navigation.local import straight_planner
 
 Array = NDArray[np.float64]
 
-STEP_S = 0.1
-"""Step of simulated drives and lines of walk, s: in one a robot at 1 m/s2 changes by 5 mm what it
-would drive."""
+STEP_S = straight_planner.STEP_S
+"""Step of simulated drives and lines of walk, s: that of the drive which they stand for."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

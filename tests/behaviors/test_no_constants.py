@@ -9,7 +9,6 @@ from tests.behaviors.deciding import deciding, left_to_code, numbers_of
 
 EXCEPTIONS: Mapping[str, str] = {
     "chase/waiting_place.py:LEAST_WEIGHT": "rounding: keeps a division by a weight of 0 finite",
-    "person/drives.py:STEP_S": "numerical: the step of integrating drives and lines of walk",
 }
 """Physics, and tolerances of rounding: each with its source."""
 
