@@ -3,6 +3,7 @@
 The peers belong to the test, so that they outlive the engine; the truth comes to the test alone.
 """
 
+import math
 import select
 import subprocess
 import sys
@@ -29,6 +30,7 @@ class WholeRobot:
         alone = text[: text.index("peers:")] + text[text.index("links:") :]
         self.file = self._write(folder / "robot.yaml", alone)
         setup = open_setup("cobodeck", None, None, robot=connection)
+        self._base = setup.robot.base
         options = Options(user="brief", requests=1, seed=seed, connection=connection)
         opening = opening_of(setup, setup.uses(), options, connection, time.monotonic_ns)
         self.peers = {}
@@ -75,19 +77,35 @@ class WholeRobot:
             before = stamp, truth
         return None
 
-    def steps_until_standing(self, since_ns: int) -> int:
-        """World steps from an instant until the base stands, and goes on standing for a second."""
-        before, standing_since = None, None
+    def steps_until_standing(self, since_ns: int) -> tuple[int, int]:
+        """World steps from an instant until the base goes on standing for a second.
+
+        With the most that its brakes need, of the speeds since: all wheels brake with the same
+        ramp, sqrt(2) times `brake_deceleration` at the rim, so the fastest one stops last.
+        """
+        before, standing_since, rim = None, None, 0.0
+        brakes = math.sqrt(2.0) * self._base.brake_deceleration
         for stamp, truth in self.truths():
             if before is not None and stamp > since_ns:
+                rim = max(rim, self._rim_speed(before, (stamp, truth)))
                 if speed(before, (stamp, truth)) > 0.02:
                     standing_since = None
                 else:
                     standing_since = standing_since or stamp
                     if stamp - standing_since > 10**9:
-                        return (standing_since - since_ns) // 10_000_000
+                        steps = (standing_since - since_ns) // 10_000_000
+                        return steps, math.ceil(rim / brakes * 100.0)
             before = stamp, truth
-        return -1
+        raise AssertionError("the base does not come to a stand")
+
+    def _rim_speed(self, before, after) -> float:
+        """Of the fastest wheel between two truths, m/s: |vx| + |vy| + lever |wz| of the base."""
+        (t0, a), (t1, b) = before, after
+        if t1 <= t0:
+            return 0.0
+        moved = a.base.inverse() @ b.base
+        lever = self._base.half_wheelbase + self._base.half_track
+        return (abs(moved.x) + abs(moved.y) + lever * abs(moved.yaw)) / ((t1 - t0) * 1e-9)
 
     def children(self) -> dict[str, int]:
         """The engine's own processes by module."""

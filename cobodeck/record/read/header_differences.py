@@ -15,7 +15,6 @@ LEFT_OUT = {"format", "began", "command", "given", "named", "charts", "files"}
 """Entries that differ between any two runs, are redundant, or are compared separately."""
 WORDS = {"versions": "version of {}", "code": "code of {}", "parts": "part {}", "options": "{}"}
 """The names of nested entries."""
-PROFILE_TEXT = "text of the profile"
 LINES = 3
 """Number of differing lines shown per place and record; twice as many in all."""
 
@@ -58,11 +57,8 @@ def _entries(header: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _files(a: Record, b: Record) -> Iterator[HeaderDifference]:
-    """Charts and profile compared by role, wherever their files are; all other files by name."""
-    used = [_used(record) for record in (a, b)]
-    if not all(PROFILE_TEXT in files for files in used):  # one has a base, or values of its own
-        for files in used:
-            files.pop(PROFILE_TEXT, None)
+    """Charts compared by their names, wherever their files are; all other files by theirs."""
+    used = [_charts(record) for record in (a, b)]
     apart = {file for files in used for file in files.values()}
     one, other = (_read(*given, apart) for given in zip((a, b), used, strict=True))
     for what in sorted({*one, *other}):
@@ -72,14 +68,9 @@ def _files(a: Record, b: Record) -> Iterator[HeaderDifference]:
             yield HeaderDifference(what, before, after, *lines)
 
 
-def _used(record: Record) -> dict[str, str]:
-    """The files of the charts and the profile that were run, by their role."""
-    header = record.header
-    found = {f"chart {name}": file for name, file in header["charts"].items()}
-    for file, told in _hashes(record).items():
-        if told == header["profile"]["sha256"]:
-            found[PROFILE_TEXT] = file
-    return found
+def _charts(record: Record) -> dict[str, str]:
+    """The files of the charts that were run."""
+    return {f"chart {name}": file for name, file in record.header["charts"].items()}
 
 
 def _read(

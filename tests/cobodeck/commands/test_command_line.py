@@ -144,7 +144,7 @@ WRONG = [  # arguments, exit code, part of the message
     ("simulate --scene lab_c", USAGE, "did you mean 'lab_b'"),
     ("simulate --profile tunde", USAGE, "did you mean 'tuned'"),
     ("simulate --profile near.yaml", FAILED, "0.3 m is too little for rbkairos_ur10"),
-    ("validate near.yaml", FAILED, "near.yaml:39:59: error[D01] navigation.escape.inflation"),
+    ("validate near.yaml", FAILED, "near.yaml:3:34: error[D01] navigation.escape.inflation"),
     ("simulate --scene pipe.yaml", FAILED, "pipe.yaml: cannot be read: it is no regular file"),
     ("simulate --profile pipe.yaml", FAILED, "it is no regular file"),
     ("simulate --user pipe.yaml", FAILED, "it is no regular file"),

@@ -88,7 +88,8 @@ def test_of_two_profiles_every_figure_that_differs_is_shown_with_its_difference(
 
     assert code == FAILED
     assert line_of(text, "profile")[1::2] == ["tuned", "paper"]
-    assert re.search(r"text of the profile: \d+ lines differ\n      A 1: ", text)
+    assert line_of(text, "navigation.chase.tolerance")[1:] == ["5", "cm", "20", "cm"]
+    assert re.search(r"file charts/profiles/paper.yaml +- +[0-9a-f]{12}\n", text)
     found = line_of(text, "distance_m")
     change = b["distance_m"] - a["distance_m"]
     assert float(found[1]) == pytest.approx(a["distance_m"], rel=1e-5)
@@ -174,7 +175,8 @@ def test_of_texts_some_lines_that_differ_are_shown(tmp_path: Path, capsys: Any) 
     told = capsys.readouterr().out
 
     number = 1 + next(n for n, line in enumerate(lines) if line.startswith("  base_speed:"))
-    assert "text of the profile: 2 lines differ" in told
+    assert re.search(r"robot\.base_speed +2\.0 m/s +1\.5 m/s\n", told)
+    assert "/mine.yaml: 2 lines differ" in told
     assert "A 1: profile: a" in told
     assert f"A {number}: base_speed: 2.0 m/s" in told
     assert f"B {number}: base_speed: 1.5 m/s" in told
