@@ -61,7 +61,7 @@ def _nodes(item: Any) -> Iterator[Mapping[str, Any]]:
 
 def _parameters_of_states() -> Iterator[tuple[str, list[str]]]:
     """The states of the behaviours, and their parameters with numbers as defaults."""
-    for file in sorted(BEHAVIOURS.glob("*.py")):
+    for file in sorted(BEHAVIOURS.rglob("*.py")):
         for node in ast.parse(file.read_text("utf-8")).body:
             if isinstance(node, ast.ClassDef) and _is_state(node):
                 for made in node.body:
