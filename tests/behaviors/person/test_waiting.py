@@ -67,7 +67,7 @@ def expected(
             lacks.append(0.0)
             continue
         turn = abs(cmath.phase(cmath.exp(1j * (angle - facing))))
-        has = max(0.0, reach) / 1.5 + turn / 3.0
+        has = max(0.0, reach) / 1.3 + turn / 3.0
         across = cmath.rect(1.0, angle + 0.5 * math.pi)
         sides = [place + across * (side * contact - seen.imag) for side in (1.0, -1.0)]
         needs = min(time_aside(place, onto, contact, acceleration) for onto in sides)
@@ -149,12 +149,12 @@ def test_far_away_and_behind_a_wall_there_is_no_risk(
     tuned: Profile, situation_of: Callable[..., Situation]
 ) -> None:
     assert risk_at(alone(tuned, situation_of), 20.0 + 0.0j) == [0.0]
-    wall = ((3.0, -5.0), (3.1, -5.0), (3.1, 5.0), (3.0, 5.0))
+    wall = ((2.5, -5.0), (2.6, -5.0), (2.6, 5.0), (2.5, 5.0))
     room = Room(outer=LARGE.outer, columns=(wall,))
     user = UserPose(Pose2(0.0, 0.0), 0.0)
 
-    [open_floor] = risk_at(alone(tuned, situation_of), 4.4 + 0.0j)
-    [walled] = risk_at(situation_of(tuned, Pose2(8.0, 8.0), user, room=room), 4.4 + 0.0j)
+    [open_floor] = risk_at(alone(tuned, situation_of), 4.0 + 0.0j)
+    [walled] = risk_at(situation_of(tuned, Pose2(8.0, 8.0), user, room=room), 4.0 + 0.0j)
 
     assert open_floor > 0.0
     assert walled == 0.0
