@@ -326,11 +326,11 @@ def test_a_walking_user_crowds_the_robot_before_they_are_near(
 @pytest.mark.parametrize(
     ("distance", "off", "rate", "crowded"),
     [
-        (4.4, 0.0, 0.5, True),
-        (4.4, 1.0, 3.0, True),
-        (4.4, 1.0, -3.0, False),  # turns away from it
+        (4.0, 0.0, 0.5, True),
+        (4.0, 1.0, 3.0, True),
+        (4.0, 1.0, -3.0, False),  # turns away from it
         (2.0, 2.5, 3.0, False),  # too far round
-        (4.6, 0.0, 3.0, False),
+        (4.2, 0.0, 3.0, False),
         (2.0, 0.0, 0.3, False),
     ],
 )
