@@ -6,14 +6,14 @@ import math
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated
 
+from behaviors import person
 from behaviors.choice import cheapest
 from behaviors.profile import CloseSettings, HapticSettings, Settings
 from behaviors.situation import CHANGES, WAYS, Situation, situation
 from engine import Action, Context, Monitor, On, Run, Yielded
 from engine.files import Angle, Length
 from engine.files.declared import ABOVE_0
-from hw import USER_RADIUS, Pose2, Pose3, wrap
-from hw.safety import SafetyLimits
+from hw import Pose2, Pose3, wrap
 from states import SubsystemName
 from states.environment import HAPTIC_REQUEST, RELEASE, planner_key
 from states.navigation import comes_in, way_in
@@ -112,7 +112,7 @@ def reachable(
         if length is not None:
             turn = abs(wrap(goal.yaw - now.pose.yaw))
             closing = max(0.0, outside.distance_to(now.user.body) - goal.distance_to(now.user.body))
-            found[goal] = drive_time(now, length, turn) + closing_time(now, goal, closing)
+            found[goal] = drive_time(now, length, turn) + person.closing_time(now, goal, closing)
     return found
 
 
@@ -124,30 +124,6 @@ def _way_length(now: Situation, name: SubsystemName, outside: Pose2, goal: Pose2
     if path is None or (outside is not goal and not planner.allows(place, (goal.x, goal.y))):
         return None
     return path.length
-
-
-def closing_time(now: Situation, goal: Pose2, closing: float) -> float:
-    """Time to come nearer to the user by so much, m, on the last of the way to a goal, s.
-
-    The safety chain admits a closing speed by the gap, or that of a granted touch; the mean of its
-    inverse at both ends counts.
-    """
-    from hw.safety import allowed_speed, nearness
-
-    if closing <= 0.0:
-        return 0.0
-    environment, user = now.environment, now.user.body
-    limits = SafetyLimits.of(environment.robot, environment.limits)
-    shape, stopping = limits.footprint, limits.stopping
-    braking = (stopping.deceleration, stopping.reaction, stopping.clearance)
-    place = goal.inverse().transform(user.x, user.y)
-    gap = nearness(shape.half_length, shape.half_width, *place, USER_RADIUS).gap
-    fastest = environment.navigation.haptic.max_speed
-    slowness = []
-    for left in (gap, gap + closing):
-        admitted = allowed_speed(left, limits.uncertainty, 0.0, braking)
-        slowness.append(1.0 / min(fastest, max(limits.touch_speed, admitted)))
-    return 0.5 * closing * sum(slowness)
 
 
 def first_pose(now: Situation, free: Sequence[Pose2]) -> Pose2 | None:

@@ -15,6 +15,7 @@ from behaviors.person.drives import (
     STEP_S as STEP_S,
     Array as Array,
     Rollouts as Rollouts,
+    closing_time as closing_time,
     roll_out as roll_out,
 )
 from behaviors.person.lines import (

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from behaviors.situation import Situation
-from hw import compiled, compiled_like_numpy, example
+from hw import USER_RADIUS, Pose2, compiled, compiled_like_numpy, example
+from hw.safety import SafetyLimits, allowed_speed, nearness
 from hw.scene import Point
 from states.navigation import GlobalPlanner
 from states.navigation.local import straight_planner
@@ -129,7 +130,30 @@ def _rest_places(trajectory: Array, acceleration: float, breaks: tuple[int, ...]
     return places
 
 
+def closing_time(now: Situation, goal: Pose2, closing: float) -> float:
+    """Time to come nearer to the user by so much, m, on the last of the way to a goal, s.
+
+    The safety chain admits a closing speed by the gap, or that of a granted touch; the mean of its
+    inverse at both ends counts.
+    """
+    if closing <= 0.0:
+        return 0.0
+    environment, user = now.environment, now.user.body
+    limits = SafetyLimits.of(environment.robot, environment.limits)
+    shape, stopping = limits.footprint, limits.stopping
+    braking = (stopping.deceleration, stopping.reaction, stopping.clearance)
+    place = goal.inverse().transform(user.x, user.y)
+    gap = nearness(shape.half_length, shape.half_width, *place, USER_RADIUS).gap
+    fastest = environment.navigation.haptic.max_speed
+    slowness = []
+    for left in (gap, gap + closing):
+        admitted = allowed_speed(left, limits.uncertainty, 0.0, braking)
+        slowness.append(1.0 / min(fastest, max(limits.touch_speed, admitted)))
+    return 0.5 * closing * sum(slowness)
+
+
 @example
 def _example() -> None:
     trajectories = _roll_out((0.0, 0.0, 0.0, 0.0), 1.0, 1.0, np.ones((1, 2)), 6)
     _rest_places(trajectories[0], 1.0, (0, 2, 4))
+    allowed_speed(nearness(0.5, 0.4, 1.0, 0.0, USER_RADIUS).gap, 0.0, 0.0, (3.0, 0.1, 0.35))
