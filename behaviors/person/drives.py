@@ -1,4 +1,4 @@
-"""Simulated straight drives of the robot to candidate places.
+"""Simulated straight drives of the robot to candidate places, and the time of closing in.
 
 The robot drives straight without turning, at the limits of its speed and acceleration, starting
 with its current velocity. m, s, rad, in the map.
