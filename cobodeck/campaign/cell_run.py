@@ -24,7 +24,7 @@ from typing import Any
 from cobodeck.campaign.cell import CampaignCell, bare_name
 from cobodeck.evaluate import OF_THE_MACHINE
 from cobodeck.fitness import require
-from cobodeck.project import Catalogue, catalogue
+from cobodeck.project import Catalogue, catalogue, open_chart
 from cobodeck.record.format import code, sha256, versions
 from cobodeck.run import simulate, stage
 from cobodeck.setup import REFERENCE, Options, Setup, longest_s, open_setup, read_inputs, warm_up
@@ -36,7 +36,7 @@ from hw.scene import Scene
 
 OTHERS = "this worker has other files or other code than the client"
 KEPT = 8
-"""Setups that are kept for the next cells."""
+"""Charts and setups that are kept for the next cells."""
 NAMED = ("scene", "user")
 """Figures that may be paths."""
 _loaded: dict[str, str] = {}
@@ -116,6 +116,7 @@ class CellRunner:
     def __init__(self, known: Catalogue | None = None) -> None:
         self.known = known or catalogue()
         self._opened: Callable[..., Setup] = lru_cache(KEPT)(self._open)
+        self._charts = lru_cache(KEPT)(lambda name: open_chart(name, self.known))
         self._persons: dict[tuple[str, str | None], str] = {}
 
     def setup(self, cell: CampaignCell) -> Setup:
@@ -224,6 +225,7 @@ class CellRunner:
             known=self.known,
             sets=sets,
             inputs=read_inputs(inputs),
+            opened=lambda name, _: self._charts(name),
         )
         require("begin", setup=setup)
         return setup

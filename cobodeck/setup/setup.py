@@ -16,7 +16,7 @@ from cobodeck.setup.open_scene import RunPlace, environment_at, open_place
 from cobodeck.setup.run_profile import blaming_sets, profile_with
 from cobodeck.terminal import FAILED, Problem
 from engine import ConstantMismatch
-from engine.chart import Chart
+from engine.chart import Chart, Library
 from engine.files import FileError
 from engine.files.declared import Mismatch
 from engine.machine import Box, Leaf, Machine, NamedValues, Vertex, shared_part
@@ -225,6 +225,7 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
     known: Catalogue | None = None,
     sets: Sequence[str] = (),
     inputs: Mapping[str, Any] | None = None,
+    opened: Callable[[str, Catalogue], tuple[Chart, Library]] = open_chart,
 ) -> Setup:
     """Read and check everything that a run needs; without `chart` it is the profile's.
 
@@ -233,6 +234,7 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
     those of an earlier run by name, in place of files; `chart` is one of them. `known` is what
     charts may name, by default everything found from the current folder. `sets` are single values
     of the profile, as KEY=VALUE. `inputs` are values for the chart's inputs, as in a chart.
+    `opened` opens a chart; who makes many setups of one chart may keep it.
 
     Raises:
         Problem: the chart cannot run; FileError: a file or a value of `sets` is wrong.
@@ -242,8 +244,8 @@ def open_setup(  # noqa: PLR0913  one call says all there is to say
     used_profile = profile_with(profile or PROFILE, sets)
     chart = chart or used_profile.chart
     if charts is None:
-        opened, charts = open_chart(chart, known)
-        chart = opened.name
+        main, charts = opened(chart, known)
+        chart = main.name
         with blaming_sets():
             require("setup", profile=used_profile, library=charts)
     connection = robot if isinstance(robot, Connection) else None
