@@ -18,6 +18,7 @@ from states.localization.filter.measurement_sources import Measurement, Measurem
 from states.localization.filter.planar import SLIPPING, PlanarFilter, planar_config
 from states.localization.wheels.trail import Trail
 from states.localization.wheels.wheel_motion import WheelMotion
+from tests.repeats import SHORT
 from tests.stress.places import WALL_CLOCK_NS
 from tests.stress.runs import opened
 from tests.stress.subjects import DAY_NS
@@ -138,7 +139,7 @@ def test_a_day_of_standing_still_leaves_the_reckoning_alone() -> None:
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize("hours", [1, 24])
+@pytest.mark.parametrize("hours", [1, 6 if SHORT else 24])
 def test_hours_of_a_chart_that_waits_have_all_their_ticks(hours: int) -> None:
     result = simulate(opened(), Options(tier=0, duration_s=3600.0 * hours))
 

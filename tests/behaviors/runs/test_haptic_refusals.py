@@ -25,7 +25,7 @@ from tests.behaviors.haptic_judge import USER_RADIUS, Judge
 from tests.repeats import SHORT, THOROUGH, fewer
 
 CHOOSE = "haptic/serve/choose"
-REQUESTS = 25 if SHORT else 50
+REQUESTS = 15 if SHORT else 50
 COUNT = 300 if THOROUGH else 60
 """Requests in each room."""
 ARM_DEPTH = 0.6

@@ -47,7 +47,7 @@ def reaching_times(sim: ChartTester) -> list[float]:
 
 
 @pytest.mark.requirement(44, 47, 79, 80, 142, 143)
-@pytest.mark.parametrize("count", [4, pytest.param(50 if SHORT else 300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [4, pytest.param(25 if SHORT else 300, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("profile", ["paper", "tuned"])
 def test_every_request_is_served_to_5_mm_in_the_time_of_the_profile(
     sim: ChartTester, tmp_path: Path, profile: str, count: int

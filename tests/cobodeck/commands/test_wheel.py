@@ -11,9 +11,12 @@ from pathlib import Path
 import pytest
 
 from hw.connection.connection import connection_names
+from tests.repeats import SHORT
 
 ROOT = Path(__file__).resolve().parents[3]
 PACKAGES = ("engine", "states", "behaviors", "hw", "cobodeck", "charts")
+COMPILING = {"NUMBA_DISABLE_JIT": "1"} if SHORT else {}
+"""Nothing is compiled in CI: two minutes less, and the same bits."""
 
 
 def run(command: list[str], folder: Path, **environment: str) -> str:
@@ -59,6 +62,7 @@ def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Pat
         [*cobodeck, "simulate", "--duration", "20", "--json"],
         elsewhere,
         PYTHONPATH=str(environment),
+        **COMPILING,
     )
     assert json.loads(shown)["ticks"] == 601
     assert not list(environment.rglob("*.nb[ic]"))  # `pip uninstall` would leave them

@@ -98,7 +98,7 @@ def test_many_requests_of_a_random_person_are_answered_without_a_contact(
     wandered: Any, scene: str
 ) -> None:
     """The robot may have to be shown, and the operator asked, where there is no way out."""
-    requests = 50 if SHORT else 100
+    requests = 25 if SHORT else 100
     figures = wandered(scene, requests, seed=0, user="random:instant")
 
     check(figures, requests, faults=2)

@@ -20,6 +20,7 @@ from tests.engine.written_compared import (
     unlike,
 )
 from tests.engine.written_reading import Scope, WrittenReading
+from tests.repeats import fewer
 
 
 def compare_all(seeds: Iterable[int], runner: Callable[[Play], Played]) -> Counter[str]:
@@ -57,9 +58,10 @@ def test_rule_13_ticks_in_which_no_named_signal_has_news_may_be_left_out():
 
 @pytest.mark.slow
 def test_rule_9_the_engine_gives_reads_and_writes_values_on_3000_charts():
-    done = compare_all(range(200, 3200), played_by_engine)
-    assert min(done[word] for word in WORDS) >= 150, done
-    compare_all(range(200, 3200, 4), partial(played_by_engine, leave_out=True))
+    seeds = fewer(range(200, 3200))
+    done = compare_all(seeds, played_by_engine)
+    assert min(done[word] for word in WORDS) >= len(seeds) // 20, done
+    compare_all(seeds[::4], partial(played_by_engine, leave_out=True))
 
 
 def test_rule_10_nothing_in_random_charts_with_values_is_taken_for_a_mistake():

@@ -72,7 +72,7 @@ def hand_that_comes(
 def test_what_meets_a_hand_that_comes_for_the_tool_closes_slowly(
     tuned: Environment, context: Any, phase: str, speed: float
 ) -> None:
-    met = [hand_that_comes(tuned, context, phase, speed, seed) for seed in fewer(range(200), of=8)]
+    met = [hand_that_comes(tuned, context, phase, speed, seed) for seed in fewer(range(200), of=16)]
     assert sum(closing is not None for closing in met) > 0.25 * len(met)
     assert max(closing or 0.0 for closing in met) <= HARMLESS
 
