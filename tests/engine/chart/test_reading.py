@@ -44,12 +44,15 @@ def operated_alike(seeds: Iterable[int]) -> Counter[str]:
             done.update(act.what for act in acts)
             done["two replacements"] += [act.what for act in acts].count("replace") > 1
         done.update(f"refused {what}" for _, what in refused)
+        done["broken"] += any(e.record[-1] == "breakpoint" for e in case.reading.entries)
     return done
 
 
 def test_the_engine_does_as_the_rules_say_whatever_the_operator_does():
     done = operated_alike(range(25))
-    for what in ("force", "replace", "two replacements", "pause", "refused force"):
+    for what in (
+        "force", "replace", "two replacements", "pause", "refused force", "step", "break", "broken"
+    ):  # fmt: skip
         assert done[what] >= 5
 
 

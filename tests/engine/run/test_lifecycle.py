@@ -151,7 +151,8 @@ def bother(operator: Operator, machine: Machine, chance: random.Random) -> None:
     if what == 0:
         operator.pause()
     elif what == 1:
-        operator.resume()
+        if chance.random() < 0.5 or operator.step() is not None:
+            operator.resume()
     elif what == 2:
         operator.lock(chance.choice(paths))
     elif what == 3:
@@ -162,6 +163,9 @@ def bother(operator: Operator, machine: Machine, chance: random.Random) -> None:
         operator.force(path, chance.choice(("done", "failed", "other", "seen", "p", "q")))
     elif what == 5:
         operator.set_level(chance.choice((None, "off", "high", "full")))
+    elif what == 6:
+        operator.attend()
+        operator.break_at(chance.choice(paths))
     else:
         for path in operator.waiting():
             if chance.random() < 0.6:
