@@ -325,32 +325,27 @@ def _text(charts: Charts) -> str:
 def _acted(bench: Bench, act: Act) -> bool:
     operator, script = bench.operator, bench.script
     assert script is not None
-    if act.what == "force":
-        return operator.force(act.path, act.outcome) is None
-    if act.what == "close":
-        bench.run.close()
-    elif act.what == "pause":
-        operator.pause()
-    elif act.what == "resume":
-        operator.resume()
-    elif act.what == "step":
-        return operator.step() is None
-    elif act.what == "break":
-        return operator.break_at(act.path) is None
-    elif act.what == "unbreak":
-        return operator.unbreak(act.path) is None
-    else:
-        assert act.charts is not None
-        library = load_text(json.dumps(act.charts["c"]))
-        for name, chart in act.charts.items():
-            if name != "c":
-                library |= load_text(json.dumps(chart))
-        machine = Machine(library["c"], library, bench.interfaces)
-        more = LeafScript(machine)
-        more.log, more._ends = script.log, script._ends
-        for path, stand_in in more.stand_ins.items():
-            if path not in bench.run.stand_ins:
-                bench.run.put_in(path, stand_in)
-        script._leaves |= more._leaves
-        return operator.replace(machine) == []
-    return True
+    others = {
+        "close": bench.run.close,
+        "pause": operator.pause,
+        "resume": operator.resume,
+        "step": operator.step,
+        "break": lambda: operator.break_at(act.path),
+        "unbreak": lambda: operator.unbreak(act.path),
+        "force": lambda: operator.force(act.path, act.outcome),
+    }
+    if act.what in others:
+        return others[act.what]() is None
+    assert act.charts is not None
+    library = load_text(json.dumps(act.charts["c"]))
+    for name, chart in act.charts.items():
+        if name != "c":
+            library |= load_text(json.dumps(chart))
+    machine = Machine(library["c"], library, bench.interfaces)
+    more = LeafScript(machine)
+    more.log, more._ends = script.log, script._ends
+    for path, stand_in in more.stand_ins.items():
+        if path not in bench.run.stand_ins:
+            bench.run.put_in(path, stand_in)
+    script._leaves |= more._leaves
+    return operator.replace(machine) == []
