@@ -16,6 +16,7 @@ from engine.draw.style import (
     RED as RED,
 )
 from engine.draw.wording import (
+    resolved_value as resolved_value,
     value_text as value_text,
     values_of as values_of,
 )
