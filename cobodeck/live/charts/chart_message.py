@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import Any
 
 from behaviors.profile import Profile
-from cobodeck.live.seen_chart import SeenNode, outcomes_at, path_of, seen_nodes, shown_values
+from cobodeck.live.charts.seen_chart import SeenNode, outcomes_at, path_of, seen_nodes, shown_values
 from engine import Interface, Type, description_of, known_types
 from engine.chart import Chart
 from engine.draw import CannotRender, dot, nodes_shown, render, value_text

@@ -14,8 +14,8 @@ from hypothesis import given, settings
 
 from behaviors.profile.profile import load_profile
 from cobodeck.__main__ import main
-from cobodeck.live.chart_message import chart_message, finding_message, picture_of
-from cobodeck.live.seen_chart import SeenNode, outcomes_at, path_of, seen_nodes
+from cobodeck.live.charts.chart_message import chart_message, finding_message, picture_of
+from cobodeck.live.charts.seen_chart import SeenNode, outcomes_at, path_of, seen_nodes
 from cobodeck.project.library import findings_of, load_beside, reached
 from cobodeck.project.names_in_values import known_names
 from cobodeck.project.state_catalogue import Catalogue, catalogue, shipped_charts
@@ -103,7 +103,9 @@ def test_what_is_told_of_outcomes_can_be_forced(name: str) -> None:
         pytest.skip("cannot be run alone")
     around = replace(known_names(raw, known()), named=None)
     machine = Machine(chart, applied, known().interfaces, types=known().types, around=around)
-    nodes = {seen.path: seen for seen in seen_nodes(chart, applied, load_profile("tuned").constants)}
+    nodes = {
+        seen.path: seen for seen in seen_nodes(chart, applied, load_profile("tuned").constants)
+    }
 
     assert nodes.keys() == machine.vertices.keys()
     for path, vertex in machine.vertices.items():
