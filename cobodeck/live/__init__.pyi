@@ -1,0 +1,6 @@
+from cobodeck.live.access import (
+    PageAddress as PageAddress,
+)
+from cobodeck.live.session import (
+    LivePage as LivePage,
+)

@@ -1,0 +1,8 @@
+from cobodeck.live.sources.live_run import (
+    LiveSource as LiveSource,
+    serve_feed as serve_feed,
+)
+from cobodeck.live.sources.seen_run import (
+    SeenRun as SeenRun,
+    Texts as Texts,
+)
