@@ -24,11 +24,14 @@ Message = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """What one place of a page shows: a chart file, by a profile, with these nodes unfolded."""
+    """What one place of a page shows: a chart file, by a profile, with these nodes unfolded.
+
+    `unfolded`: paths of `use` nodes; None: all.
+    """
 
     file: Path
     profile: str
-    unfolded: frozenset[str] = frozenset()
+    unfolded: frozenset[str] | None = frozenset()
 
 
 class ChartFolder:
@@ -60,6 +63,11 @@ class ChartFolder:
     def first(self) -> Path:
         """The chart that is shown first."""
         return self.files[0]
+
+    @property
+    def names(self) -> list[str]:
+        """The names of all charts, as pages give them."""
+        return [_name(file) for file in self.files]
 
     def file_of(self, chart: object) -> Path | str:
         """The file of a chart by its name or file; text that says why not, if there is none."""
@@ -94,7 +102,7 @@ class ChartFolder:
             self._messages[shown] = self._message(shown)
         return {**self._messages[shown], "slot": slot}
 
-    def list(self) -> Message:
+    def listing(self) -> Message:
         """The message `charts`: names, files, and numbers of errors and warnings."""
         files = [file for file in self.files if file.is_file()]
         counts = self._reader.counts(files)
@@ -119,7 +127,9 @@ class ChartFolder:
             picture.chart, picture.charts, picture.profile, interfaces=known.interfaces,
             types=known.types, unfolded=shown.unfolded, stale=not now.whole,
         )  # fmt: skip
-        return {**found, "profile": shown.profile, "findings": _findings(now, found["nodes"])}
+        unfolded = None if shown.unfolded is None else sorted(shown.unfolded)
+        findings = _findings(now, found["nodes"])
+        return {**found, "profile": shown.profile, "unfolded": unfolded, "findings": findings}
 
     def _listed(self) -> list[Path]:
         target = self.target

@@ -57,7 +57,6 @@ def chart_message(  # noqa: PLR0913  one message says all there is to say
         "trouble": trouble,
         "nodes": {seen.path: _node(seen, library, known) for seen in nodes},
         "findings": [finding_message(finding, nodes) for finding in findings],
-        "unfolded": None if unfolded is None else sorted(unfolded),
         "form": list(form_of(chart, constants, types or {})),
         "stale": stale,
         "slot": slot,

@@ -70,7 +70,7 @@ class ChartReader:
 
     def forget(self, changed: Collection[Path]) -> None:
         """Read anew what these files say; where places and signals come from is not remembered."""
-        if not changed <= self._charts.keys():
+        if not self._charts.keys() >= set(changed):
             self.known = replace(self.known)  # has no cached places, signals and values yet
 
     def read(self, file: Path, profile: str) -> ReadChart:
@@ -128,10 +128,9 @@ class ChartReader:
         return _copy(kept[1])
 
     def _profile(self, name: str, noted: Mapping[Path, bytes]) -> Profile:
-        kept = self._profiles.get(name)
+        kept, before = self._profiles.get(name), set(noted)
         if kept is not None and all(_bytes(file) == data for file, data in kept[0].items()):
             return kept[1]
-        before = set(noted)
         found = profile_with(name, ())
         read = {file: data for file, data in noted.items() if file not in before}
         self._profiles[name] = read, found

@@ -13,20 +13,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from behaviors.profile import profile_names
-from cobodeck.live.charts.chart_folder import ChartFolder, Message, Shown
+from cobodeck.live.access import Rules
+from cobodeck.live.charts.chart_folder import ChartFolder, Shown
 from cobodeck.live.charts.started_runs import StartedRuns
 from cobodeck.setup import PROFILE
 from engine.files import did_you_mean
 
 if TYPE_CHECKING:
-    from cobodeck.live.access import Rules
-    from cobodeck.live.source import Page, Pages
+    from cobodeck.live.clients import Message, Page, Pages
     from cobodeck.project import Catalogue
 
 EVERY_S = 0.1
 """How often files are looked at, s."""
 SLOTS = 2
-MOST_UNFOLDED = 1000
 ABOUT = (
     "a chart is checked and drawn at each save",
     "the code of states is read once: start `cobodeck watch` again after changing it",
@@ -35,6 +34,8 @@ ABOUT = (
 
 class EditedCharts:
     """A folder of charts, or a chart and those beside it, as a source of the server.
+
+    Nothing moves here: the one command is to start a run, which needs the token.
 
     Args:
         target: the folder or file.
@@ -45,11 +46,13 @@ class EditedCharts:
         Problem: there are no charts.
     """
 
+    rules = Rules(commands=True, open=frozenset())
+
     def __init__(self, target: Path, known: Catalogue, profile: str = PROFILE) -> None:
         self._folder = ChartFolder(target, known)
         self._begin: tuple[Shown | None, ...] = (Shown(self._folder.first, profile), None)
         self._shown: dict[int, list[Shown | None]] = {}
-        self._told: dict[Shown, Message] = {}
+        self._told: dict[Shown, Message] = {}  # the newest
         self._profiles = sorted({*profile_names(), profile})
         self._turn = asyncio.Lock()
         self._runs = StartedRuns()
@@ -61,15 +64,9 @@ class EditedCharts:
             "mode": "charts",
             "title": str(self._folder.target),
             "about": list(ABOUT),
-            "commands": True,
             "profiles": self._profiles,
+            "charts": self._folder.names,
         }
-
-    def access(self) -> Rules:
-        """Nothing moves here: only starting a run needs the token."""
-        from cobodeck.live.access import Rules
-
-        return Rules()
 
     def snapshot(self, page: Page) -> Iterable[Message]:
         """The list of charts, and those that the page shows."""
@@ -103,9 +100,12 @@ class EditedCharts:
                 return []
             return [await asyncio.to_thread(self._message, chosen, slot)]
 
-    async def commanded(self, page: Page, message: Message) -> Message:
+    async def commanded(self, page: Page, message: Message) -> Message | None:
         """Start a run; there is nothing else to command."""
-        if message.get("do") != "start":
+        do = message.get("do")
+        if do in ("beat", "held") or not page.number:  # the server's own
+            return None
+        if do != "start":
             return _ack(message, "nothing runs here; start a chart, its page has all commands")
         file = self._folder.file_of(message.get("chart"))
         if isinstance(file, str):
@@ -115,7 +115,7 @@ class EditedCharts:
         result = await self._runs.start(file, profile, message)
         return {**_ack(message, result.text), "ok": result.url is not None, "url": result.url}
 
-    def _chosen(self, message: Mapping[str, Any], before: Shown | None) -> Shown | None | str:
+    def _chosen(self, message: Mapping[str, Any], before: Shown | None) -> Shown | str | None:
         """What a place is to show now; text: why that cannot be."""
         kind = message["t"]
         if kind in ("second", "show"):
@@ -132,11 +132,18 @@ class EditedCharts:
                 return f"no profile {name!r}; {did_you_mean(name, self._profiles)}"
             return replace(before, profile=name)
         if kind == "unfold":
-            paths = message.get("paths")
-            if not isinstance(paths, list) or len(paths) > MOST_UNFOLDED:
-                return f"`paths` is a list of at most {MOST_UNFOLDED} paths of nodes"
-            return replace(before, unfolded=frozenset(map(str, paths)))
+            return replace(before, unfolded=self._unfolded(message, before))
         return f"{kind!r} is not for charts that are edited"
+
+    def _unfolded(self, message: Mapping[str, Any], before: Shown) -> frozenset[str] | None:
+        """What is open once a page has opened or closed one `path`, or all of them (None)."""
+        path, on = message.get("path"), bool(message.get("on"))
+        if path is None:
+            return None if on else frozenset()
+        nodes = self._message(before, 0)["nodes"]
+        used = frozenset(path for path, node in nodes.items() if node["kind"] == "use")
+        open_ = used if before.unfolded is None else before.unfolded
+        return (open_ | {str(path)} if on else open_ - {str(path)}) & used
 
     def _profile(self) -> str:
         first = self._begin[0]
@@ -171,15 +178,15 @@ class EditedCharts:
         await self._tell_list(pages)
 
     async def _tell_list(self, pages: Pages) -> None:
-        found = await asyncio.to_thread(self._folder.list)
+        found = await asyncio.to_thread(self._folder.listing)
         if found != self._list:
             self._list = found
             pages.tell(found)
 
 
-def _said(text: str) -> Message:
+def _said(text: str) -> dict[str, Any]:
     return {"t": "say", "text": text}
 
 
-def _ack(message: Mapping[str, Any], text: str) -> Message:
+def _ack(message: Mapping[str, Any], text: str) -> dict[str, Any]:
     return {"t": "ack", "id": message.get("id"), "ok": False, "text": text}

@@ -113,7 +113,7 @@ def arguments(chart: Path, profile: str, form: Mapping[str, Any]) -> Iterator[st
     Raises:
         ValueError: the form is not of this shape.
     """
-    yield from ("simulate", "--live", f"--profile={profile}")
+    yield from ("simulate", f"--profile={profile}")
     for key, option in (("scene", "--scene"), ("user", "--user")):
         if form.get(key):
             yield f"{option}={_text(key, form[key])}"
@@ -124,7 +124,7 @@ def arguments(chart: Path, profile: str, form: Mapping[str, Any]) -> Iterator[st
     head = head_of(chart)
     for name, value in _texts(form, "parameters"):
         yield f"--set=charts.{head[1] if head else chart.stem}.{name}={value}"
-    yield from ("--", str(chart))
+    yield from (str(chart), "--live")
 
 
 def _texts(form: Mapping[str, Any], key: str) -> Iterator[tuple[str, str]]:
