@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,7 @@ from cobodeck.setup import PROFILE
 from cobodeck.terminal import OK, Problem, is_record, word
 
 if TYPE_CHECKING:
-    from cobodeck.live import PageAddress, Source
+    from cobodeck.live import Source
 
 SCHEMES = ("http://", "https://", "ws://", "wss://")
 
@@ -93,10 +94,8 @@ def _show(source: Source, args: argparse.Namespace) -> int:
         return watch_in_terminal(NearLink(source))
     from cobodeck.live import PageAddress, show_source
 
-    try:
+    with suppress(KeyboardInterrupt):
         show_source(source, PageAddress(args.host, args.port))
-    except KeyboardInterrupt:
-        pass
     return OK
 
 

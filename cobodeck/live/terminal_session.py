@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import select
 import shutil
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
 from typing import Any, Protocol
@@ -57,9 +58,7 @@ class FarLink:
     """
 
     def __init__(self, url: str) -> None:
-        import json
-
-        self._json, self.is_over = json, False
+        self.is_over = False
         try:
             self._socket = connect(
                 socket_url(url), max_size=LARGEST, open_timeout=PATIENCE_S, compression=None
@@ -72,7 +71,7 @@ class FarLink:
         """See `Link`."""
         while True:
             try:
-                found = self._json.loads(self._socket.recv(wait_s))
+                found = json.loads(self._socket.recv(wait_s))
             except TimeoutError:
                 return
             except (ConnectionClosed, ValueError):
@@ -85,7 +84,7 @@ class FarLink:
     def ask(self, message: Message) -> None:
         """See `Link`."""
         with suppress(ConnectionClosed):
-            self._socket.send(self._json.dumps(message))
+            self._socket.send(json.dumps(message))
 
     def close(self) -> None:
         """Close the connection."""
@@ -131,16 +130,18 @@ class NearLink:
             self._queue.put(answer)
 
     def _run(self) -> None:
-        with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
-            with suppress(asyncio.CancelledError):
-                runner.run(self._serve())
+        with (
+            asyncio.Runner(loop_factory=lambda: self._loop) as runner,
+            suppress(asyncio.CancelledError),
+        ):
+            runner.run(self._serve())
 
     async def _serve(self) -> None:
         pages = Pages()
         pages.by_number[self._page.number] = self._page
         self._page.of = self._source
         self._page.renew()
-        self._task = asyncio.create_task(self._source.run(pages))  # type: ignore[arg-type]
+        self._task = asyncio.create_task(self._source.run(pages))
         self._ready.set()
         await self._task
 
@@ -153,14 +154,12 @@ class _QueuePage(Page):
         self.queue = queue
         self.of: Source | None = None
 
-    def tell(self, message: Message, key: str | None = None) -> None:
+    def tell(self, message: Message, key: str | None = None) -> None:  # noqa: ARG002
         """Take a message."""
         self.queue.put(message)
 
-    def put(self, text: str, key: str | None = None) -> None:
+    def put(self, text: str, key: str | None = None) -> None:  # noqa: ARG002
         """Take an encoded message."""
-        import json
-
         self.queue.put(json.loads(text))
 
     def renew(self) -> None:

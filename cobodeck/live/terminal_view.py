@@ -83,8 +83,9 @@ class WatchedPage:
 def view(page: WatchedPage, columns: int, rows: int, *, colour: bool = False) -> list[str]:
     """At most `rows` lines of at most `columns` columns."""
     columns, rows = max(columns, LEAST_COLUMNS), max(rows, LEAST_ROWS)
-    make = _charts if page.mode == "charts" else _run
-    lines = make(page, columns, rows - 1)[: rows - 1]
+    charts = page.mode == "charts"
+    lines = _charts(page, columns) if charts else _run(page, columns, rows - 1)
+    lines = lines[: rows - 1]
     lines += [(PLAIN, "")] * (rows - 1 - len(lines))
     lines.append((FAINT, KEYS.get(page.mode, "q: end")))
     return [_shown(kind, text, columns, colour) for kind, text in lines]
@@ -152,13 +153,11 @@ def _with_above(path: str) -> Iterator[str]:
 
 
 def _operator(state: Mapping[str, Any]) -> Iterator[Line]:
-    holder = (state.get("operator") or {}).get("name")
-    told = [f"operator: {holder}" if holder else "", f"level: {state['level']}"] if state.get(
-        "level"
-    ) else [f"operator: {holder}" if holder else ""]
-    told += [f"breakpoint: {path}" for path in state.get("breaks") or ()]
-    if any(told):
-        yield PLAIN, " · ".join(filter(None, told))
+    told = {"operator": (state.get("operator") or {}).get("name"), "level": state.get("level")}
+    shown = [f"{name}: {value}" for name, value in told.items() if value]
+    shown += [f"breakpoint: {path}" for path in state.get("breaks") or ()]
+    if shown:
+        yield PLAIN, " · ".join(shown)
 
 
 def _health(health: Mapping[str, Any]) -> Iterator[Line]:
@@ -187,7 +186,7 @@ def _transition(entry: Mapping[str, Any]) -> str:
     return f"{time}  {'  '.join(str(word) for word in words if word)}"
 
 
-def _charts(page: WatchedPage, columns: int, rows: int) -> list[Line]:
+def _charts(page: WatchedPage, columns: int) -> list[Line]:
     chart = page.chart
     state = "the text is broken" if chart.get("stale") else ""
     title = " · ".join(filter(None, (str(page.hello.get("title", "")), state)))
@@ -206,7 +205,9 @@ def _charts(page: WatchedPage, columns: int, rows: int) -> list[Line]:
         place = f"{found.get('file')}:{found.get('line')}:{found.get('column')}"
         kind = BAD if found.get("severity") == "error" else PLAIN
         lines.append((kind, f"{place}: {found.get('severity')}[{found.get('code')}]"))
-        lines += [(PLAIN, f"    {text}") for text in (found.get("message"), found.get("hint")) if text]
+        lines += [
+            (PLAIN, f"    {text}") for text in (found.get("message"), found.get("hint")) if text
+        ]
     return lines
 
 
