@@ -275,9 +275,7 @@ class PageOperator:
         library.update({**old.library, chart.name: chart})
         library.sources |= found.sources
         errors = [
-            f
-            for f in findings_of(library, known, [Path(chart.file)])
-            if f.severity == "error"
+            f for f in findings_of(library, known, [Path(chart.file)]) if f.severity == "error"
         ]
         if errors:
             return text(errors, library.sources).rstrip()

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from cobodeck.record.format import TOPIC, sample_of, trace_line, truth_again
+from cobodeck.record.format import TOPIC, sample_of, trace_line, truth_again, value
 from cobodeck.record.read import Group, RecordedMessage
 from engine.chart import AUTONOMY
 from hw import Sample, Truth
@@ -93,13 +93,13 @@ class RunModel:
         self.newest |= {told.topic: told for told in whole.samples}
         self._say(whole.at_ns, "note", "", f"{whole.dropped} ticks were not shown")
 
-    def tell(self, key: str, value: Any) -> None:
+    def tell(self, key: str, held: Any) -> None:
         """Set something that is not on record, such as the faults of the operator's console."""
-        if getattr(self, key) != value:
-            self._set(key, value)
+        if getattr(self, key) != held:
+            self._set(key, held)
 
-    def _set(self, key: str, value: Any) -> None:
-        setattr(self, key, value)
+    def _set(self, key: str, held: Any) -> None:
+        setattr(self, key, held)
         self._changed.add(key)
 
     def _say(self, at_ns: int, kind: str, path: str, text: str) -> None:
@@ -127,8 +127,8 @@ class RunModel:
             self._answered(f"{path}/{child}" if path else child, below=True)
             self._say(at_ns, "move", path, f"{child}.{outcome} → {target}")
         elif kind == "data":
-            key, value = detail
-            self.data.setdefault(path, {})[key] = json.dumps(value, ensure_ascii=False)
+            key, held = detail
+            self.data.setdefault(path, {})[key] = json.dumps(held, ensure_ascii=False)
             self._changed.add("data")
         elif kind in ("error", "note"):
             self._note(at_ns, kind, path, str(detail[0]))
@@ -148,7 +148,7 @@ class RunModel:
             self._changed.add("waiting")
 
     def _command(self, message: Mapping[str, Any], ns: int) -> None:
-        name, given = message["command"], message["arguments"]
+        name, given = message["command"], value(message["arguments"])
         if name in ("Pause", "Resume", "Break"):
             self._set("paused", name != "Resume")
         elif name == "SetLock":
@@ -216,9 +216,9 @@ class RunModel:
     def copied(self) -> RunModel:
         """The same, to be changed independently."""
         found = copy.copy(self)
-        for key, value in vars(self).items():
-            if isinstance(value, dict | list | set | deque):
-                setattr(found, key, copy.copy(value))
+        for key, held in vars(self).items():
+            if isinstance(held, dict | list | set | deque):
+                setattr(found, key, copy.copy(held))
         found.data = {path: dict(held) for path, held in self.data.items()}
         return found
 

@@ -93,7 +93,7 @@ class PageServer:
             self.address.host,
             self.address.port,
             process_request=self._answer,
-            create_connection=self._door,
+            create_connection=self._door,  # type: ignore[arg-type]  any maker will do
             compression=None,
             max_size=LARGEST_MESSAGE,
             open_timeout=OPENING_S,

@@ -76,7 +76,10 @@ def frame_shapes(setup: Setup, model: RunModel) -> Iterator[dict[str, Any]]:
             round(v, 2)
             for angle, r in zip(angles, scan.ranges, strict=True)
             if math.isfinite(r)
-            for v in (base.x + r * math.cos(base.yaw + angle), base.y + r * math.sin(base.yaw + angle))
+            for v in (
+                base.x + r * math.cos(base.yaw + angle),
+                base.y + r * math.sin(base.yaw + angle),
+            )
         ]
         yield {"l": "scan", "k": "dots", "c": "scan", "p": points}
     arm = _value(model, "arm.joints", ArmState)

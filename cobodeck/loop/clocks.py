@@ -8,7 +8,6 @@ from contextlib import suppress
 from queue import Empty, SimpleQueue
 from typing import ClassVar, Protocol
 
-
 SLACK_NS = 50_000_000
 """So much of what is late is made up for by `Paced`, ns: a tick that took long."""
 
@@ -59,9 +58,7 @@ class Paced:
     waits: ClassVar[bool] = False
     paced: ClassVar[bool] = True
 
-    def __init__(
-        self, speed: float = 1.0, reading: Callable[[], int] = time.monotonic_ns
-    ) -> None:
+    def __init__(self, speed: float = 1.0, reading: Callable[[], int] = time.monotonic_ns) -> None:
         self.speed = speed
         self._reading = reading
         self._now = 0

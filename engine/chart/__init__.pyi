@@ -27,8 +27,8 @@ from engine.chart.grammar import (
 )
 from engine.chart.load import (
     Library as Library,
-    load_files as load_files,
     chart_value as chart_value,
+    load_files as load_files,
     load_text as load_text,
     start_value as start_value,
 )

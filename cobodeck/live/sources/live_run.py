@@ -57,18 +57,25 @@ class LiveSource:
     async def run(self, pages: Pages) -> None:
         """Read the feed to its end, telling pages what happens."""
         self._pages = pages
+        reading = asyncio.create_task(self._read())
         telling = asyncio.create_task(self._tell_often())
         try:
-            async for kind, content in frames(self._reader):
-                if kind == "begin":
-                    self._run = await asyncio.to_thread(SeenRun.written, *content)
-                    self._pages.renew()
-                else:
-                    self._take(kind, content)
+            done, _ = await asyncio.wait((reading, telling), return_when=asyncio.FIRST_COMPLETED)
+            for task in done:
+                task.result()
         finally:
+            reading.cancel()
             telling.cancel()
         self._tell_changes()
         self._pages.tell(self._figure_rows())
+
+    async def _read(self) -> None:
+        async for kind, content in frames(self._reader):
+            if kind == "begin":
+                self._run = await asyncio.to_thread(SeenRun.written, *content)
+                self._pages.renew()
+            else:
+                self._take(kind, content)
 
     async def asked(self, page: Page, message: Message) -> Iterable[Message]:
         """The newest value of a plotted signal; what is past is in the record."""
@@ -154,8 +161,8 @@ class LiveSource:
 
     def _health_message(self) -> Message:
         model = self._model
-        ages = {s.name: max(0.0, (model.at_ns - s.stamp) / 1e9) for s in model.samples()}
-        found = {"late": model.late, "missed": model.missed, "tick_p99_ms": None, "dropped": 0,
+        ages = {s.name: max(0.0, (model.at_ns - s.stamp_ns) / 1e9) for s in model.samples()}
+        found: dict[str, Any] = {"late": model.late, "missed": model.missed, "tick_p99_ms": None, "dropped": 0,
                  "children": [], "gates": {}}  # fmt: skip
         told = {"t": "health", **found, **self._health, "ages": ages, "pages": len(self._pages)}
         return told | {"at": model.at_ns / 1e9}
@@ -189,4 +196,3 @@ def _ends_with(parent: Parent) -> None:
             pass
 
     threading.Thread(target=wait, daemon=True).start()
-

@@ -116,7 +116,7 @@ class SeenRun:
         found = dict(numbers_of(sample.value))
         if not found:
             return None
-        told = {"t": "plot", "signal": signal, "fields": list(found), "at": [sample.stamp / 1e9]}
+        told = {"t": "plot", "signal": signal, "fields": list(found), "at": [sample.stamp_ns / 1e9]}
         return {**told, "values": [[number] for number in found.values()], "more": more}
 
     # lanes
@@ -194,5 +194,3 @@ def _fields(value: Any) -> Iterable[tuple[str, Any]]:
     if isinstance(value, tuple | list) and len(value) <= 8:
         return [(str(n), held) for n, held in enumerate(value)]
     return ()
-
-

@@ -44,7 +44,6 @@ def recorder(
     Raises:
         Problem: the requested file exists.
     """
-
     named = path or FOLDER / (default_name(setup, options, at) + ENDING)
     file = _opened(named, path is None, tell)
     files: list[RunFile] = [*([] if file is None else [file]), *beside]
