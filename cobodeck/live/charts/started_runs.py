@@ -39,13 +39,13 @@ class StartedRuns:
 
     def __init__(self, program: tuple[str, ...] = (sys.executable, "-m", "cobodeck")) -> None:
         self._program = program
-        self._running: list[Process] = []
+        self.running: list[Process] = []
         self._drains: set[asyncio.Task[None]] = set()
 
     async def start(self, chart: Path, profile: str, form: Mapping[str, Any]) -> StartedRun:
         """Start a chart as the form says; what is wrong is told as the command line tells it."""
-        self._running = [run for run in self._running if run.returncode is None]
-        if len(self._running) >= MOST_RUNS:
+        self.running = [run for run in self.running if run.returncode is None]
+        if len(self.running) >= MOST_RUNS:
             return StartedRun(None, f"{MOST_RUNS} runs are under way; wait until one ends")
         try:
             given = list(arguments(chart, profile, form))
@@ -55,7 +55,7 @@ class StartedRuns:
             *self._program, *given, stdin=asyncio.subprocess.DEVNULL, stdout=PIPE, stderr=PIPE,
             start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
         )  # fmt: skip
-        self._running.append(process)
+        self.running.append(process)
         try:
             return await asyncio.wait_for(self._begun(process), PATIENCE_S)
         except TimeoutError:
@@ -64,7 +64,7 @@ class StartedRuns:
 
     async def close(self) -> None:
         """End all of them."""
-        for process in self._running:
+        for process in self.running:
             await self._end(process)
         for task in self._drains:
             task.cancel()
