@@ -1,4 +1,4 @@
-"""The live page: what a run, a record or a chart looks like in a browser, and an operator's tools."""
+"""The live page: runs, records and charts in a browser, and the tools of an operator."""
 
 from engine.faces import face
 

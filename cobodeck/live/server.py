@@ -93,7 +93,7 @@ class PageServer:
             self.address.host,
             self.address.port,
             process_request=self._answer,
-            create_connection=self._door,  # type: ignore[arg-type]  any maker will do
+            create_connection=self._door,  # type: ignore[arg-type]
             compression=None,
             max_size=LARGEST_MESSAGE,
             open_timeout=OPENING_S,
@@ -112,6 +112,7 @@ class PageServer:
         for task in self._tasks:
             task.cancel()
         if self._server is not None:
+            await self._told_all()
             self._server.close()
             with suppress(asyncio.TimeoutError):
                 await asyncio.wait_for(self._server.wait_closed(), 2.0)
@@ -124,12 +125,19 @@ class PageServer:
         """
         await self._tasks[0]
 
+    async def _told_all(self) -> None:
+        """Wait a little until pages have what was told last."""
+        for _ in range(20):
+            if not any(page.waiting for page in self.pages):
+                return
+            await asyncio.sleep(0.05)
+
     # connections
 
     def _door(self, *args: Any, **kwargs: Any) -> PageConnection:
         return PageConnection(self._open, *args, **kwargs)
 
-    def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
+    def _answer(self, _connection: ServerConnection, request: Request) -> Response | None:
         """A file, a refusal, or None: the WebSocket is opened."""
         host = request.headers.get("Host")
         if not is_ours(host, self.port, self.address):
@@ -193,9 +201,9 @@ class PageServer:
             "commands": self.source.rules.commands, "tick_hz": 0, "until": None, "signals": [],
             "layers": [], "profiles": [], "stop_is": STOP_IS, **self.source.hello(),
         }  # fmt: skip
-        told = [hello, *self.source.snapshot(page)]
         operator = {"operator": self._operator(page)}
-        return [m | operator if m["t"] == "state" else m for m in map(dict, told)]
+        told = map(dict, self.source.snapshot(page))
+        return [hello, *(m | operator if m["t"] == "state" else m for m in told)]
 
     def _operator(self, page: Page) -> dict[str, Any]:
         return {"name": self.access.name, "you": self.access.holder == page.number}

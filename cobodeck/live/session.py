@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from cobodeck.live.access import PageAddress, Rules, new_token
+from cobodeck.live.clients import Source
 from cobodeck.live.commands import PageOperator
 from cobodeck.live.feed import Feed
 from cobodeck.loop import Loop
@@ -20,6 +23,39 @@ FAR = (
     "anybody who reaches {host} sees this run, and can stop it; with the token they command it. "
     "Nothing is encrypted: use it in a network of its own, or through `ssh -L`"
 )
+
+
+def show_source(source: Source, address: PageAddress, say: Callable[[str], None]) -> None:
+    """Serve a source in this process, until Ctrl-C; the first line said is the page's URL.
+
+    Raises:
+        Problem: it cannot be served there.
+    """
+    from cobodeck.live.server import PageServer, serve
+
+    token = new_token()
+
+    def announce(server: PageServer) -> None:
+        say(f"page: {server.url}" + (f"  token: {token}" if source.rules.commands else ""))
+        if not address.is_near:
+            say(FAR.format(host=address.host))
+
+    try:
+        with suppress(KeyboardInterrupt):
+            asyncio.run(serve(source, address, token, announce))
+    except OSError as error:
+        raise Problem(f"no page at {address.host}:{address.port}: {error}") from None
+
+
+def show_record(paths: Sequence[Path], address: PageAddress, say: Callable[[str], None]) -> None:
+    """Serve a record, or two side by side, until Ctrl-C.
+
+    Raises:
+        FileError, Problem: one cannot be read, or they cannot be served there.
+    """
+    from cobodeck.live.sources import RecordSource
+
+    show_source(RecordSource.of(paths), address, say)
 
 
 class LivePage:

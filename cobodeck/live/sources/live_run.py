@@ -15,6 +15,7 @@ from cobodeck.live.feed import frames
 from cobodeck.live.model import RunModel
 from cobodeck.live.server import PageServer, serve
 from cobodeck.live.sources.seen_run import SeenRun
+from cobodeck.record.read import Group
 from hw.ipc import Parent, Ready
 
 FRAME_S, HEALTH_S = 0.05, 1.0
@@ -100,9 +101,7 @@ class LiveSource:
 
     def _take(self, kind: str, content: Any) -> None:
         if kind == "tick":
-            self._model.add(content)
-            if self._run is not None:
-                self._run.add(content)
+            self._tick(content)
         elif kind == "whole":
             self._model.renew(content)
             self._pages.renew()
@@ -118,9 +117,13 @@ class LiveSource:
             self._health = content
         elif kind == "status":
             self._status(content)
-        elif kind == "charts" and self._run is not None:
-            self._run.replace(content)
-            self._pages.renew()
+
+    def _tick(self, group: Group) -> None:
+        self._model.add(group)
+        if self._run is not None:
+            self._run.add(group)
+            if any(told["command"] == "Replace" for told in group.messages("operator")):
+                self._pages.renew()
 
     def _status(self, told: Mapping[str, Any]) -> None:
         for key, value in told.items():
@@ -162,8 +165,14 @@ class LiveSource:
     def _health_message(self) -> Message:
         model = self._model
         ages = {s.name: max(0.0, (model.at_ns - s.stamp_ns) / 1e9) for s in model.samples()}
-        found: dict[str, Any] = {"late": model.late, "missed": model.missed, "tick_p99_ms": None, "dropped": 0,
-                 "children": [], "gates": {}}  # fmt: skip
+        found: dict[str, Any] = {
+            "late": model.late,
+            "missed": model.missed,
+            "tick_p99_ms": None,
+            "dropped": 0,
+            "children": [],
+            "gates": {},
+        }
         told = {"t": "health", **found, **self._health, "ages": ages, "pages": len(self._pages)}
         return told | {"at": model.at_ns / 1e9}
 

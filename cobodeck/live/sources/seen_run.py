@@ -53,15 +53,18 @@ class SeenRun:
         self._told_begun: dict[str, float] = {}
         self._end_s = self._told_s = 0.0
         self._shown_ns = -1
+        self._message: Message | None = None
 
     @classmethod
     def written(cls, header: Mapping[str, Any], attachments: Mapping[str, bytes]) -> SeenRun:
         """A run from what its recorder says of it."""
         texts = Texts(Path("this run"), header, attachments)
         try:
-            return cls(texts, catalogue())
+            found = cls(texts, catalogue())
         except Problem:  # code of the project that cannot be imported
-            return cls(texts, catalogue(own=False))
+            found = cls(texts, catalogue(own=False))
+        found.charts()  # drawn now, while nobody waits
+        return found
 
     def hello(self) -> dict[str, Any]:
         """What `hello` says of it."""
@@ -78,16 +81,18 @@ class SeenRun:
 
     def charts(self) -> list[Message]:
         """The charts, as they are now."""
-        told = chart_message(self._chart, self._charts, self.setup.profile, slot=self.slot)
-        return [told]
+        if self._message is None:
+            chart, charts, profile = self._chart, self._charts, self.setup.profile
+            self._message = chart_message(chart, charts, profile, slot=self.slot)
+        return [self._message]
 
     def room(self) -> Message:
         """What does not move."""
-        return room_message(self.setup)
+        return room_message(self.setup) | self.slotted
 
     def replace(self, arguments: Mapping[str, Any]) -> None:
         """Go on with another chart, as the command `Replace` on record has it."""
-        given = value(arguments)
+        given, self._message = value(arguments), None
         self._charts = charts_again(given)
         self._chart = self._charts[given["chart"]]
         self._used = used_charts(self._chart, self._charts)
@@ -103,9 +108,11 @@ class SeenRun:
         """What moves, as far as these layers show it."""
         shown = {name for name, on in LAYERS.items() if on} if layers is None else layers
         shapes = [s for s in frame_shapes(self.setup, model) if s["l"] in shown]
-        return {"t": "frame", "at": model.at_ns / 1e9, "shapes": shapes} | self._slotted()
+        return {"t": "frame", "at": model.at_ns / 1e9, "shapes": shapes} | self.slotted
 
-    def _slotted(self) -> dict[str, int]:
+    @property
+    def slotted(self) -> dict[str, int]:
+        """What messages of the second of two runs have beside theirs."""
         return {"slot": self.slot} if self.slot else {}
 
     def plot(self, model: RunModel, signal: str, *, more: bool) -> Message | None:
@@ -173,7 +180,7 @@ class SeenRun:
             rows[path].append([self._visits.open[path][1], None, ""])
         lanes = [{"path": p, "name": self._used.get(p, p), "spans": s} for p, s in rows.items()]
         told = {"t": kind, "lanes": lanes, "marks": marks, "from": 0.0, "to": self._end_s}
-        return told | self._slotted()
+        return told | self.slotted
 
 
 def numbers_of(value: Any, name: str = "") -> Iterable[tuple[str, float]]:

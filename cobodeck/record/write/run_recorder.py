@@ -175,7 +175,7 @@ class Recorder:
         self._errors_read = run.errors.total
 
     def finish(self, figures: Mapping[str, Any] | None = None) -> Path | None:
-        """Write the figures, if any, and complete the files; the path of the first, None if lost."""
+        """Write the figures, if any, complete the files; the path of the first, None if lost."""
         if figures is not None:
             self._each(lambda file: file.write_metadata("result", figures))
         paths: list[Path | None] = []
