@@ -10,13 +10,14 @@ The page is served to this machine alone; the first line tells its URL. Ctrl-C e
 from __future__ import annotations
 
 import argparse
+import signal
+import sys
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cobodeck.setup import PROFILE
-from cobodeck.terminal import OK, Problem, is_record, word
+from cobodeck.terminal import OK, Problem, is_record, show, word
 
 if TYPE_CHECKING:
     from cobodeck.live import Source
@@ -84,7 +85,7 @@ def _watch_records(things: Sequence[str], args: argparse.Namespace) -> int:
         raise Problem("one record, or two: X.mcap Y.mcap")
     from cobodeck.live.sources import RecordSource
 
-    return _show(RecordSource([Path(thing) for thing in things]), args)
+    return _show(RecordSource.of([Path(thing) for thing in things]), args)
 
 
 def _show(source: Source, args: argparse.Namespace) -> int:
@@ -94,9 +95,17 @@ def _show(source: Source, args: argparse.Namespace) -> int:
         return watch_in_terminal(NearLink(source))
     from cobodeck.live import PageAddress, show_source
 
-    with suppress(KeyboardInterrupt):
-        show_source(source, PageAddress(args.host, args.port))
+    ending = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        show_source(source, PageAddress(args.host, args.port), _say)
+    finally:
+        signal.signal(signal.SIGTERM, ending)
     return OK
+
+
+def _say(line: str) -> None:
+    show(line)
+    sys.stdout.flush()
 
 
 def _port(text: str) -> int:

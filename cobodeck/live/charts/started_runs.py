@@ -17,6 +17,8 @@ from typing import Any
 
 PATIENCE_S = 60.0
 """Longest time until a run tells its page, s of wall time."""
+ENDING_S = 5.0
+"""Time that a run is given to end in order, s."""
 MOST_RUNS = 4
 KEPT_LINES = 20
 _URL = re.compile(r"https?://\S+")
@@ -65,6 +67,8 @@ class StartedRuns:
     async def close(self) -> None:
         """End all of them."""
         for process in self.running:
+            _interrupt(process)
+        for process in self.running:
             await self._end(process)
         for task in self._drains:
             task.cancel()
@@ -98,13 +102,17 @@ class StartedRuns:
         return task
 
     async def _end(self, process: Process) -> None:
-        for number in (signal.SIGINT, signal.SIGKILL):
-            if process.returncode is not None:
-                return
-            with suppress(ProcessLookupError):
-                process.send_signal(number)
-            with suppress(TimeoutError):
-                await asyncio.wait_for(process.wait(), 5.0)
+        _interrupt(process)
+        with suppress(TimeoutError):
+            await asyncio.wait_for(process.wait(), ENDING_S)
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+
+
+def _interrupt(process: Process) -> None:
+    with suppress(ProcessLookupError):
+        process.send_signal(signal.SIGINT)
 
 
 def arguments(chart: Path, profile: str, form: Mapping[str, Any]) -> Iterator[str]:
