@@ -61,11 +61,11 @@ def run(args: argparse.Namespace) -> int:
     if things[1:]:
         raise Problem("one chart or folder at a time; a second chart is chosen on the page")
     from cobodeck.live.charts import EditedCharts
-    from cobodeck.project import catalogue, chart_file
+    from cobodeck.project import catalogue, chart_file, chart_names
 
     known = catalogue(own=args.own)
     target = Path(things[0])
-    if not target.is_dir():
+    if things[0] in chart_names(known) or not target.is_dir():  # ./NAME is a folder
         target = chart_file(things[0], known)
     return _show(EditedCharts(target, known, args.profile), args)
 
