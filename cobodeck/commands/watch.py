@@ -75,7 +75,7 @@ def _watch_url(things: Sequence[str], args: argparse.Namespace) -> int:
         raise Problem("one URL at a time, and nothing else beside it")
     if not args.tty:
         raise Problem(f"open {things[0]} in a browser, or add --tty to see it in this terminal")
-    from cobodeck.live.terminal_session import FarLink, watch_in_terminal
+    from cobodeck.live import FarLink, watch_in_terminal
 
     return watch_in_terminal(FarLink(things[0]))
 
@@ -90,7 +90,7 @@ def _watch_records(things: Sequence[str], args: argparse.Namespace) -> int:
 
 def _show(source: Source, args: argparse.Namespace) -> int:
     if args.tty:
-        from cobodeck.live.terminal_session import NearLink, watch_in_terminal
+        from cobodeck.live import NearLink, watch_in_terminal
 
         return watch_in_terminal(NearLink(source))
     from cobodeck.live import PageAddress, show_source
