@@ -43,14 +43,14 @@ MARK = "A robot that follows a person"
 """Words of the chart that edits change."""
 
 
-class Audience(NamedTuple):
+class PageCrowd(NamedTuple):
     """The pages of a run: those that read, and those that do not."""
 
     reading: int
     stalled: int = 0
 
 
-AUDIENCES = (Audience(0), Audience(1), Audience(10), Audience(0, 1))
+CROWDS = (PageCrowd(0), PageCrowd(1), PageCrowd(10), PageCrowd(0, 1))
 
 
 def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
@@ -66,30 +66,30 @@ def tick_rows(rounds: int, seconds: float) -> Iterator[BenchRow]:
     setup = open_setup()
     warm_up(setup, setup.machine())
     alone: list[float] = []
-    taken: dict[Audience, list[float]] = {audience: [] for audience in AUDIENCES}
+    taken: dict[PageCrowd, list[float]] = {crowd: [] for crowd in CROWDS}
     for _ in range(rounds):
         alone.append(tick_s(setup, seconds))
-        for audience, found in taken.items():
-            found.append(tick_s(setup, seconds, audience))
-    for audience, found in taken.items():
+        for crowd, found in taken.items():
+            found.append(tick_s(setup, seconds, crowd))
+    for crowd, found in taken.items():
         ratios = [own / bare for own, bare in zip(found, alone, strict=True)]
-        stalled = audience.stalled > 0
+        stalled = crowd.stalled > 0
         yield BenchRow(
             NAME, "tick beside a stalled page" if stalled else "tick beside pages", "cobodeck",
-            None if stalled else "pages", None if stalled else float(audience.reading),
+            None if stalled else "pages", None if stalled else float(crowd.reading),
             time_us=statistics.median(found) * 1e6, ratio=statistics.median(ratios),
             ratio_to="without a page", reference=NO_ERROR, spread=_spread(ratios),
         )  # fmt: skip
 
 
-def tick_s(setup: Setup, seconds: float, audience: Audience | None = None) -> float:
+def tick_s(setup: Setup, seconds: float, crowd: PageCrowd | None = None) -> float:
     """Mean thread time of a tick of a run, s, without a page or beside these."""
     options = Options(duration_s=seconds)
-    if audience is None:
+    if crowd is None:
         return _run(setup, options, None)
     page = LivePage(setup, options, PageAddress(), _nobody)
     try:
-        with clients(page.url, audience):
+        with clients(page.url, crowd):
             return _run(setup, options, page)
     finally:
         page.close()
@@ -115,14 +115,14 @@ def _run(setup: Setup, options: Options, page: LivePage | None) -> float:
 
 
 @contextmanager
-def clients(url: str, audience: Audience) -> Iterator[None]:
+def clients(url: str, crowd: PageCrowd) -> Iterator[None]:
     """Pages of a server, in a process of their own."""
-    if not any(audience):
+    if not any(crowd):
         yield
         return
     program = [sys.executable, "-m", "cobodeck.bench.live.page_clients", socket_url(url)]
     pipe = subprocess.PIPE
-    with subprocess.Popen([*program, *map(str, audience)], stdin=pipe, stdout=pipe) as running:
+    with subprocess.Popen([*program, *map(str, crowd)], stdin=pipe, stdout=pipe) as running:
         try:
             assert running.stdout is not None
             running.stdout.readline()

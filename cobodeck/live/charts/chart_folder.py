@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from cobodeck.live.charts.chart_message import chart_message, finding_message
 from cobodeck.live.charts.chart_reader import ChartReader, ReadChart
+from cobodeck.live.charts.drawn_chart import chart_message, finding_message
 from cobodeck.live.charts.file_watch import FileWatch
 from cobodeck.live.charts.seen_chart import seen_nodes
 from cobodeck.project import Catalogue, head_of, kind_of, yaml_files

@@ -16,14 +16,14 @@ from pathlib import Path
 YOUNG_NS = 100_000_000
 """A file written within this time may be written again without a later time of change."""
 
-Stamp = tuple[int, int, int]
+_Stamp = tuple[int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
 class _Look:
     """What a file was: its stamp, None if there is none; its bytes' hash; whether it was young."""
 
-    stamp: Stamp | None = None
+    stamp: _Stamp | None = None
     digest: bytes = b""
     young: bool = False
 
@@ -61,14 +61,14 @@ class FileWatch:
         return _Look(stamp, _digest(path, stamp), begun - stamp[0] < YOUNG_NS)
 
 
-def _stamp(path: Path) -> Stamp | None:
+def _stamp(path: Path) -> _Stamp | None:
     with suppress(OSError, ValueError):
         found = path.stat()
         return found.st_mtime_ns, found.st_size, found.st_ino
     return None
 
 
-def _digest(path: Path, stamp: Stamp) -> bytes:
+def _digest(path: Path, stamp: _Stamp) -> bytes:
     """A hash of a file's bytes; of what cannot be read, and of folders, its stamp."""
     try:
         if path.is_file():  # reading a pipe would block

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import pytest
 
-from cobodeck.bench.live.live_bench import AUDIENCES, NAME, edits_ms, tick_rows
+from cobodeck.bench.live.live_bench import CROWDS, NAME, edits_ms, tick_rows
 from cobodeck.commands.bench import BENCHES
 
 
 @pytest.mark.slow
 @pytest.mark.realtime
-def test_ticks_are_told_for_each_audience_beside_those_without_a_page() -> None:
+def test_ticks_are_told_for_each_crowd_beside_those_without_a_page() -> None:
     rows = list(tick_rows(1, 2.0))
 
     assert [row.value for row in rows] == [0.0, 1.0, 10.0, None]
-    assert len(rows) == len(AUDIENCES)
+    assert len(rows) == len(CROWDS)
     assert all(row.bench == NAME in BENCHES for row in rows)
     assert all(row.time_us and row.ratio_to == "without a page" for row in rows)
 

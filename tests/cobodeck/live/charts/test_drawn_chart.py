@@ -14,7 +14,7 @@ from hypothesis import given, settings
 
 from behaviors.profile.profile import load_profile
 from cobodeck.__main__ import main
-from cobodeck.live.charts.chart_message import chart_message, finding_message, picture_of
+from cobodeck.live.charts.drawn_chart import chart_message, finding_message, picture_of
 from cobodeck.live.charts.seen_chart import SeenNode, outcomes_at, path_of, seen_nodes
 from cobodeck.project.library import findings_of, load_beside, reached
 from cobodeck.project.names_in_values import known_names
