@@ -13,3 +13,9 @@ from cobodeck.live.session import (
     show_record as show_record,
     show_source as show_source,
 )
+from cobodeck.live.terminal_session import (
+    FarLink as FarLink,
+    NearLink as NearLink,
+    socket_url as socket_url,
+    watch_in_terminal as watch_in_terminal,
+)
