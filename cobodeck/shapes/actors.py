@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
+import numpy as np
+
 from behaviors.profile import EscapeSettings
 from cobodeck.evaluate import ArmOutline
 from cobodeck.shapes.moment import TRAIL_S
@@ -13,7 +15,9 @@ from cobodeck.shapes.shape import Layer, Shape, arc, box, flat
 from hw import USER_RADIUS, Joints, Pose2, Pose3, UserPose
 from hw.model import Footprint
 from hw.scene import Point
+from states.maps import Array
 
+_CAP_POINTS = 9
 _KEPT_STEPS = 4
 _NO_PATH = 0.05
 _TRAIL_PARTS = 12
@@ -56,19 +60,28 @@ def body_shapes(body: Pose2, style: str, *, fill: bool = False) -> list[Shape]:
 
 def arm_shapes(base: Pose2, joints: Joints, arm: ArmOutline) -> list[Shape]:
     """The arm at `joints`, rad, as the capsules of its links, the lowest first."""
-    import numpy as np
-    import shapely
-
     ends, radii = arm.capsules_of(joints)
-    order = np.argsort(ends[:, :, 2].mean(axis=1), kind="stable").tolist()
-    axes = [[base.transform(x, y) for x, y, _ in ends[k].tolist()] for k in order]
-    capsules = shapely.buffer(shapely.linestrings(axes), radii[order], quad_segs=6)
+    order = np.argsort(ends[:, :, 2].mean(axis=1), kind="stable")
+    rings = _capsules(base, ends[order, :, :2], radii[order])
     found = []
-    for k, capsule in zip(order, capsules, strict=True):
+    for k, ring in zip(order.tolist(), rings.reshape(len(order), -1).tolist(), strict=True):
         held = arm.parts[k] == arm.held
         about = f"held: {arm.held}" if held else "arm"
-        ring = flat(capsule.exterior.coords)
-        found.append(Shape("arm", "poly", "held" if held else "arm", ring, about, fill=True))
+        points = tuple(ring)
+        found.append(Shape("arm", "poly", "held" if held else "arm", points, about, fill=True))
+    return found
+
+
+def _capsules(base: Pose2, ends: Array, radii: Array) -> Array:
+    """Outlines (m, n, 2) in the map of capsules with these ends (m, 2, 2) on a rover at `base`."""
+    c, s = math.cos(base.yaw), math.sin(base.yaw)
+    ends = ends @ np.array([[c, s], [-s, c]]) + (base.x, base.y)
+    along = ends[:, 1] - ends[:, 0]
+    half = np.linspace(-0.5 * math.pi, 0.5 * math.pi, _CAP_POINTS)
+    bearing = np.arctan2(along[:, 1], along[:, 0])[:, None] + np.concatenate((half, half + math.pi))
+    middles = np.repeat(ends[:, ::-1], _CAP_POINTS, axis=1)
+    circles = np.stack((np.cos(bearing), np.sin(bearing)), axis=2)
+    found: Array = middles + radii[:, None, None] * circles
     return found
 
 

@@ -20,11 +20,15 @@ from states.environment import Environment
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What stays the same in a run: scene, environment, and the values of the behaviours."""
+    """What stays the same in a run: scene, environment, and the values of the behaviours.
+
+    `chase_cell` is the side of Chase cells that are shown, m; None: the profile's.
+    """
 
     scene: Scene
     environment: Environment
     profile: Profile
+    chase_cell: float | None = None
 
     @property
     def settings(self) -> Settings:
@@ -115,7 +119,7 @@ def _costmap(moment: Moment, around: Surroundings) -> list[Shape]:
 
 def _chase(moment: Moment, around: Surroundings) -> list[Shape]:
     now = situation_at(moment, around.environment, around.settings, "chase")
-    return [] if now is None else chase_shapes(now)
+    return [] if now is None else chase_shapes(now, around.chase_cell)
 
 
 def _escape(moment: Moment, around: Surroundings) -> list[Shape]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from itertools import compress
 
 import numpy as np
 
@@ -23,47 +25,48 @@ DROPPED = "dropped", "… not free"
 """Style of poses where the robot cannot be, and what legends say of them."""
 
 
-def chase_shapes(now: Situation) -> list[Shape]:
-    """The free Chase cells with their weights (R93-R100); arrows show the robot's yaw there."""
+def chase_shapes(now: Situation, side: float | None = None) -> list[Shape]:
+    """The free Chase cells with their weights (R93-R100); arrows show the robot's yaw there.
+
+    `side` is that of the cells, m; None: the profile's.
+    """
     chase, body = now.settings.chase, now.user.body
-    free = free_cells(now, chase_cells(now))
+    side = side or chase.cell
+    free = free_cells(now, _weighted(now, replace(ChaseRing.of(chase), cell=side)))
     if not len(free):
         return []
     cells = Shape(
         "chase", "cells", "chase", tuple(free[:, :2].ravel().tolist()),
         "Chase cell: weight low to high", weights=tuple(free[:, 2].tolist()), yaw=body.yaw,
-        cell=chase.cell,
+        cell=side,
     )  # fmt: skip
-    return [cells, *_tangents(body, free, 0.5 * (chase.inner + chase.outer), chase.cell)]
+    return [cells, *_tangents(body, free, 0.5 * (chase.inner + chase.outer), side)]
 
 
-def chase_cells(now: Situation) -> Array:
+def _weighted(now: Situation, ring: ChaseRing) -> Array:
     """The cells of the policy's space, (n, 3): x, y, and weight from 0 to 1, for the best one."""
-    chase, ring = now.settings.chase, ChaseRing.of(now.settings.chase)
+    chase = now.settings.chase
     if now.settings.policy == "paper":
         cells = weighted_cells(ring, chase.best_angle, chase.best_radius)
         worth = cells[:, 2]
     else:
         cells = timed_cells(now.environment, now.settings, ring)
         worth = 1.0 / cells[:, 2]
-    return np.column_stack((cells[:, :2], scaled(worth)))
-
-
-def scaled(worth: Array) -> Array:
-    """Values (n,) from 0 for the least to 1 for the greatest; all 1 if they are equal."""
     span = float(np.ptp(worth)) if len(worth) else 0.0
-    return (worth - worth.min()) / span if span > 0.0 else np.ones(len(worth))
+    weights = (worth - worth.min()) / span if span > 0.0 else np.ones(len(worth))
+    return np.column_stack((cells[:, :2], weights))
 
 
 def _tangents(centre: Pose2, free: Array, radius: float, cell: float) -> list[Shape]:
     """Arrows along the middle circle of the space, where it is free (R99)."""
-    found = []
-    for bearing in map(math.radians, range(-180, 180, 15)):
-        x, y = radius * math.cos(bearing), radius * math.sin(bearing)
-        pose = centre @ Pose2(x, y, bearing + 0.5 * math.pi)
-        if np.hypot(free[:, 0] - pose.x, free[:, 1] - pose.y).min() <= cell:
-            found.append(arrow("chase", "chase", pose, 0.3))
-    return found
+    bearings = [math.radians(degrees) for degrees in range(-180, 180, 15)]
+    poses = [
+        centre @ Pose2(radius * math.cos(b), radius * math.sin(b), b + 0.5 * math.pi)
+        for b in bearings
+    ]
+    x, y = np.ascontiguousarray(free[:, :2].T)
+    near = (((x - pose.x) ** 2 + (y - pose.y) ** 2).min() <= cell**2 for pose in poses)
+    return [arrow("chase", "chase", pose, 0.3) for pose in compress(poses, near)]
 
 
 def escape_shapes(now: Situation, joints: Joints | None) -> list[Shape]:
@@ -75,14 +78,14 @@ def escape_shapes(now: Situation, joints: Joints | None) -> list[Shape]:
     escape, outer = now.settings.escape, now.environment.room.outer
     free = escape_poses.poses(now.settings, now.planners["escape"], now.user, now.pose)
     best = _driven_to(now, free, joints)
-    found = []
+    is_free, found = set(free), []
     for number, pose in enumerate(escape_poses.all_poses(escape, now.user, now.pose), 1):
         if not contains(outer, pose.x, pose.y):
             continue
         text = "" if pose == best else str(number)  # the ring has it
-        style, about = ("escape", "Escape pose, in order") if pose in free else DROPPED
+        style, about = ("escape", "Escape pose, in order") if pose in is_free else DROPPED
         found.append(arrow("escape", style, pose, ESCAPE_ARROW_M, about=about, text=text))
-        if pose not in free:
+        if pose not in is_free:
             found += _cross("escape", pose, 0.1)
         if pose == best:
             at, about = (pose.x, pose.y), "… driven to if raised now"
