@@ -106,5 +106,3 @@ async def until(held: Callable[[], object]) -> None:
     async with asyncio.timeout(PATIENCE_S):
         while not held():
             await asyncio.sleep(0.01)
-
-

@@ -138,7 +138,9 @@ def test_another_chart_goes_on_or_is_refused_with_the_place(steered: Steered) ->
     longer = CHART.replace("200 s", "300 s")
     assert steered.do("replace", text=longer) == ""
     assert steered.loop.wired.run.machine.chart.source.text == longer
-    assert "Wat" in steered.do("replace", text=CHART.replace("again: {watch: Wait", "again: {watch: Wat"))
+    assert "Wat" in steered.do(
+        "replace", text=CHART.replace("again: {watch: Wait", "again: {watch: Wat")
+    )
     assert "look" in steered.do("replace", text=CHART.replace("100 s", "50 s"))
     assert steered.do("replace", text="nonsense: [")
     assert steered.active == ["look"]

@@ -75,7 +75,6 @@ def test_so_they_are_when_an_operator_interferes(
         assert waiting.items() <= comparing.folding.model.waiting.items()
 
 
-
 def interfere(operator: Operator, what: str) -> None:
     if what in ("lock", "unlock"):
         getattr(operator, what)("")
