@@ -1,4 +1,4 @@
-"""`simulate --live` from end to end: a page that watches, stops and steers, and the record of it."""
+"""`simulate --live` from end to end: a page that watches and steers, and the record."""
 
 from __future__ import annotations
 
