@@ -3,8 +3,6 @@
 What it serves may be loaded by anybody who reaches the port; see `access.py` for who may do what.
 Requests for other hosts (names that were made to point here) and from pages of others are refused.
 Connections, messages and what waits to be sent are bounded.
-
-As a child process (`python -m cobodeck.live.server`) it serves a run from its feed.
 """
 
 from __future__ import annotations
@@ -360,10 +358,3 @@ async def serve(
         await server.over()
     finally:
         await server.close()
-
-
-if __name__ == "__main__":
-    from cobodeck.live.sources import serve_feed
-    from hw.ipc import serve as serve_parent
-
-    serve_parent(serve_feed)

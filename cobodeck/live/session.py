@@ -18,7 +18,7 @@ from cobodeck.setup import Options, Setup
 from cobodeck.terminal import Problem
 from hw.ipc import Child
 
-SERVER = "cobodeck.live.server"
+SERVER = "cobodeck.live.run_server"
 FAR = (
     "anybody who reaches {host} sees this run, and can stop it; with the token they command it. "
     "Nothing is encrypted: use it in a network of its own, or through `ssh -L`"

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import json
-import socket
-import threading
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from cobodeck.live.access import PageAddress, Rules
+from cobodeck.live.access import Rules
 from cobodeck.live.clients import Message, Page, Pages
 from cobodeck.live.feed import frames
 from cobodeck.live.model import RunModel
-from cobodeck.live.server import PageServer, serve
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
 from cobodeck.live.sources.seen_run import SeenRun
 from cobodeck.record.read import Group
-from hw.ipc import Parent, Ready
 
 HEALTH_S = 1.0
 """Between two messages of health, s."""
@@ -184,30 +180,3 @@ class LiveSource:
 
     def _figure_rows(self) -> Message:
         return {"t": "figures", "rows": self._model.figures(), "range": None}
-
-
-def serve_feed(settings: Any, ready: Ready, parent: Parent) -> None:
-    """Serve a run to pages, in a child process, until its feed ends; see `hw.ipc`."""
-    asyncio.run(_serve_feed(settings, ready, parent))
-
-
-async def _serve_feed(settings: Any, ready: Ready, parent: Parent) -> None:
-    feed = socket.socket(fileno=settings["feed"])
-    reader, writer = await asyncio.open_unix_connection(sock=feed, limit=1 << 20)
-    source = LiveSource(reader, writer, settings["rules"])
-
-    def announce(server: PageServer) -> None:
-        ready({"url": server.url, "port": server.port})
-
-    _ends_with(parent)
-    await serve(source, PageAddress(*settings["address"]), settings["token"], announce)
-
-
-def _ends_with(parent: Parent) -> None:
-    """Let this process end once its parent is gone, whatever it is doing."""
-
-    def wait() -> None:
-        while parent.lives(1.0):
-            pass
-
-    threading.Thread(target=wait, daemon=True).start()

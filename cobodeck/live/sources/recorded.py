@@ -48,7 +48,7 @@ class _Block:
         return found
 
 
-class RecordedRun:
+class SeenRecord:
     """A record, read; `seen` is what a page shows of all of it, `model` the run at an instant.
 
     Raises:
@@ -138,7 +138,7 @@ class RecordSource:
 
     rules = Rules()
 
-    def __init__(self, runs: Sequence[RecordedRun]) -> None:
+    def __init__(self, runs: Sequence[SeenRecord]) -> None:
         self._runs = runs
         self._at = 0.0
         self._speed = 0.0
@@ -152,7 +152,7 @@ class RecordSource:
         Raises:
             FileError, Problem: one cannot be read, or does not hold what was run.
         """
-        return cls([RecordedRun(path, slot) for slot, path in enumerate(paths)])
+        return cls([SeenRecord(path, slot) for slot, path in enumerate(paths)])
 
     @property
     def until(self) -> float:
@@ -176,10 +176,10 @@ class RecordSource:
             yield run.seen.lanes()
             yield self._figures(run)
 
-    def _state(self, run: RecordedRun) -> Message:
+    def _state(self, run: SeenRecord) -> Message:
         return {**run.model.state(), "at": self._at, "speed": self._speed, **run.seen.slotted}
 
-    def _figures(self, run: RecordedRun) -> Message:
+    def _figures(self, run: SeenRecord) -> Message:
         return {"t": "figures", "rows": run.model.figures(), "range": None, **run.seen.slotted}
 
     async def run(self, pages: Pages) -> None:
@@ -252,7 +252,7 @@ class RecordSource:
         return {"t": "ack", "id": message.get("id"), "ok": False, "text": "this is a record"}
 
 
-def range_message(run: RecordedRun, between: tuple[float, float]) -> Message:
+def range_message(run: SeenRecord, between: tuple[float, float]) -> Message:
     """The figures of a part of a run.
 
     Raises:

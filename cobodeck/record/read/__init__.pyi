@@ -14,7 +14,7 @@ from cobodeck.record.read.record_comparison import (
 )
 from cobodeck.record.read.record_replay import (
     Replay as Replay,
-    Written as Written,
+    RunTexts as RunTexts,
     setup_of as setup_of,
     stage_replay as stage_replay,
     texts_of as texts_of,

@@ -125,7 +125,7 @@ def counts(line: str) -> bool:
     return json.loads(line)[1] not in ("note", "tick")
 
 
-class Written(Protocol):
+class RunTexts(Protocol):
     """What was run, as a record has it in its header and in the attached texts."""
 
     @property
@@ -144,7 +144,7 @@ class Written(Protocol):
         ...
 
 
-def written_setup(record: Written, known: Catalogue) -> Setup:
+def written_setup(record: RunTexts, known: Catalogue) -> Setup:
     """The recorded setup, from the texts in the record; its charts may name unknown states.
 
     Raises:
@@ -175,14 +175,14 @@ def _own_files(header: Mapping[str, Any], kind: str) -> Mapping[str, Path]:
     return {name: Path(file) for name, file in header.get("named", {}).get(kind, {}).items()}
 
 
-def texts_of(record: Written) -> dict[Path, bytes]:
+def texts_of(record: RunTexts) -> dict[Path, bytes]:
     """The contents of a run's files, by today's paths and by the recorded ones."""
     texts = record.attachments
     files = {ROOT / name: held for name, held in texts.items()}
     return files | {Path(name): held for name, held in texts.items()}
 
 
-def _written_charts(record: Written) -> Library:
+def _written_charts(record: RunTexts) -> Library:
     """The charts, from their texts in the record.
 
     Raises:

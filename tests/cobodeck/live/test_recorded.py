@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings, strategies as some
 
 from cobodeck.live.model import RunModel
-from cobodeck.live.sources.recorded import RecordedRun, RecordSource
+from cobodeck.live.sources.recorded import RecordSource, SeenRecord
 from cobodeck.record.write.start import recorder
 from cobodeck.run.simulation import simulate
 from cobodeck.setup.options import Options
@@ -29,13 +29,13 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def seen(path: Path) -> RecordedRun:
-    return RecordedRun(path)
+def seen(path: Path) -> SeenRecord:
+    return SeenRecord(path)
 
 
 @settings(max_examples=6, deadline=None)
 @given(times=some.lists(some.integers(0, 15 * 10**9), min_size=1, max_size=4))
-def test_any_instant_is_what_all_before_it_leads_to(seen: RecordedRun, times: list[int]) -> None:
+def test_any_instant_is_what_all_before_it_leads_to(seen: SeenRecord, times: list[int]) -> None:
     for at_ns in times:
         seen.seek(at_ns)
     folded = RunModel()
