@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import socket
 from typing import Any
 
@@ -11,12 +12,15 @@ from cobodeck.live.server import PageServer, serve
 from cobodeck.live.sources import LiveSource
 from hw.ipc import Parent, Ready, serve as serve_parent
 
+NICE = 10
+"""How far it stands back behind the run and its devices, where processors are few."""
 LIMIT = 1 << 20
 """Of the feed, so much is read ahead, bytes."""
 
 
 def main(settings: Any, ready: Ready, parent: Parent) -> None:  # noqa: ARG001
     """Serve; see `hw.ipc`. The feed ends with the parent."""
+    os.nice(NICE)
     asyncio.run(_serve_feed(settings, ready))
 
 
