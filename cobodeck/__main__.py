@@ -27,6 +27,7 @@ COMMANDS = {
     "schema": "write the JSON Schema with which editors complete a kind of file",
     "list": "list states, charts, scenes, users, profiles, robots and all other names",
     "render": "draw a chart, a recorded run or a room",
+    "watch": "see charts while you edit them, recorded runs, and runs that go on",
     "simulate": "run a chart on the simulated robot",
     "run": "run a chart on a robot",
     "observe": "watch a real robot, and stop it",

@@ -16,7 +16,9 @@ from engine.files.units import (
 from engine.interfaces import (
     Argument as Argument,
     Interface as Interface,
+    NoOutcome as NoOutcome,
     interface as interface,
+    resolved as resolved,
 )
 from engine.literals import (
     Constant as Constant,

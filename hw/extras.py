@@ -19,7 +19,7 @@ EXTRAS: Mapping[str, str] = {
     "serial": "robot",
     "roslibpy": "ros",
     "twisted": "ros",
-    "websockets": "robot",
+    "websockets": "live",
     "matplotlib": "plots",
     "ompl": "ompl",
     "mujoco": "reference",

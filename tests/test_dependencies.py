@@ -31,7 +31,7 @@ MODULES = {
 """What is imported under another name than it is installed by."""
 INDIRECT = {"msgpack": "python-can", "serial": "python-can", "twisted": "roslibpy"}
 """Modules that are imported, and the package of the extra that depends on theirs."""
-HIDDEN = sorted(EXTRAS.keys() - {"ompl"} | {"starlette", "uvicorn"})
+HIDDEN = sorted(EXTRAS.keys() - {"ompl"})
 HIDING = f"""
 import sys
 
@@ -68,7 +68,7 @@ def named(requirements: Iterable[str]) -> set[str]:
 def test_every_dependency_is_imported() -> None:
     modules = {name.partition(".")[0] for name in imported()}
     declared = named(PROJECT["dependencies"]).union(
-        *(named(BY_EXTRA[extra]) for extra in ("record", "robot", "ros", "plots"))
+        *(named(BY_EXTRA[extra]) for extra in ("record", "robot", "ros", "live", "plots"))
     )
 
     assert {name for name in declared if MODULES.get(name, name) not in modules} == set()
@@ -80,7 +80,7 @@ def test_the_extras_bring_what_is_told_of_them() -> None:
         package = INDIRECT.get(module) or PACKAGES.get(module, module)
         assert package in named(BY_EXTRA[extra]), module
     told = {extra: {m for m, has in EXTRAS.items() if has == extra} for extra in BY_EXTRA}
-    for extra in ("record", "robot", "ros", "plots"):
+    for extra in ("record", "robot", "ros", "live", "plots"):
         brought = {MODULES.get(name, name) for name in named(BY_EXTRA[extra]) - default}
         assert brought <= told[extra]
 
@@ -128,6 +128,7 @@ def test_the_default_installation_is_enough_for(hidden: str, tmp_path: Path, com
         ("render --scene lab_a -o room.svg", "matplotlib"),
         ("space lab_a -o room.svg", "matplotlib"),
         ("reach -o reach.svg", "matplotlib"),
+        ("simulate --duration 1 --live", "websockets"),
     ],
 )
 def test_a_missing_package_is_one_line_with_what_installs_it(

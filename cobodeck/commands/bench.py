@@ -38,6 +38,7 @@ BENCHES = {
     "simulation": "cobodeck.bench.simulation_bench",
     "reference": "cobodeck.bench.reference_bench",
     "realtime": "cobodeck.bench.engine.realtime",
+    "live": "cobodeck.bench.live.live_bench",
     "stability": "cobodeck.bench.stability",
     "envelope": "cobodeck.bench.envelope_bench",
 }

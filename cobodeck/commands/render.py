@@ -13,8 +13,7 @@ from cobodeck.project import catalogue, chart_file, load_beside, misfits, reache
 from cobodeck.setup import profile_with, with_values
 from cobodeck.terminal import FAILED, OK, Problem, complain, instant, is_record, show
 from engine import text
-from engine.chart import Library
-from engine.draw import FILE_FORMS, CannotRender, dot, mermaid, render
+from engine.draw import FILE_FORMS, CannotRender, dot, mermaid, nodes_shown, render
 from engine.files import did_you_mean
 
 TEXT_FORMS = ("dot", "mmd")
@@ -91,14 +90,3 @@ def _draw_run(args: argparse.Namespace) -> int:
     from cobodeck.pictures.run import draw_run
 
     return draw_run(Path(args.chart), args.output, args.start_s, args.end_s)
-
-
-def nodes_shown(name: str, library: Library, depth: int, known: dict[tuple[str, int], int]) -> int:
-    """Number of nodes in a picture of a chart that shows used charts to this `depth`."""
-    if (name, depth) not in known:
-        known[name, depth] = 0  # a chart nested in itself is not drawn again
-        for node in library[name].root.walk():
-            known[name, depth] += 1
-            if node.form == "use" and depth > 0 and node.target in library:
-                known[name, depth] += nodes_shown(node.target, library, depth - 1, known)
-    return known[name, depth]

@@ -23,6 +23,7 @@ from cobodeck.terminal import (
     Problem,
     complain,
     inputs,
+    live,
     new_record,
     positive,
     profile,
@@ -69,6 +70,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--record", type=new_record, metavar="X.mcap", help="the record; default: a new one in out/"
     )
+    live(parser)
     parser.add_argument(
         "--fast", action="store_true", help="without waiting for real time; the mock only"
     )

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, redirect_stdout
 from datetime import datetime
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,7 @@ from cobodeck.terminal import (
     is_record,
     kept_file,
     length,
+    live,
     positive,
     profile,
     seconds,
@@ -30,12 +32,13 @@ from cobodeck.terminal import (
     show_json,
     word,
 )
-from engine.files import FileError, in_order
+from engine.files import FileError, in_order, visible
 from engine.files.declared import notes
 from engine.run import Raised
 from hw import missing
 
 if TYPE_CHECKING:
+    from cobodeck.live import LivePage
     from cobodeck.loop import Clock, Loop
     from cobodeck.record.write import Recorder
     from cobodeck.run import RunResult
@@ -112,6 +115,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="X.mcap: record all of the run; else its trace alone, by default in out/",
     )
+    live(parser)
     parser.add_argument(
         "--judge",
         action="store_true",
@@ -231,14 +235,16 @@ def _recorder(
     options: Options,
     clock: Clock | None,
     began: datetime,
+    page: LivePage | None,
 ) -> Recorder | None:
-    """The recorder of the run; None if only its trace is kept.
+    """The recorder of the run, in a file, for a page, or both; None if only its trace is kept.
 
     Raises:
         Problem: a requested file exists; ModuleNotFoundError: it cannot be written here.
     """
     from cobodeck.record.format import Taken, require_free
 
+    watching = [] if page is None else [page.feed]
     if _keeps_record(args, clock):
         try:
             from cobodeck.record.write import recorder
@@ -248,13 +254,35 @@ def _recorder(
                 raise
             complain(f"no record: it {needed}")
             return None
-        return recorder(setup, options, args.record, began, complain)
+        return recorder(setup, options, args.record, began, complain, watching)
     try:
         if args.record is not None:
             require_free(args.record)
     except Taken as taken:
         raise Problem(str(taken)) from None
-    return None
+    if not watching:
+        return None
+    from cobodeck.record.write import unkept_recorder
+
+    return unkept_recorder(setup, options, began, complain, watching)
+
+
+def _page(args: argparse.Namespace, setup: Setup, options: Options) -> LivePage | None:
+    """The live page, if one is wanted; its URL is printed first.
+
+    Raises:
+        Problem: it cannot be served; ModuleNotFoundError: a package is missing.
+    """
+    if args.live is None:
+        return None
+    if find_spec("websockets") is None:
+        raise ModuleNotFoundError("No module named 'websockets'", name="websockets")
+    from cobodeck.live import LivePage, PageAddress
+
+    def say(line: str) -> None:
+        print(visible(line), file=sys.stderr if args.json else sys.stdout, flush=True)
+
+    return LivePage(setup, options, PageAddress(*args.live), say)
 
 
 def _setup(args: argparse.Namespace) -> Setup:
@@ -293,22 +321,34 @@ def _run(
 ) -> RunResult:
     from cobodeck.run import simulate
 
-    recorder = _recorder(args, setup, options, clock, began)
-    progress = ProgressLine("simulate")
-    aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # states may print
+    page = _page(args, setup, options)
+    result = None
     try:
-        with aside:
-            return simulate(
-                setup,
-                options,
-                progress.at,
-                clock,
-                partial(_looked_after, blocked_s, options.connection is not None),
-                _show_error,
-                recorder,
-            )
+        recorder = _recorder(args, setup, options, clock, began, page)
+        progress = ProgressLine("simulate")
+        aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # states may print
+        devices = options.connection is not None
+        if page is not None and clock is None:
+            from cobodeck.loop import Paced
+
+            clock = Paced()
+        try:
+            with aside:
+                result = simulate(
+                    setup,
+                    options,
+                    progress.at,
+                    clock,
+                    partial(_looked_after, blocked_s, devices, page),
+                    _show_error,
+                    recorder,
+                )
+        finally:
+            progress.done()
     finally:
-        progress.done()
+        if page is not None:
+            page.close(None if result is None else result.record_file)
+    return result
 
 
 def _robot_of(args: argparse.Namespace) -> str | Connection | None:
@@ -325,11 +365,15 @@ def _robot_of(args: argparse.Namespace) -> str | Connection | None:
 
 
 @contextmanager
-def _looked_after(blocked_s: float, devices: bool, loop: Loop) -> Iterator[None]:
+def _looked_after(
+    blocked_s: float, devices: bool, page: LivePage | None, loop: Loop
+) -> Iterator[None]:
     """A context in which signals end the run cleanly, and a node that blocks a tick is reported.
 
-    Beside `devices` the run has its real-time priority.
+    Beside `devices` the run has its real-time priority. A `page` shows and steers it.
     """
+    if page is not None:
+        page.attend(loop)
     from cobodeck.loop import ending_on_signals, naming_what_blocks
     from hw.ipc import ENGINE, hurrying
 

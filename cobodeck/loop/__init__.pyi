@@ -1,5 +1,6 @@
 from cobodeck.loop.clocks import (
     Clock as Clock,
+    Paced as Paced,
     RealTime as RealTime,
     Virtual as Virtual,
 )

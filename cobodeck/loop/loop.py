@@ -166,7 +166,7 @@ class Loop:
 
     def _next(self, end_ns: int) -> None:
         if not self.clock.waits:
-            if self.leave_out:
+            if self.leave_out and not self.clock.paced:
                 self._jump(end_ns)
             self._tick(self.clock.wait(self.next_ns))
             return

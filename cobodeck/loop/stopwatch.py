@@ -11,12 +11,13 @@ class Stopwatch:
     """Measures the phases of each tick.
 
     `spent_ns` is the time spent in each of `PHASES`; `overruns` counts the ticks that took longer
-    than a period.
+    than a period. `last_ns` is the time that the last tick took.
     """
 
     def __init__(self) -> None:
         self.spent_ns = [0] * len(PHASES)
         self.overruns = 0
+        self.last_ns = 0
         self._begin = self._last = 0
 
     def begin(self) -> None:
@@ -32,4 +33,5 @@ class Stopwatch:
     def end(self, period_ns: int) -> None:
         """The tick is over, with its last phase; a period is that of the grid."""
         self.lap(-1)
-        self.overruns += self._last - self._begin > period_ns
+        self.last_ns = self._last - self._begin
+        self.overruns += self.last_ns > period_ns

@@ -16,9 +16,11 @@ from cobodeck.project.library import (
     read_source as read_source,
     replacements as replacements,
     strictly as strictly,
+    yaml_files as yaml_files,
 )
 from cobodeck.project.named_files import (
     KINDS as KINDS,
+    head_of as head_of,
     kind_of as kind_of,
     own_files_around as own_files_around,
 )

@@ -85,15 +85,23 @@ def twins(catalogue: Catalogue) -> dict[Path, Path]:
 
 def own_replacements(catalogue: Catalogue) -> dict[str, Path]:
     """The charts of projects that replace shipped ones, by name."""
+    shipped = shipped_by_name()
     return {
-        name: file for name, file in chart_names(catalogue).items() if is_replacement(name, file)
+        name: file
+        for name, file in chart_names(catalogue).items()
+        if is_replacement(name, file, shipped)
     }
 
 
-def is_replacement(name: str, file: str | Path) -> bool:
-    """Whether the chart of this name and file is in the place of a shipped one."""
-    shipped = _by_name(shipped_charts()).get(name)
-    return shipped is not None and shipped.resolve() != Path(file).resolve()
+def shipped_by_name() -> dict[str, Path]:
+    """The shipped charts by name."""
+    return _by_name(shipped_charts())
+
+
+def is_replacement(name: str, file: str | Path, shipped: Mapping[str, Path]) -> bool:
+    """Whether the chart of this name and file is in the place of one of the `shipped`."""
+    other = shipped.get(name)
+    return other is not None and other.resolve() != Path(file).resolve()
 
 
 def _by_name(files: Iterable[Path]) -> dict[str, Path]:

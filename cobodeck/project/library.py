@@ -8,7 +8,7 @@ shipped charts that use it, too.
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from cobodeck.project.chart_files import (
     charts_beside,
     is_replacement,
     own_replacements,
+    shipped_by_name,
     twins,
 )
 from cobodeck.project.named_files import kind_of
@@ -72,12 +73,17 @@ def yaml_files(folder: Path) -> Iterator[Path]:
         yield from (Path(place, f) for f in sorted(files) if f.endswith(YAML))
 
 
-def load_beside(files: Sequence[Path], catalogue: Catalogue) -> Library:
+def load_beside(
+    files: Sequence[Path],
+    catalogue: Catalogue,
+    load: Callable[[Sequence[Path]], Library] = load_files,
+) -> Library:
     """The charts of `files`, then those they may use.
 
-    The findings are those of `files`, and of used files in which no chart could be read.
+    The findings are those of `files`, and of used files in which no chart could be read. `load`
+    reads chart files; who loads often may keep what has not changed.
     """
-    library = load_files(files)
+    library = load(files)
     beside, known = charts_beside(files), chart_names(catalogue)
     given = {file.resolve() for file in files}
     waiting = {
@@ -85,19 +91,18 @@ def load_beside(files: Sequence[Path], catalogue: Catalogue) -> Library:
     }
     while names := used_charts(library.values(), library) & waiting.keys():
         for name in sorted(names):
-            _add(library, waiting.pop(name), used=True)
+            _add(library, load([waiting.pop(name)]), used=True)
     for file in known.values():
         if file.resolve() not in given:
-            _add(library, file)
+            _add(library, load([file]))
     if used_charts(library.values(), library):  # a misspelt name: load more for `did you mean`
         for file in beside.values():
-            _add(library, file)
+            _add(library, load([file]))
     return library
 
 
-def _add(library: Library, file: Path, *, used: bool = False) -> None:
-    """Add the charts in a file whose names are not taken; of a used one, else what is wrong."""
-    loaded = load_files([file])
+def _add(library: Library, loaded: Library, *, used: bool = False) -> None:
+    """Add the charts of a file whose names are not taken; of a used one, else what is wrong."""
     for name, chart in loaded.items():
         if name not in library:
             library[name] = chart
@@ -193,8 +198,10 @@ def errors_in_users(library: Library, catalogue: Catalogue, files: Iterable[Path
     named = {str(file) for file in files}
     own = own_replacements(catalogue)
     replacing = {name for name in own if name in library and library[name].file in named}
-    using = (chart.file for chart in library.values() if used_charts([chart], ()) & replacing)
-    return _errors(findings_of(library, catalogue, map(Path, set(using) - named)))
+    using = {chart.file for chart in library.values() if used_charts([chart], ()) & replacing}
+    if not using - named:
+        return []
+    return _errors(findings_of(library, catalogue, map(Path, using - named)))
 
 
 def replacements(
@@ -203,10 +210,11 @@ def replacements(
     """A message for each of these charts that whoever names it gets in place of a shipped one."""
     charts = [library[name] for name in sorted(names)]
     known = own_replacements(catalogue).keys() | used_charts(charts, ())
+    shipped = shipped_by_name()
     return [
         f"chart {chart.name}: {chart.file} replaces the shipped one"
         for chart in charts
-        if chart.name in known and is_replacement(chart.name, chart.file)
+        if chart.name in known and is_replacement(chart.name, chart.file, shipped)
     ]
 
 

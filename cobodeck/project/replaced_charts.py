@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from cobodeck.project.chart_files import is_replacement
+from cobodeck.project.chart_files import is_replacement, shipped_by_name
 from cobodeck.project.state_catalogue import shipped_charts
 from engine.chart import Chart, Node, mark_of
 from engine.files import Finding, Place
@@ -39,10 +39,11 @@ def told_of_replacements(
     they use a replacement are one finding in its file; others get a note.
     """
     charts = {chart.file: chart for chart in library.values()}
+    shipped = shipped_by_name()
     needed = {
         place
         for chart in library.values()
-        if is_replacement(chart.name, chart.file)
+        if is_replacement(chart.name, chart.file, shipped)
         for place in _needed(chart, library)
     }
     found: list[Finding] = []
@@ -51,7 +52,7 @@ def told_of_replacements(
         if finding.code in _OF_INTERFACE and finding.place in needed:
             continue
         user = charts.get(finding.place.file)
-        used = None if user is None else _replacement_at(finding, user, library)
+        used = None if user is None else _replacement_at(finding, user, library, shipped)
         if user is None or used is None:
             found.append(finding)
         elif finding.severity == "error" and is_shipped(user):
@@ -63,11 +64,15 @@ def told_of_replacements(
     return [*found, *told]
 
 
-def _replacement_at(finding: Finding, user: Chart, library: Mapping[str, Chart]) -> Chart | None:
+def _replacement_at(
+    finding: Finding, user: Chart, library: Mapping[str, Chart], shipped: Mapping[str, Path]
+) -> Chart | None:
     """The replacement that is used where a finding is."""
     above = [node for node in user.root.walk() if node.at[0] <= finding.place.line]
     used = library.get(above[-1].target) if above and above[-1].form == "use" else None
-    return used if used is not None and is_replacement(used.name, used.file) else None
+    if used is None or not is_replacement(used.name, used.file, shipped):
+        return None
+    return used
 
 
 def _misfit(chart: Chart, user: Chart, errors: list[Finding]) -> Finding:

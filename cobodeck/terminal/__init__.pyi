@@ -1,9 +1,11 @@
 from cobodeck.terminal.argument_types import (
+    address as address,
     count as count,
     inputs as inputs,
     instant as instant,
     kept_file as kept_file,
     length as length,
+    live as live,
     new_record as new_record,
     pose as pose,
     positive as positive,

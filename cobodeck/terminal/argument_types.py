@@ -59,6 +59,14 @@ def length(text: str) -> float:
     return _number(text, FARTHEST_M, "m")
 
 
+def address(text: str) -> tuple[str, int]:
+    """`PORT`, or `HOST:PORT`; port 0: a free one. Without a host: this machine alone."""
+    host, _, port = text.rpartition(":")
+    if not port.isdecimal() or not 0 <= int(port) < 1 << 16:
+        raise argparse.ArgumentTypeError(f"{text!r} is no PORT or HOST:PORT")
+    return host.strip("[]") or "127.0.0.1", int(port)
+
+
 def pose(text: str) -> Pose2:
     """A pose in the map, `x,y,yaw`; m, m, rad."""
     from hw import Pose2
@@ -93,6 +101,19 @@ def word(text: str) -> str:
     if not text.strip():
         raise argparse.ArgumentTypeError("is empty; give a name or a file")
     return text
+
+
+def live(parser: argparse.ArgumentParser) -> None:
+    """Declare `--live`: a page of the run, on a port of this machine or another address."""
+    parser.add_argument(
+        "--live",
+        nargs="?",
+        type=address,
+        const=("127.0.0.1", 0),
+        metavar="PORT|HOST:PORT",
+        help="a page in the browser that shows the run and can steer it; without PORT a free one, "
+        "without HOST for this machine alone",
+    )
 
 
 def profile(parser: argparse.ArgumentParser, default: str) -> None:

@@ -1,3 +1,6 @@
+from engine.chart.breakpoints import (
+    text_without_breaks as text_without_breaks,
+)
 from engine.chart.chart import (
     AUTONOMY as AUTONOMY,
     CONTAINERS as CONTAINERS,
@@ -27,6 +30,7 @@ from engine.chart.grammar import (
 )
 from engine.chart.load import (
     Library as Library,
+    chart_value as chart_value,
     load_files as load_files,
     load_text as load_text,
     start_value as start_value,

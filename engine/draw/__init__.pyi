@@ -9,9 +9,14 @@ from engine.draw.layout import (
 from engine.draw.mermaid_text import (
     mermaid as mermaid,
 )
+from engine.draw.picture import nodes_shown as nodes_shown
 from engine.draw.style import (
     GREY as GREY,
     INK as INK,
     RED as RED,
 )
-from engine.draw.wording import value_text as value_text
+from engine.draw.wording import (
+    resolved_value as resolved_value,
+    value_text as value_text,
+    values_of as values_of,
+)

@@ -59,11 +59,13 @@ def dot(
     depth: int | None = 0,
     active: Active | None = None,
     constants: Mapping[str, Constant] = NONE,
+    unfolded: Collection[str] = (),
 ) -> str:
     """`chart` as DOT text; the same chart gives the same text.
 
     In the SVG, shapes have the ids `s:PATH` (rows of tables `a_s:PATH`), pins of boxes
-    `o:PATH:OUTCOME|OUTCOME` (of other shapes `a_o:…`), edges `t:PATH:OUTCOME|OUTCOME`.
+    `o:PATH:OUTCOME|OUTCOME` (of other shapes `a_o:…`), edges `t:PATH:OUTCOME|OUTCOME`: each node
+    of what is expanded has its shape.
 
     Args:
         chart: the chart.
@@ -71,8 +73,9 @@ def dot(
         depth: how many levels of `use` are expanded; `None`: all.
         active: what to highlight.
         constants: what `$name.name` stands for; the others are shown by their names.
+        unfolded: paths of further `use` nodes that are expanded.
     """
-    shown = picture(chart, library, depth, constants)
+    shown = picture(chart, library, depth, constants, unfolded)
     return "\n".join(_Writer(shown, active or Active()).lines()) + "\n"
 
 

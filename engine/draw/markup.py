@@ -155,7 +155,8 @@ def _row(row: LeafShape | TableShape, holds: Holds) -> str:
     if isinstance(row, LeafShape):
         return _leaf_cell(row, lit=holds(row.path))
     lines = [f"<TD>{table_label(row, (), holds)}</TD>", *(_cell(_ending(e)) for e in row.endings)]
-    return f"<TD>{_table(lines, BARE)}</TD>"
+    known_as = {"ID": f"s:{row.path}", "TOOLTIP": row.about or row.name or " "}
+    return f"<TD {_listed(known_as)}>{_table(lines, BARE)}</TD>"
 
 
 def _leaf_cell(leaf: LeafShape, *, lit: bool) -> str:

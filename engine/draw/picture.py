@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from engine.chart import CONTAINERS, Chart, Node
@@ -41,6 +41,7 @@ def picture(
     library: Mapping[str, Chart],
     depth: int | None = 0,
     constants: Mapping[str, Constant] = NONE,
+    unfolded: Collection[str] = (),
 ) -> Picture:
     """The shapes and edges of `chart`.
 
@@ -49,8 +50,9 @@ def picture(
         library: the charts it uses, by name.
         depth: how many levels of `use` are expanded; `None`: all.
         constants: what `$name.name` stands for; the others are shown by their names.
+        unfolded: paths of further `use` nodes that are expanded.
     """
-    painter = _Painter(library, constants)
+    painter = _Painter(library, constants, unfolded)
     root = painter.root(chart, depth)
     declared = tuple(declared_by(chart, constants))
     return Picture(root, declared, tuple(painter.edges), painter.passed_on)
@@ -81,8 +83,13 @@ class _Member:
 class _Painter:
     """Builds shapes and edges from a chart, children first."""
 
-    def __init__(self, library: Mapping[str, Chart], constants: Mapping[str, Constant]) -> None:
-        self.library, self.constants = library, constants
+    def __init__(
+        self,
+        library: Mapping[str, Chart],
+        constants: Mapping[str, Constant],
+        unfolded: Collection[str],
+    ) -> None:
+        self.library, self.constants, self.unfolded = library, constants, unfolded
         self.edges: list[Edge] = []
         self.passed_on: dict[tuple[str, str], tuple[str, str]] = {}
 
@@ -115,7 +122,7 @@ class _Painter:
         notes = notes_of(node, scope.values)
         if node.form in CONTAINERS:
             body, inner = node, scope
-        elif used is None or scope.depth == 0 or used.name in scope.inside:
+        elif used is None or used.name in scope.inside or self.folded(path, scope):
             labels = {o: _leaf_label(node, o, parent, scope.values) for o in node.next}
             leaf = LeafShape(path, node.name, node.form, target_of(node), notes, node.about)
             pins = _pins(node, path, labels, node.next)
@@ -123,7 +130,7 @@ class _Painter:
         else:
             notes = (target_of(node), *notes, *from_outside(used, node.parameters))
             body = used.root
-            depth = None if scope.depth is None else scope.depth - 1
+            depth = None if scope.depth is None else max(0, scope.depth - 1)
             values = values_of(used, node.parameters, scope.values)
             inner = _Scope(values, depth, (*scope.inside, used.name))
         members = self.members(body, path, inner)
@@ -140,6 +147,9 @@ class _Painter:
             shape = self.table(body, path, members, pins)
         shape = replace(shape, name=node.name, notes=notes, about=about)
         return _Member(node, shape, labels, targets)
+
+    def folded(self, path: str, scope: _Scope) -> bool:
+        return scope.depth == 0 and path not in self.unfolded
 
     def table(
         self, body: Node, path: str, members: list[_Member], pins: tuple[Pin, ...]
@@ -225,3 +235,19 @@ def _edges(path: str, members: list[_Member], pins: tuple[Pin, ...]) -> Iterator
                 yield Edge(pin, ends[target[1:]], path, arrow=not path)
             elif target in names:
                 yield Edge(pin, f"{path}/{target}" if path else target, path, arrow=True)
+
+
+def nodes_shown(
+    name: str, library: Mapping[str, Chart], depth: int, known: dict[tuple[str, int], int]
+) -> int:
+    """Number of nodes in a picture of a chart that shows used charts to this `depth`.
+
+    `known`: what was counted already.
+    """
+    if (name, depth) not in known:
+        known[name, depth] = 0  # a chart nested in itself is not drawn again
+        for node in library[name].root.walk():
+            known[name, depth] += 1
+            if node.form == "use" and depth > 0 and node.target in library:
+                known[name, depth] += nodes_shown(node.target, library, depth - 1, known)
+    return known[name, depth]

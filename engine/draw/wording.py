@@ -25,19 +25,19 @@ def values_of(chart: Chart, given: Values, outer: Values) -> dict[str, Any]:
     """
     constants = {name: value for name, value in outer.items() if isinstance(value, Constant)}
     parameters = chart.parameters.items()
-    known = {name: _resolved(p.default, constants) for name, p in parameters if not p.required}
-    return constants | known | {name: _resolved(value, outer) for name, value in given.items()}
+    known = {name: resolved_value(p.default, constants) for name, p in parameters if not p.required}
+    return constants | known | {name: resolved_value(value, outer) for name, value in given.items()}
 
 
-def _resolved(value: Any, known: Values) -> Any:
+def resolved_value(value: Any, known: Values) -> Any:
     """A value with what is known instead of references."""
     if isinstance(value, Reference):
         found = known.get(value.name, value)
         return found.value if isinstance(found, Constant) else found
     if isinstance(value, Mapping):
-        return {name: _resolved(item, known) for name, item in value.items()}
+        return {name: resolved_value(item, known) for name, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_resolved(item, known) for item in value]
+        return [resolved_value(item, known) for item in value]
     return value
 
 
@@ -132,7 +132,7 @@ def condition_text(rule: Rule) -> str:
 
 def value_text(value: Any, values: Values) -> str:
     """A value as written in the chart; a parameter as its value, or as `$name` if not known."""
-    return _text(_resolved(value, values))
+    return _text(resolved_value(value, values))
 
 
 def _told(value: Any, values: Values) -> str:

@@ -3,6 +3,7 @@ from engine.operator import (
 )
 from engine.operator.commands import (
     Replace as Replace,
+    output_types as output_types,
 )
 from engine.operator.operator import (
     Operator as Operator,

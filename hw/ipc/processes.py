@@ -26,7 +26,7 @@ import signal
 import struct
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from typing import IO, Any
 
@@ -49,10 +49,12 @@ class Child:
     """A process that runs `python -m module`; it starts at once, `wait` until it is ready.
 
     To start several children in parallel, make all of them, then wait for each. `name` is what an
-    operator calls it, such as "the VR server".
+    operator calls it, such as "the VR server". `fds`: open files that it has, too.
     """
 
-    def __init__(self, module: str, settings: Any, name: str | None = None) -> None:
+    def __init__(
+        self, module: str, settings: Any, name: str | None = None, fds: Collection[int] = ()
+    ) -> None:
         self.name = name or module
         data = pickle.dumps(settings)
         self._process = subprocess.Popen(
@@ -60,6 +62,7 @@ class Child:
             env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            pass_fds=fds,
             start_new_session=True,  # Ctrl-C at the terminal is handled by the parent
         )
         assert self._process.stdin is not None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -123,11 +123,7 @@ class Course:
     @cached_property
     def lanes(self) -> tuple[str, ...]:
         """Paths of the outermost nodes without used charts inside: the behaviors, if any."""
-        holders = {above for path in self.charts for above in _above(path)} | {""}
-        paths = dict.fromkeys((*self.charts, *(span.path for span in self.spans)))
-        return tuple(
-            path for path in paths if path not in holders and path.rpartition("/")[0] in holders
-        )
+        return lanes_of(self.charts, (span.path for span in self.spans))
 
     def spans_of(self, lane: str) -> tuple[NodeSpan, ...]:
         """The spans of a lane."""
@@ -173,6 +169,17 @@ class Course:
         """The last instant at or before `at_s`, otherwise the first."""
         after = bisect_right(self.instants, at_s, key=attrgetter("at_s"))
         return self.instants[max(0, after - 1)]
+
+
+def lanes_of(charts: Iterable[str], paths: Iterable[str]) -> tuple[str, ...]:
+    """The lanes among paths of nodes, those of used `charts` first; see `Course.lanes`."""
+    charts = tuple(charts)
+    holders = {above for path in charts for above in _above(path)} | {""}
+    return tuple(
+        path
+        for path in dict.fromkeys((*charts, *paths))
+        if path not in holders and path.rpartition("/")[0] in holders
+    )
 
 
 def _above(path: str) -> Iterator[str]:

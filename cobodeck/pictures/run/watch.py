@@ -99,20 +99,37 @@ def _used(node: Node, path: str, library: Mapping[str, Chart]) -> Iterator[tuple
         yield from _used(inside, below, library)
 
 
+class Visits:
+    """The visits of nodes, from one record of the trace after the other.
+
+    `open`: those that have not ended, by path: the number of the visit, and its start, s.
+    """
+
+    def __init__(self) -> None:
+        self.open: dict[str, tuple[int, float]] = {}
+        self._outcomes: dict[str, str] = {}
+        self._count = 0
+
+    def add(self, record: TraceRecord) -> tuple[int, NodeSpan] | None:
+        """Take a record; returns the visit that it ends, with its number."""
+        time_ns, kind, path, detail = record
+        if kind == "enter":
+            self.open[path] = self._count, time_ns / 1e9
+            self._count += 1
+        elif kind == "outcome":
+            self._outcomes[path] = detail[0]
+        elif kind == "exit" and path in self.open:
+            number, start_s = self.open.pop(path)
+            outcome = self._outcomes.pop(path, detail[0])
+            ended = outcome if detail[0] == "outcome" else detail[0]
+            return number, NodeSpan(path, start_s, time_ns / 1e9, ended)
+        return None
+
+
 def spans_of(records: Iterable[TraceRecord], end_s: float) -> tuple[NodeSpan, ...]:
     """The span of each visit of a node, from entry to exit; nodes still active end at `end_s`."""
-    found: list[NodeSpan] = []
-    running: dict[str, int] = {}
-    outcomes: dict[str, str] = {}
-    for time_ns, kind, path, detail in records:
-        if kind == "enter":
-            running[path] = len(found)
-            found.append(NodeSpan(path, time_ns / 1e9, end_s))
-        elif kind == "outcome":
-            outcomes[path] = detail[0]
-        elif kind == "exit" and path in running:
-            number = running.pop(path)
-            outcome = outcomes.pop(path, detail[0])
-            ended = outcome if detail[0] == "outcome" else detail[0]
-            found[number] = replace(found[number], end_s=time_ns / 1e9, ended=ended)
-    return tuple(found)
+    visits = Visits()
+    found = dict(filter(None, map(visits.add, records)))
+    for path, (number, start_s) in visits.open.items():
+        found[number] = NodeSpan(path, start_s, end_s)
+    return tuple(found[number] for number in sorted(found))

@@ -44,6 +44,7 @@ from cobodeck.record.format.sample_messages import (
     TOPIC as TOPIC,
     SampleReader as SampleReader,
     SampleWriter as SampleWriter,
+    sample_of as sample_of,
     schema_of as schema_of,
 )
 from cobodeck.record.format.schemas import (

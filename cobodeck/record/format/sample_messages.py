@@ -170,6 +170,20 @@ class SampleReader:
         return Sample(self._name, stamp, self._last)
 
 
+def sample_of(name: str, kind: str, data: bytes) -> Sample:
+    """The sample of a message by itself, whether it repeats the one before or not.
+
+    Raises:
+        value_codec.Unknown: its class is not loaded or does not exist any more.
+    """
+    if kind == "foxglove.LaserScan":
+        stamp, scan, _ = read_scan(data)
+        return Sample(name, stamp, scan)
+    message = json.loads(data)
+    stamp = message["stamp"] if kind == "cobodeck.Value" else _stamp(kind, message)
+    return Sample(name, stamp, _READERS[kind](message))
+
+
 def _stamp(kind: str, message: Any) -> int:
     first = message["transforms"][0] if kind == "foxglove.FrameTransforms" else message
     return stamp_of(first["timestamp"])

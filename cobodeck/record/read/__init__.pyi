@@ -5,6 +5,7 @@ from cobodeck.record.read.reader import (
     Group as Group,
     Record as Record,
     RecordedMessage as RecordedMessage,
+    closed as closed,
 )
 from cobodeck.record.read.record_comparison import (
     Comparison as Comparison,
@@ -13,6 +14,7 @@ from cobodeck.record.read.record_comparison import (
 )
 from cobodeck.record.read.record_replay import (
     Replay as Replay,
+    RunTexts as RunTexts,
     setup_of as setup_of,
     stage_replay as stage_replay,
     texts_of as texts_of,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from os import SEEK_END
@@ -272,6 +272,15 @@ class _Messages:
             yield RecordedMessage(*self._channels[record.channel_id], record.data, record.log_time)
         else:
             yield record
+
+
+def closed(told: Sequence[RecordedMessage]) -> Group:
+    """The messages of a tick, of which the last one closes it; their checksum is not looked at.
+
+    Raises:
+        ValueError, KeyError, TypeError: it does not.
+    """
+    return Group(_ticked(told[-1].data)[0], tuple(told[:-1]), told[-1])
 
 
 def _ticked(data: bytes) -> tuple[Ticked, int]:

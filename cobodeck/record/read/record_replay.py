@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from behaviors import ESTIMATE
 from cobodeck.evaluate import watchers
@@ -60,7 +60,8 @@ class ReplayChecker:
         for found in self.feed.fed.commands:
             try:
                 arguments = value(found["arguments"])
-                command = command_again(found["command"], arguments, self._machine)
+                by = str(found.get("by", ""))
+                command = command_again(found["command"], arguments, self._machine, by)
             except Exception as error:  # noqa: BLE001  an altered message may cause anything
                 self.feed.differ("a command", found.get("command"), repr(error))
             else:
@@ -124,7 +125,26 @@ def counts(line: str) -> bool:
     return json.loads(line)[1] not in ("note", "tick")
 
 
-def written_setup(record: Record, known: Catalogue) -> Setup:
+class RunTexts(Protocol):
+    """What was run, as a record has it in its header and in the attached texts."""
+
+    @property
+    def path(self) -> Path:
+        """Where it is from."""
+        ...
+
+    @property
+    def header(self) -> Mapping[str, Any]:
+        """See `FORMAT.md`."""
+        ...
+
+    @property
+    def attachments(self) -> Mapping[str, bytes]:
+        """Texts by the names of their files."""
+        ...
+
+
+def written_setup(record: RunTexts, known: Catalogue) -> Setup:
     """The recorded setup, from the texts in the record; its charts may name unknown states.
 
     Raises:
@@ -155,14 +175,14 @@ def _own_files(header: Mapping[str, Any], kind: str) -> Mapping[str, Path]:
     return {name: Path(file) for name, file in header.get("named", {}).get(kind, {}).items()}
 
 
-def texts_of(record: Record) -> dict[Path, bytes]:
+def texts_of(record: RunTexts) -> dict[Path, bytes]:
     """The contents of a run's files, by today's paths and by the recorded ones."""
     texts = record.attachments
     files = {ROOT / name: held for name, held in texts.items()}
     return files | {Path(name): held for name, held in texts.items()}
 
 
-def _written_charts(record: Record) -> Library:
+def _written_charts(record: RunTexts) -> Library:
     """The charts, from their texts in the record.
 
     Raises:

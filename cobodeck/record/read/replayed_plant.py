@@ -150,6 +150,7 @@ class RecordedClock:
     """A clock that returns the recorded instants in order."""
 
     waits: ClassVar[bool] = True
+    paced: ClassVar[bool] = False
 
     def __init__(self, feed: RecordFeed) -> None:
         self._feed = feed

@@ -3,10 +3,15 @@ from cobodeck.record.write.record_recovery import (
     extent as extent,
     recover as recover,
 )
+from cobodeck.record.write.run_file import (
+    RunFile as RunFile,
+    WriteBytes as WriteBytes,
+)
 from cobodeck.record.write.run_recorder import (
     Recorder as Recorder,
 )
 from cobodeck.record.write.start import (
     recorder as recorder,
     replay_recorder as replay_recorder,
+    unkept_recorder as unkept_recorder,
 )

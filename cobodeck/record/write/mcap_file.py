@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import foxglove
@@ -11,6 +13,7 @@ from foxglove import Channel, Context, Schema
 from foxglove.mcap import MCAPCompression, MCAPWriteOptions
 
 from cobodeck.record.format import MessageSchema, Sink
+from cobodeck.record.write.run_file import WriteBytes
 
 FLUSH_NS = 900_000_000
 """Run time after which a chunk ends with the next tick, ns: a kill loses less than a second."""
@@ -18,12 +21,10 @@ CHUNK_BYTES = 16 << 20
 """Upper bound of a chunk's size, bytes; usually chunks end by time."""
 
 
-WriteBytes = Callable[[bytes, int], None]
-"""Writes a message, given its bytes and its time in the file, ns."""
-
-
 class McapFile:
     """Writes metadata, attachments and messages; they are in the file once a tick has ended.
+
+    A `RunFile`.
 
     Attributes:
         saved_ns: the time of the last tick that is safely in the file; None: no tick yet.
@@ -40,6 +41,11 @@ class McapFile:
         self._writer = foxglove.open_mcap(sink, context=self._context, writer_options=options)
         self._sink = sink
         self.saved_ns: int | None = None
+
+    @property
+    def error(self) -> Exception | None:
+        """The first failure to write, such as a full disk."""
+        return self._sink.error
 
     def begin(self, header: Mapping[str, Any], attachments: Mapping[str, bytes]) -> None:
         """Write the header and the attachments, before the first tick."""
@@ -77,3 +83,25 @@ class McapFile:
     def close(self) -> None:
         """Write what is left, and the summary."""
         self._writer.close()
+
+    def finish(self) -> Path | None:
+        """Close it and give it its name; None if that failed."""
+        self.close()
+        return self._sink.finish()
+
+    def give_up(self, error: Exception | None = None) -> str | None:
+        """Close it after an `error`, keeping what was written; without one, remove it."""
+        with suppress(Exception):
+            self.close()
+        if error is None:
+            self._sink.remove()
+            return None
+        reason = (
+            error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
+        )
+        told = f"no record: {self._sink.path}: {reason}"
+        if self.saved_ns is None:
+            self._sink.remove()
+            return told
+        self._sink.close()
+        return f"{told}; `cobodeck recover {self._sink.part}` saves what was written"

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from cobodeck.record.format import Sink, sha256
 from cobodeck.record.read import Record, RecordedMessage
-from cobodeck.record.write.mcap_file import McapFile, WriteBytes
+from cobodeck.record.write.mcap_file import McapFile
+from cobodeck.record.write.run_file import WriteBytes
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,13 +3,13 @@
 The messages of a tick are written together and closed by a `tick` message, so that a file that is
 cut off is intact up to a tick. A chunk of the file ends about every second: a kill loses no more.
 Each tick has a checksum over all messages so far, which shows where a record was altered later.
+Messages are encoded once, however many take them: a file, those who watch the run, or both.
 """
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +18,6 @@ from cobodeck.record.format import (
     TOPIC,
     MessageSchema,
     SampleWriter,
-    Sink,
     TruthWriter,
     call_text,
     command_text,
@@ -29,7 +28,7 @@ from cobodeck.record.format import (
     schemas,
     text,
 )
-from cobodeck.record.write.mcap_file import McapFile, WriteBytes
+from cobodeck.record.write.run_file import RunFile, WriteBytes
 from cobodeck.record.write.taps import Tapped
 from hw import Sample, Truth
 from hw.safety import CycleReader
@@ -49,21 +48,23 @@ Describe = Callable[[Loop], RunDescription]
 class Recorder:
     """Writes one record; see the module.
 
-    Any failure to write, such as a full disk, is reported once, and the run goes on.
+    Any failure to write, such as a full disk, is reported once, and the run goes on, as do the
+    other files.
 
     Args:
-        sink: the file.
+        files: where to; the first is the one whose path `finish` returns.
         describe: what is run.
         tell: called with a message on failure.
     """
 
-    def __init__(self, sink: Sink, describe: Describe, tell: Callable[[str], None]) -> None:
-        self._sink, self._describe, self._tell = sink, describe, tell
-        self._broken = False
+    def __init__(
+        self, files: Sequence[RunFile], describe: Describe, tell: Callable[[str], None]
+    ) -> None:
+        self._all, self._describe, self._tell = tuple(files), describe, tell
+        self._files = list(files)
         self._truth: Truth | None = None
         self._truths = TruthWriter()
-        self._file = McapFile(sink)
-        self._channels: dict[tuple[str, str], tuple[WriteBytes, int]] = {}
+        self._channels: dict[tuple[str, str], tuple[list[_Writer], int]] = {}
         self._samples: dict[str, SampleWriter] = {}
         self._crc = self._now = 0
         self._pending = False
@@ -86,7 +87,7 @@ class Recorder:
     def _begin(self) -> None:
         assert self._loop is not None, "nothing is attended"
         header, attachments, scene = self._describe(self._loop)
-        self._file.begin(header, attachments)
+        self._each(lambda file: file.begin(header, attachments))
         if scene is not None:
             self._log("scene", schemas.SCENE, scene)
 
@@ -154,7 +155,11 @@ class Recorder:
         self._log("tick", schemas.TICK, f'{{{told},"crc":{checksum}}}')
         self._crc = checksum
         self._pending = False
-        self._file.end_tick(self._now)
+        for file in self._files.copy():
+            try:
+                file.end_tick(self._now)
+            except Exception as error:  # noqa: BLE001
+                self._break(file, error)
 
     def _write_run(self, loop: Loop) -> None:
         run = loop.wired.run
@@ -170,20 +175,17 @@ class Recorder:
         self._errors_read = run.errors.total
 
     def finish(self, figures: Mapping[str, Any] | None = None) -> Path | None:
-        """Write the figures, if any, and rename the file; returns its path, None on failure."""
+        """Write the figures, if any, complete the files; the path of the first, None if lost."""
         if figures is not None:
-            self._guarded(lambda: self._file.write_metadata("result", figures))
-        self._guarded(self._file.close)
-        if self._broken:
-            return None
-        path = self._sink.finish()
-        self._guarded(lambda: None)
-        return path
+            self._each(lambda file: file.write_metadata("result", figures))
+        paths: list[Path | None] = []
+        self._each(lambda file: paths.append(file.finish()))
+        return paths[0] if paths and self._files[:1] == [*self._all[:1]] else None
 
     def give_up(self) -> None:
         """Remove the file, because the run did not take place."""
-        self._guarded(self._file.close)
-        self._sink.remove()
+        for file in self._all:
+            file.give_up()
 
     # writing
 
@@ -195,36 +197,59 @@ class Recorder:
     ) -> None:
         found = self._channels.get((topic, kind))
         if found is None:
-            write = self._file.channel(topic, schema or schema_of(kind))
-            found = self._channels[topic, kind] = write, zlib.crc32(topic.encode())
-        write, key = found
+            found = self._channels[topic, kind] = self._opened(topic, schema or schema_of(kind))
+        writers, key = found
         self._crc = zlib.crc32(data, self._crc ^ key)
         self._pending = True
-        write(data, self._now)
+        for writer in writers:
+            try:
+                writer.write(data, self._now)
+            except Exception as error:  # noqa: BLE001
+                self._break(writer.file, error)
+
+    def _opened(self, topic: str, schema: MessageSchema) -> tuple[list[_Writer], int]:
+        """The writers of a channel to all files, and the checksum of its topic."""
+        writers: list[_Writer] = []
+        self._each(lambda file: writers.append(_Writer(file.channel(topic, schema), file)))
+        return writers, zlib.crc32(topic.encode())
+
+    def _each(self, act: Callable[[RunFile], object]) -> None:
+        """Call `act` with every file that still works; each fails by itself."""
+        for file in self._files.copy():
+            try:
+                act(file)
+            except Exception as error:  # noqa: BLE001
+                self._break(file, error)
+            else:
+                if file.error is not None:
+                    self._break(file, file.error)
 
     def _guarded(self, act: Callable[[], object]) -> None:
         """Call `act`; a failure is reported and ends recording, not the run."""
-        if self._broken:
+        if not self._files:
             return
         try:
             act()
-            error: Exception | None = self._sink.error
-        except Exception as raised:  # noqa: BLE001
-            error = self._sink.error or raised
-        if error is not None:
-            self._break(error)
+        except Exception as error:  # noqa: BLE001
+            for file in self._files.copy():
+                self._break(file, error)
+        for file in self._files.copy():
+            if file.error is not None:
+                self._break(file, file.error)
 
-    def _break(self, error: Exception) -> None:
-        self._broken = True
-        with suppress(Exception):
-            self._file.close()
-        reason = (
-            error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
-        )
-        told = f"no record: {self._sink.path}: {reason}"
-        if self._file.saved_ns is None:
-            self._sink.remove()
-        else:
-            self._sink.close()
-            told += f"; `cobodeck recover {self._sink.part}` saves what was written"
-        self._tell(told)
+    def _break(self, file: RunFile, error: Exception) -> None:
+        if file not in self._files:
+            return
+        self._files = [one for one in self._files if one is not file]
+        for key, (writers, topic) in self._channels.items():
+            self._channels[key] = [w for w in writers if w.file is not file], topic
+        told = file.give_up(file.error or error)
+        if told is not None:
+            self._tell(told)
+
+
+class _Writer(NamedTuple):
+    """Writes to one channel of one file."""
+
+    write: WriteBytes
+    file: RunFile

@@ -29,6 +29,7 @@ ROW = re.compile(
 PATIENCE_S = 60.0
 SOCKETS = {"tcp": "0A", "tcp6": "0A", "udp": "07", "udp6": "07"}
 """Kinds of sockets, and the state of those that wait for anybody."""
+SERVER = "cobodeck.live.run_server"
 THROWN = 100_000
 CHOSEN = 32_768
 """Ports from here on are chosen by the system."""
@@ -124,7 +125,8 @@ def test_every_port_of_a_run_is_in_the_table_and_what_is_thrown_at_it_does_nothi
     file.write_text((FOLDER / "fakes.yaml").read_text().replace("loopback", host))
     command = [sys.executable, "-m", "cobodeck", "run", "cobodeck", "--robot", str(file), "--json",
                "--user", "brief", "--requests", "1", "--duration", "60"]  # fmt: skip
-    elsewhere = ("hw.fakes.kairos.kairos_process", "distributed.scheduler", "distributed.worker")
+    elsewhere = ("hw.fakes.kairos.kairos_process", "distributed.scheduler", "distributed.worker",
+                 SERVER)  # fmt: skip
     known = {one for one in table() if one.process not in elsewhere}
     known.remove(Port("hw.drivers.chain.process", "UDP", "7401", near=True))  # no observer here
     quiet, found = subprocess.DEVNULL, dict[tuple[str, int, str], Port]()
@@ -147,6 +149,21 @@ def test_every_port_of_a_run_is_in_the_table_and_what_is_thrown_at_it_does_nothi
         finally:
             running.terminate()
     assert (figures["served"], figures["contacts"], figures["errors"]) == (1, 0, []), figures
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux")
+@pytest.mark.requirement(48, 149)
+def test_the_port_of_a_live_page_is_in_the_table(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "cobodeck", "simulate", "--live", "--tier", "0"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as running:
+        try:
+            assert running.stdout is not None
+            assert "live page" in running.stdout.readline()
+            found = set(opened(running.pid, own_host()).values())
+        finally:
+            running.kill()
+    assert found == {one for one in table() if one.process == SERVER}
 
 
 def test_the_table_can_be_read() -> None:

@@ -1,0 +1,21 @@
+from cobodeck.live.access import (
+    PageAddress as PageAddress,
+    Rules as Rules,
+)
+from cobodeck.live.clients import (
+    Message as Message,
+    Page as Page,
+    Pages as Pages,
+    Source as Source,
+)
+from cobodeck.live.session import (
+    LivePage as LivePage,
+    show_record as show_record,
+    show_source as show_source,
+)
+from cobodeck.live.terminal_session import (
+    FarLink as FarLink,
+    NearLink as NearLink,
+    socket_url as socket_url,
+    watch_in_terminal as watch_in_terminal,
+)

@@ -1,0 +1,167 @@
+"""Charts of a folder, read anew when their files change, as messages for pages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from cobodeck.live.charts.chart_reader import ChartReader, ReadChart
+from cobodeck.live.charts.drawn_chart import chart_message, finding_message
+from cobodeck.live.charts.file_watch import FileWatch
+from cobodeck.live.charts.seen_chart import seen_nodes
+from cobodeck.project import Catalogue, head_of, kind_of, yaml_files
+from cobodeck.terminal import Problem
+from engine.files import did_you_mean
+from engine.files.declared import YAML
+
+PATIENCE = 2
+"""Looks for which a file that is empty or gone may be on its way: editors replace files."""
+LOOKS_PER_LISTING = 10
+Message = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What one place of a page shows: a chart file, by a profile, with these nodes unfolded.
+
+    `unfolded`: paths of `use` nodes; None: all.
+    """
+
+    file: Path
+    profile: str
+    unfolded: frozenset[str] | None = frozenset()
+
+
+class ChartFolder:
+    """The charts of a folder, or a chart file and those beside it.
+
+    Args:
+        target: the folder or the file.
+        known: what charts can name.
+
+    Raises:
+        Problem: there are no charts.
+    """
+
+    def __init__(self, target: Path, known: Catalogue) -> None:
+        self.target = target
+        self._reader = ChartReader(known)
+        self._watch = FileWatch()
+        self._good: dict[tuple[Path, str], ReadChart] = {}
+        self._messages: dict[Shown, Message] = {}
+        self._pending: set[Path] = set()
+        self._looks = 0
+        self._waited = 0
+        self.files = self._listed()
+        if not self.files:
+            raise Problem(f"{target}: no charts in this folder")
+        self._watch.changed(self.files)
+
+    @property
+    def first(self) -> Path:
+        """The chart that is shown first."""
+        return self.files[0]
+
+    @property
+    def names(self) -> list[str]:
+        """The names of all charts, as pages give them."""
+        return [_name(file) for file in self.files]
+
+    def file_of(self, chart: object) -> Path | str:
+        """The file of a chart by its name or file; text that says why not, if there is none."""
+        by_name = {_name(file): file for file in reversed(self.files)}
+        by_name |= {str(file): file for file in self.files}
+        found = by_name.get(str(chart))
+        return found or f"no chart {str(chart)!r} here; {did_you_mean(str(chart), by_name)}"
+
+    def look(self) -> bool:
+        """Look at all files; whether what pages show may have changed."""
+        self._looks += 1
+        if self._looks % LOOKS_PER_LISTING == 0:
+            listed = self._listed()
+            self._pending |= set(listed) ^ set(self.files)
+            self.files = listed
+        self._pending |= self._watch.changed(
+            [*self.files, *self._reader.sources(), *sorted(self._reader.files)]
+        )
+        if not self._pending:
+            return False
+        if self._waited < PATIENCE and any(map(_is_unfinished, self._pending)):
+            self._waited += 1
+            return False
+        self._reader.forget(self._pending)
+        self._pending, self._waited = set(), 0
+        self._messages.clear()
+        return True
+
+    def chart(self, shown: Shown, slot: int) -> Message:
+        """The message `chart` of what is shown."""
+        if shown not in self._messages:
+            self._messages[shown] = self._message(shown)
+        return {**self._messages[shown], "slot": slot}
+
+    def listing(self) -> Message:
+        """The message `charts`: names, files, and numbers of errors and warnings."""
+        files = [file for file in self.files if file.is_file()]
+        counts = self._reader.counts(files)
+        return {
+            "t": "charts",
+            "charts": [
+                {"name": _name(file), "file": str(file), "errors": errors, "warnings": warnings}
+                for file, (errors, warnings) in counts.items()
+            ],
+        }
+
+    def _message(self, shown: Shown) -> Message:
+        now = self._reader.read(shown.file, shown.profile)
+        key = shown.file, shown.profile
+        if now.whole:
+            self._good[key] = now
+        picture = self._good.get(key, now)
+        if picture.chart is None or picture.profile is None:
+            return _without_picture(now)
+        known = self._reader.known
+        found = chart_message(
+            picture.chart, picture.charts, picture.profile, interfaces=known.interfaces,
+            types=known.types, unfolded=shown.unfolded, stale=not now.whole,
+        )  # fmt: skip
+        unfolded = None if shown.unfolded is None else sorted(shown.unfolded)
+        findings = _findings(now, found["nodes"])
+        return {**found, "profile": shown.profile, "unfolded": unfolded, "findings": findings}
+
+    def _listed(self) -> list[Path]:
+        target = self.target
+        if target.is_dir():
+            return [file for file in yaml_files(target) if kind_of(file) == "chart"]
+        beside = (file for file in target.parent.glob("*") if file.suffix in YAML)
+        return [target, *(f for f in sorted(beside) if f != target and kind_of(f) == "chart")]
+
+
+def _findings(now: ReadChart, drawn: Mapping[str, Any]) -> list[Message]:
+    """What is wrong now, at the nodes that are drawn."""
+    nodes = [] if now.chart is None else seen_nodes(now.chart, now.charts, {})
+    found = [finding_message(finding, nodes) for finding in now.findings]
+    return [{**f, "path": f["path"] if f["path"] in drawn else None} for f in found]
+
+
+def _without_picture(now: ReadChart) -> Message:
+    """The message of a chart that could never be read."""
+    findings = _findings(now, {})
+    return {
+        "t": "chart", "name": _name(now.file), "file": str(now.file), "svg": "", "trouble": "",
+        "nodes": {}, "findings": findings, "unfolded": [], "form": [], "stale": True,
+    }  # fmt: skip
+
+
+def _name(file: Path) -> str:
+    head = head_of(file)
+    return head[1] if head is not None and head[1] else file.stem
+
+
+def _is_unfinished(file: Path) -> bool:
+    try:
+        return file.stat().st_size == 0
+    except OSError:
+        return True

@@ -1,0 +1,192 @@
+"""Edit and see: the source of pages that show charts, checked and drawn anew at each save.
+
+Each page has two places side by side, each with a chart, a profile and the used charts that are
+unfolded. While a chart's text is broken, its place keeps the last good picture.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from behaviors.profile import profile_names
+from cobodeck.live.access import Rules
+from cobodeck.live.charts.chart_folder import ChartFolder, Shown
+from cobodeck.live.charts.started_runs import StartedRuns
+from cobodeck.setup import PROFILE
+from engine.files import did_you_mean
+
+if TYPE_CHECKING:
+    from cobodeck.live.clients import Message, Page, Pages
+    from cobodeck.project import Catalogue
+
+EVERY_S = 0.1
+"""How often files are looked at, s."""
+SLOTS = 2
+ABOUT = (
+    "a chart is checked and drawn at each save",
+    "the code of states is read once: start `cobodeck watch` again after changing it",
+)
+
+
+class EditedCharts:
+    """A folder of charts, or a chart and those beside it, as a source of the server.
+
+    Nothing moves here: the one command is to start a run, which needs the token.
+
+    Args:
+        target: the folder or file.
+        known: what charts can name.
+        profile: the one that is used first, by name or file.
+
+    Raises:
+        Problem: there are no charts.
+    """
+
+    rules = Rules(commands=True, open=frozenset())
+
+    def __init__(self, target: Path, known: Catalogue, profile: str = PROFILE) -> None:
+        self._folder = ChartFolder(target, known)
+        self._begin: tuple[Shown | None, ...] = (Shown(self._folder.first, profile), None)
+        self._shown: dict[int, list[Shown | None]] = {}
+        self._told: dict[Shown, Message] = {}  # the newest
+        self._profiles = sorted({*profile_names(), profile})
+        self._turn = asyncio.Lock()
+        self._runs = StartedRuns()
+        self._list: Message = {"t": "charts", "charts": []}
+
+    def hello(self) -> Message:
+        """What a page is told first."""
+        return {
+            "mode": "charts",
+            "title": str(self._folder.target),
+            "about": list(ABOUT),
+            "profiles": self._profiles,
+            "charts": self._folder.names,
+        }
+
+    def snapshot(self, page: Page) -> Iterable[Message]:
+        """The list of charts, and those that the page shows."""
+        return [self._list, *self._charts(self._of(page))]
+
+    async def run(self, pages: Pages) -> None:
+        """Look at the files again and again, and tell pages what has changed."""
+        try:
+            await self._tell_list(pages)
+            while True:
+                await asyncio.sleep(EVERY_S)
+                async with self._turn:
+                    changed = await asyncio.to_thread(self._folder.look)
+                    if changed:
+                        await self._renew(pages)
+        finally:
+            await self._runs.close()
+
+    async def asked(self, page: Page, message: Message) -> Iterable[Message]:
+        """Another chart, profile or fold of one of the page's places."""
+        slot = 1 if message["t"] == "second" else message.get("slot", 0)
+        if slot not in range(SLOTS):
+            return [_said(f"no place {slot!r}; 0 or 1")]
+        async with self._turn:
+            slots = self._of(page)
+            chosen = self._chosen(message, slots[slot])
+            if isinstance(chosen, str):
+                return [_said(chosen)]
+            slots[slot] = chosen
+            if chosen is None:
+                return []
+            return [await asyncio.to_thread(self._message, chosen, slot)]
+
+    async def commanded(self, page: Page, message: Message) -> Message | None:
+        """Start a run; there is nothing else to command."""
+        do = message.get("do")
+        if do in ("beat", "held") or not page.number:  # the server's own
+            return None
+        if do != "start":
+            return _ack(message, "nothing runs here; start a chart, its page has all commands")
+        file = self._folder.file_of(message.get("chart"))
+        if isinstance(file, str):
+            return _ack(message, file)
+        shown = next((s for s in self._of(page) if s is not None and s.file == file), None)
+        profile = PROFILE if shown is None else shown.profile
+        result = await self._runs.start(file, profile, message)
+        return {**_ack(message, result.text), "ok": result.url is not None, "url": result.url}
+
+    def _chosen(self, message: Mapping[str, Any], before: Shown | None) -> Shown | str | None:
+        """What a place is to show now; text: why that cannot be."""
+        kind = message["t"]
+        if kind in ("second", "show"):
+            if message.get("chart") is None:
+                return None
+            file = self._folder.file_of(message["chart"])
+            profile = before.profile if before is not None else self._profile()
+            return file if isinstance(file, str) else Shown(file, profile)
+        if before is None:
+            return "no chart is shown there"
+        if kind == "profile":
+            name = str(message.get("name"))
+            if name not in self._profiles:
+                return f"no profile {name!r}; {did_you_mean(name, self._profiles)}"
+            return replace(before, profile=name)
+        if kind == "unfold":
+            return replace(before, unfolded=self._unfolded(message, before))
+        return f"{kind!r} is not for charts that are edited"
+
+    def _unfolded(self, message: Mapping[str, Any], before: Shown) -> frozenset[str] | None:
+        """What is open once a page has opened or closed one `path`, or all of them (None)."""
+        path, on = message.get("path"), bool(message.get("on"))
+        if path is None:
+            return None if on else frozenset()
+        nodes = self._message(before, 0)["nodes"]
+        used = frozenset(path for path, node in nodes.items() if node["kind"] == "use")
+        open_ = used if before.unfolded is None else before.unfolded
+        return (open_ | {str(path)} if on else open_ - {str(path)}) & used
+
+    def _profile(self) -> str:
+        first = self._begin[0]
+        assert first is not None
+        return first.profile
+
+    def _of(self, page: Page) -> list[Shown | None]:
+        return self._shown.setdefault(page.number, list(self._begin))
+
+    def _message(self, shown: Shown, slot: int) -> Message:
+        found = self._folder.chart(shown, slot)
+        self._told[shown] = found
+        return found
+
+    def _charts(self, slots: Iterable[Shown | None]) -> Iterator[Message]:
+        for slot, shown in enumerate(slots):
+            if shown is not None:
+                yield self._message(shown, slot)
+
+    async def _renew(self, pages: Pages) -> None:
+        """Tell each page what is new in its places, then all of them the list of charts."""
+        there = {page.number for page in pages}
+        self._shown = {number: slots for number, slots in self._shown.items() if number in there}
+        before, self._told = self._told, {}
+        for page in pages:
+            for slot, shown in enumerate(self._of(page)):
+                if shown is None:
+                    continue
+                found = await asyncio.to_thread(self._message, shown, slot)
+                if {**found, "slot": None} != {**before.get(shown, {}), "slot": None}:
+                    page.tell(found)
+        await self._tell_list(pages)
+
+    async def _tell_list(self, pages: Pages) -> None:
+        found = await asyncio.to_thread(self._folder.listing)
+        if found != self._list:
+            self._list = found
+            pages.tell(found)
+
+
+def _said(text: str) -> dict[str, Any]:
+    return {"t": "say", "text": text}
+
+
+def _ack(message: Mapping[str, Any], text: str) -> dict[str, Any]:
+    return {"t": "ack", "id": message.get("id"), "ok": False, "text": text}

@@ -1,0 +1,154 @@
+"""Runs that pages start with a form: `cobodeck simulate … --live`, each in a process of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import signal
+import sys
+from asyncio.subprocess import PIPE, Process
+from collections import deque
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+PATIENCE_S = 60.0
+"""Longest time until a run tells its page, s of wall time."""
+ENDING_S = 5.0
+"""Time that a run is given to end in order, s."""
+MOST_RUNS = 4
+KEPT_LINES = 20
+_URL = re.compile(r"https?://\S+")
+
+
+@dataclass(frozen=True, slots=True)
+class StartedRun:
+    """A run that has begun, with the page that shows it; without `url` one that was refused."""
+
+    url: str | None
+    text: str
+
+
+class StartedRuns:
+    """Starts runs, and ends them when it is closed.
+
+    Args:
+        program: the command line of cobodeck.
+    """
+
+    def __init__(self, program: tuple[str, ...] = (sys.executable, "-m", "cobodeck")) -> None:
+        self._program = program
+        self.running: list[Process] = []
+        self._drains: set[asyncio.Task[None]] = set()
+
+    async def start(self, chart: Path, profile: str, form: Mapping[str, Any]) -> StartedRun:
+        """Start a chart as the form says; what is wrong is told as the command line tells it."""
+        self.running = [run for run in self.running if run.returncode is None]
+        if len(self.running) >= MOST_RUNS:
+            return StartedRun(None, f"{MOST_RUNS} runs are under way; wait until one ends")
+        try:
+            given = list(arguments(chart, profile, form))
+        except ValueError as error:
+            return StartedRun(None, str(error))
+        process = await asyncio.create_subprocess_exec(
+            *self._program, *given, stdin=asyncio.subprocess.DEVNULL, stdout=PIPE, stderr=PIPE,
+            start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        )  # fmt: skip
+        self.running.append(process)
+        try:
+            return await asyncio.wait_for(self._begun(process), PATIENCE_S)
+        except TimeoutError:
+            await self._end(process)
+            return StartedRun(None, f"it has not begun within {PATIENCE_S:g} s")
+
+    async def close(self) -> None:
+        """End all of them."""
+        for process in self.running:
+            _interrupt(process)
+        for process in self.running:
+            await self._end(process)
+        for task in self._drains:
+            task.cancel()
+
+    async def _begun(self, process: Process) -> StartedRun:
+        """Read what it says up to its URL and what stands beside it, or until it ends."""
+        assert process.stdout is not None
+        assert process.stderr is not None
+        wrong: deque[str] = deque(maxlen=KEPT_LINES)
+        complaints = self._drain(process.stderr, wrong)
+        while line := (await process.stdout.readline()).decode(errors="replace"):
+            found = _URL.search(line)
+            if found is not None:
+                self._drain(process.stdout, deque(maxlen=KEPT_LINES))
+                return StartedRun(found[0], line.strip())
+        await complaints
+        code = await process.wait()
+        told = "\n".join(line.removeprefix("cobodeck: ") for line in wrong)
+        return StartedRun(None, told or f"it has ended with exit code {code}")
+
+    def _drain(self, stream: asyncio.StreamReader, lines: deque[str]) -> asyncio.Task[None]:
+        """Read on, so that it never waits for a reader."""
+
+        async def read() -> None:
+            while line := await stream.readline():
+                lines.append(line.decode(errors="replace").rstrip("\n"))
+
+        task = asyncio.create_task(read())
+        self._drains.add(task)
+        task.add_done_callback(self._drains.discard)
+        return task
+
+    async def _end(self, process: Process) -> None:
+        _interrupt(process)
+        with suppress(TimeoutError):
+            await asyncio.wait_for(process.wait(), ENDING_S)
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+
+
+def _interrupt(process: Process) -> None:
+    with suppress(ProcessLookupError):
+        process.send_signal(signal.SIGINT)
+
+
+def arguments(chart: Path, profile: str, form: Mapping[str, Any]) -> Iterator[str]:
+    """The command line of a run.
+
+    Raises:
+        ValueError: the form is not of this shape.
+    """
+    yield from ("simulate", f"--profile={profile}")
+    for key, option in (("scene", "--scene"), ("user", "--user")):
+        if form.get(key):
+            yield f"{option}={_text(key, form[key])}"
+    for name, value in _texts(form, "inputs"):
+        yield f"--in={name}={value}"
+    from cobodeck.project import head_of
+
+    head = head_of(chart)
+    for name, value in _texts(form, "parameters"):
+        yield f"--set=charts.{head[1] if head else chart.stem}.{name}={value}"
+    yield from (str(chart), "--live")
+
+
+def _texts(form: Mapping[str, Any], key: str) -> Iterator[tuple[str, str]]:
+    """The values of one kind; those left empty are not given."""
+    given = form.get(key) or {}
+    if not isinstance(given, Mapping):
+        raise ValueError(f"`{key}` are texts by their names")
+    for name, value in given.items():
+        if not isinstance(name, str) or "=" in name:
+            raise ValueError(f"{name!r} is no name")
+        text = _text(name, value)
+        if text.strip():
+            yield name, text
+
+
+def _text(name: str, value: object) -> str:
+    if not isinstance(value, str) or "\0" in value:
+        raise ValueError(f"{name}: a value is text as in YAML")
+    return value

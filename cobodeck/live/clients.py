@@ -1,0 +1,148 @@
+"""The pages that are connected: what waits to be sent to each, and what a server shows them.
+
+A page that reads slowly gets the newest frame only. Its events wait, up to a bound; beyond it they
+are replaced by a new snapshot.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections import deque
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping
+from typing import Any, Protocol
+
+from cobodeck.live.access import Rules
+
+Message = Mapping[str, Any]
+"""A message of the page's protocol: JSON values, with its kind as `t`."""
+BOUND = 2 << 20
+"""Events that may wait for a page, in characters of JSON."""
+
+
+class Page:
+    """One connection; `number` is never used twice by a server.
+
+    Attributes:
+        name: what its operator gave with the token; None without.
+        layers: those shown; None: those on by default.
+        plots: the signals that it plots.
+        snapshots: how many it got; `skipped`: messages replaced by newer ones.
+    """
+
+    def __init__(self, number: int, bound: int = BOUND) -> None:
+        self.number = number
+        self.name: str | None = None
+        self.layers: set[str] | None = None
+        self.plots: set[str] = set()
+        self.snapshots = self.skipped = 0
+        self._bound, self._size = bound, 0
+        self._events: deque[str] = deque()
+        self._newest: dict[str, str] = {}
+        self._renew = True
+        self._ready = asyncio.Event()
+        self._ready.set()
+
+    @property
+    def waiting(self) -> int:
+        """Characters that wait to be sent."""
+        return self._size + sum(map(len, self._newest.values()))
+
+    def tell(self, message: Message, key: str | None = None) -> None:
+        """Send a message; of those with the same `key` only the newest."""
+        self.put(json.dumps(message, separators=(",", ":")), key)
+
+    def put(self, text: str, key: str | None = None) -> None:
+        """As `tell`, of a message that was encoded already."""
+        if key is not None:
+            self.skipped += key in self._newest
+            self._newest[key] = text
+        elif self._size + len(text) > self._bound:
+            self.renew()
+        elif not self._renew:
+            self._events.append(text)
+            self._size += len(text)
+        self._ready.set()
+
+    def renew(self) -> None:
+        """Send a new snapshot instead of all that waits."""
+        self._events.clear()
+        self._newest.clear()
+        self._size, self._renew = 0, True
+        self._ready.set()
+
+    async def send_all(
+        self,
+        send: Callable[[str], Awaitable[None]],
+        snapshot: Callable[[Page], Iterable[Message]],
+    ) -> None:
+        """Send whatever there is to send, until cancelled."""
+        while True:
+            await self._ready.wait()
+            self._ready.clear()
+            if self._renew:
+                self.snapshots += 1
+                self._renew = False
+                for message in snapshot(self):
+                    await send(json.dumps(message, separators=(",", ":")))
+            while self._events and not self._renew:
+                text = self._events.popleft()
+                self._size -= len(text)
+                await send(text)
+            while self._newest and not self._renew:
+                await send(self._newest.pop(next(iter(self._newest))))
+
+
+class Pages:
+    """All pages of a server."""
+
+    def __init__(self) -> None:
+        self.by_number: dict[int, Page] = {}
+
+    def __iter__(self) -> Iterator[Page]:
+        return iter(list(self.by_number.values()))
+
+    def __len__(self) -> int:
+        return len(self.by_number)
+
+    def page(self, number: int) -> Page | None:
+        """A page by its number, None if it has gone."""
+        return self.by_number.get(number)
+
+    def tell(self, message: Message, key: str | None = None) -> None:
+        """Send a message to all; it is encoded once."""
+        if self.by_number:
+            text = json.dumps(message, separators=(",", ":"))
+            for page in self:
+                page.put(text, key)
+
+    def renew(self) -> None:
+        """Send a new snapshot to all."""
+        for page in self:
+            page.renew()
+
+
+class Source(Protocol):
+    """What a server shows; its methods run in the server's event loop."""
+
+    rules: Rules
+
+    def hello(self) -> Message:
+        """The message `hello`, as far as the server does not know it itself."""
+        ...
+
+    def snapshot(self, page: Page) -> Iterable[Message]:
+        """All that a page has to know: charts, room, state, lanes, figures."""
+        ...
+
+    async def run(self, pages: Pages) -> None:
+        """Tell the pages what changes, until there is nothing more to come."""
+        ...
+
+    async def asked(self, page: Page, message: Message) -> Iterable[Message]:
+        """The answers to `seek`, `play`, `plot`, `range`, `profile`, `second`."""
+        ...
+
+    async def commanded(self, page: Page, message: Message) -> Message | None:
+        """Carry out a command with `who`; its `ack`, or None if that comes later."""
+        ...

@@ -1,0 +1,39 @@
+"""The child process that serves the pages of a run, from its feed, until that ends."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+from typing import Any
+
+from cobodeck.live.access import PageAddress
+from cobodeck.live.server import PageServer, serve
+from cobodeck.live.sources import LiveSource
+from hw.ipc import Parent, Ready, serve as serve_parent
+
+NICE = 10
+"""How far it stands back behind the run and its devices, where processors are few."""
+LIMIT = 1 << 20
+"""Of the feed, so much is read ahead, bytes."""
+
+
+def main(settings: Any, ready: Ready, parent: Parent) -> None:  # noqa: ARG001
+    """Serve; see `hw.ipc`. The feed ends with the parent."""
+    os.nice(NICE)
+    asyncio.run(_serve_feed(settings, ready))
+
+
+async def _serve_feed(settings: Any, ready: Ready) -> None:
+    feed = socket.socket(fileno=settings["feed"])
+    reader, writer = await asyncio.open_unix_connection(sock=feed, limit=LIMIT)
+    source = LiveSource(reader, writer, settings["rules"])
+
+    def announce(server: PageServer) -> None:
+        ready({"url": server.url, "port": server.port})
+
+    await serve(source, PageAddress(*settings["address"]), settings["token"], announce)
+
+
+if __name__ == "__main__":
+    serve_parent(main)

@@ -1,0 +1,121 @@
+"""A run with a live page: the server as a child, the feed to it, commands from it."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import socket
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from cobodeck.live.access import PageAddress, Rules, new_token
+from cobodeck.live.clients import Source
+from cobodeck.live.commands import PageOperator
+from cobodeck.live.feed import Feed
+from cobodeck.loop import Loop
+from cobodeck.setup import Options, Setup
+from cobodeck.terminal import Problem
+from hw.ipc import Child
+
+SERVER = "cobodeck.live.run_server"
+FAR = (
+    "anybody who reaches {host} sees this run, and can stop it; with the token they command it. "
+    "Nothing is encrypted: use it in a network of its own, or through `ssh -L`"
+)
+
+
+def show_source(source: Source, address: PageAddress, say: Callable[[str], None]) -> None:
+    """Serve a source in this process, until Ctrl-C; the first line said is the page's URL.
+
+    Raises:
+        Problem: it cannot be served there.
+    """
+    from cobodeck.live.server import PageServer, serve
+
+    token = new_token()
+
+    def announce(server: PageServer) -> None:
+        say(f"page: {server.url}" + (f"  token: {token}" if source.rules.commands else ""))
+        if not address.is_near:
+            say(FAR.format(host=address.host))
+
+    try:
+        with suppress(KeyboardInterrupt):
+            asyncio.run(serve(source, address, token, announce))
+    except OSError as error:
+        raise Problem(f"no page at {address.host}:{address.port}: {error}") from None
+
+
+def show_record(paths: Sequence[Path], address: PageAddress, say: Callable[[str], None]) -> None:
+    """Serve a record, or two side by side, until Ctrl-C.
+
+    Raises:
+        FileError, Problem: one cannot be read, or they cannot be served there.
+    """
+    from cobodeck.live.sources import RecordSource
+
+    show_source(RecordSource.of(paths), address, say)
+
+
+class LivePage:
+    """The page of one run; it ends with the run, and pages keep what they have.
+
+    Args:
+        setup: what is run.
+        options: how.
+        address: where the page is served.
+        show: called with lines for the user, the first of which is the page's URL.
+
+    Raises:
+        Problem: the page cannot be served there.
+    """
+
+    def __init__(
+        self, setup: Setup, options: Options, address: PageAddress, show: Callable[[str], None]
+    ) -> None:
+        connection = options.connection
+        self._real = connection is not None and connection.real
+        self._on_parts = connection is not None
+        self._setup = setup
+        rules = Rules(commands=True, on_parts=self._on_parts, real=self._real)
+        token = new_token()
+        ours, theirs = socket.socketpair()
+        settings = {
+            "feed": theirs.fileno(),
+            "rules": rules,
+            "address": tuple(address),
+            "token": token,
+        }
+        self._child = Child(SERVER, settings, "the server of the live page", [theirs.fileno()])
+        theirs.close()
+        try:
+            told = self._child.wait()
+        except OSError as error:
+            ours.close()
+            raise Problem(f"no live page at {address.host}:{address.port}: {error}") from None
+        self.url, self.token = told["url"], token
+        show(f"live page: {self.url}  token: {token}")
+        if not address.is_near:
+            show(FAR.format(host=address.host))
+        self._operator: PageOperator | None = None
+        self._commands = socket.socket(fileno=os.dup(ours.fileno()))
+        self.feed = Feed(ours)
+
+    def attend(self, loop: Loop) -> None:
+        """Take commands for this loop, from its next tick on."""
+        self.feed.attend(loop)
+        self._operator = PageOperator(self._setup, loop, self.feed, self._commands, self._real)
+        self._operator.attend(self._on_parts)
+
+    def close(self, record: Path | None = None) -> None:
+        """Tell pages that the run is over, and where its record is."""
+        told = "the run is over"
+        if record is not None:
+            told += f"; its record: {record}, see `cobodeck watch {record}`"
+        if self._operator is not None:
+            self._operator.close()
+        self.feed.tell("say", told)
+        self.feed.close()
+        self._commands.close()
+        self._child.close()

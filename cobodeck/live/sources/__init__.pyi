@@ -1,0 +1,11 @@
+from cobodeck.live.sources.live_run import (
+    LiveSource as LiveSource,
+)
+from cobodeck.live.sources.recorded import (
+    RecordSource as RecordSource,
+    SeenRecord as SeenRecord,
+)
+from cobodeck.live.sources.seen_run import (
+    SeenRun as SeenRun,
+    Texts as Texts,
+)

@@ -1,0 +1,182 @@
+"""A run that goes on, as a source of pages: from its feed, in a process of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from cobodeck.live.access import Rules
+from cobodeck.live.clients import Message, Page, Pages
+from cobodeck.live.feed import frames
+from cobodeck.live.model import RunModel
+from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
+from cobodeck.live.sources.seen_run import SeenRun
+from cobodeck.record.read import Group
+
+HEALTH_S = 1.0
+"""Between two messages of health, s."""
+
+
+class LiveSource:
+    """A run from its feed; commands go back on the same socket, as lines of JSON.
+
+    Args:
+        reader: the feed.
+        writer: takes the commands.
+        rules: what may be commanded.
+    """
+
+    def __init__(
+        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, rules: Rules
+    ) -> None:
+        self.rules = rules
+        self._reader, self._writer = reader, writer
+        self._model = RunModel()
+        self._run: SeenRun | None = None
+        self._speed = 1.0
+        self._health: dict[str, Any] = {}
+        self._figures: Mapping[str, Any] | None = None
+        self._pages = Pages()
+
+    def hello(self) -> Message:
+        """The message `hello`."""
+        about = {} if self._run is None else self._run.hello()
+        return {**about, "mode": "live", "real": self.rules.real, "until": None}
+
+    def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
+        """All that a page has to know."""
+        if self._run is None:
+            return [self._state()]
+        told = [*self._run.charts(), self._run.room(), self._state(), self._run.lanes()]
+        return [*told, self._figure_rows()]
+
+    async def run(self, pages: Pages) -> None:
+        """Read the feed to its end, telling pages what happens."""
+        self._pages = pages
+        reading = asyncio.create_task(self._read())
+        tasks = [
+            reading,
+            asyncio.create_task(self._tell_often()),
+            asyncio.create_task(tell_frames(pages, self._seen)),
+        ]
+        try:
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            for task in done:
+                task.result()
+        finally:
+            for task in tasks:
+                task.cancel()
+        self._tell_changes()
+        self._pages.tell(self._figure_rows())
+
+    def _seen(self) -> list[tuple[SeenRoom, RunModel, int]]:
+        return [] if self._run is None else [(self._run.place, self._model, 0)]
+
+    async def _read(self) -> None:
+        async for kind, content in frames(self._reader):
+            if kind == "begin":
+                self._run = await asyncio.to_thread(SeenRun.written, *content)
+                self._pages.renew()
+            else:
+                self._take(kind, content)
+
+    async def asked(self, page: Page, message: Message) -> Iterable[Message]:
+        """The newest value of a plotted signal; what is past is in the record."""
+        if message["t"] != "plot" or self._run is None:
+            return [{"t": "say", "text": "this is for records: watch the record of this run"}]
+        signal = str(message["signal"])
+        if not message.get("on"):
+            page.plots.discard(signal)
+            return []
+        page.plots.add(signal)
+        return filter(None, [self._run.plot(self._model, signal, more=False)])
+
+    async def commanded(self, page: Page, message: Message) -> Message | None:
+        """Pass a command on to the run, whose `ack` comes later."""
+        told = {**message, "page": page.number}
+        self._writer.write(json.dumps(told).encode() + b"\n")
+        await self._writer.drain()
+        return None
+
+    def _state(self) -> dict[str, Any]:
+        return {**self._model.state(), "speed": self._speed}
+
+    def _take(self, kind: str, content: Any) -> None:
+        if kind == "tick":
+            self._tick(content)
+        elif kind == "whole":
+            self._model.renew(content)
+            self._pages.renew()
+        elif kind == "result":
+            self._figures = content
+        elif kind == "ack":
+            page = self._pages.page(content.pop("page"))
+            if page is not None:
+                page.tell({"t": "ack", **content})
+        elif kind == "say":
+            self._pages.tell({"t": "say", "text": content})
+        elif kind == "health":
+            self._health = content
+        elif kind == "status":
+            self._status(content)
+
+    def _tick(self, group: Group) -> None:
+        self._model.add(group)
+        if self._run is not None:
+            self._run.add(group)
+            if any(told["command"] == "Replace" for told in group.messages("operator")):
+                self._pages.renew()
+
+    def _status(self, told: Mapping[str, Any]) -> None:
+        for key, value in told.items():
+            if key == "speed":
+                self._speed = value
+                self._pages.tell({"t": "ev", "speed": value})
+            else:
+                self._model.tell(key, value)
+
+    async def _tell_often(self) -> None:
+        clock = asyncio.get_running_loop()
+        due = health = clock.time()
+        while True:
+            due = max(due + FRAME_S, clock.time())
+            await asyncio.sleep(due - clock.time())
+            self._tell_changes()
+            if clock.time() >= health and self._run is not None:
+                health += HEALTH_S
+                self._pages.tell(self._health_message(), "health")
+                self._pages.tell(self._figure_rows(), "figures")
+
+    def _tell_changes(self) -> None:
+        changes = self._model.changes()
+        if changes is not None:
+            self._pages.tell(changes)
+        if self._run is None or not len(self._pages):
+            return
+        lanes = self._run.new_lanes()
+        if lanes is not None:
+            self._pages.tell(lanes)
+        for page in self._pages:
+            for signal in page.plots:
+                more = self._run.plot(self._model, signal, more=True)
+                if more is not None:
+                    page.tell(more)
+
+    def _health_message(self) -> Message:
+        model = self._model
+        ages = {s.name: max(0.0, (model.at_ns - s.stamp_ns) / 1e9) for s in model.samples()}
+        found: dict[str, Any] = {
+            "late": model.late,
+            "missed": model.missed,
+            "tick_p99_ms": None,
+            "dropped": 0,
+            "children": [],
+            "gates": {},
+        }
+        told = {"t": "health", **found, **self._health, "ages": ages, "pages": len(self._pages)}
+        return told | {"at": model.at_ns / 1e9}
+
+    def _figure_rows(self) -> Message:
+        return {"t": "figures", "rows": self._model.figures(), "range": None}

@@ -1,0 +1,284 @@
+"""`watch --tty`: a page in a terminal, of a server elsewhere or of a source in this process."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import select
+import shutil
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from queue import Empty, SimpleQueue
+from typing import Any, Protocol
+from urllib.parse import urlsplit
+
+from websockets.exceptions import ConnectionClosed, WebSocketException
+from websockets.sync.client import connect
+
+from cobodeck.live.clients import Message, Page, Pages, Source
+from cobodeck.live.terminal_view import WatchedPage, view
+from cobodeck.terminal import FAILED, OK, Problem, complain, show
+from engine.files import visible
+
+LOOK_S = 0.1
+PATIENCE_S = 10.0
+LARGEST = 64 << 20
+"""Of a message, bytes: a chart of thousands of nodes has a large picture."""
+STEP_S = 1.0
+FASTEST, SLOWEST = 100.0, 0.125
+LEFT, RIGHT, UP, DOWN = "\x1b[D", "\x1b[C", "\x1b[A", "\x1b[B"
+
+
+class Link(Protocol):
+    """Where messages come from."""
+
+    def messages(self, wait_s: float) -> Iterator[Message]:
+        """Those that are there, or come within `wait_s`."""
+        ...
+
+    def ask(self, message: Message) -> None:
+        """Say something, as a page does."""
+        ...
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing more will come."""
+        ...
+
+
+class FarLink:
+    """A server by its URL.
+
+    Raises:
+        Problem: there is none.
+    """
+
+    def __init__(self, url: str) -> None:
+        self.is_over = False
+        try:
+            self._socket = connect(
+                socket_url(url), max_size=LARGEST, open_timeout=PATIENCE_S, compression=None
+            )
+        except (OSError, WebSocketException, ValueError) as error:
+            told = visible(str(error) or type(error).__name__)
+            raise Problem(f"{url}: no live page there: {told}", FAILED) from None
+
+    def messages(self, wait_s: float) -> Iterator[Message]:
+        """See `Link`."""
+        while True:
+            try:
+                found = json.loads(self._socket.recv(wait_s))
+            except TimeoutError:
+                return
+            except (ConnectionClosed, ValueError):
+                self.is_over = True
+                return
+            if isinstance(found, dict):
+                yield found
+            wait_s = 0.0
+
+    def ask(self, message: Message) -> None:
+        """See `Link`."""
+        with suppress(ConnectionClosed):
+            self._socket.send(json.dumps(message))
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._socket.close()
+
+
+class NearLink:
+    """A source in this process, with one page, in a loop of its own."""
+
+    def __init__(self, source: Source) -> None:
+        self._queue: SimpleQueue[Message] = SimpleQueue()
+        self._source, self._page = source, _QueuePage(self._queue)
+        self._loop = asyncio.new_event_loop()
+        self._ready = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+        self._ready.wait(PATIENCE_S)
+
+    @property
+    def is_over(self) -> bool:
+        """See `Link`."""
+        return not self._thread.is_alive() and self._queue.empty()
+
+    def messages(self, wait_s: float) -> Iterator[Message]:
+        """See `Link`."""
+        with suppress(Empty):
+            yield self._queue.get(timeout=wait_s)
+            while True:
+                yield self._queue.get_nowait()
+
+    def ask(self, message: Message) -> None:
+        """See `Link`."""
+        asyncio.run_coroutine_threadsafe(self._asked(message), self._loop)
+
+    def close(self) -> None:
+        """End the source."""
+        with suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(self._task.cancel)
+        self._thread.join(PATIENCE_S)
+
+    async def _asked(self, message: Message) -> None:
+        for answer in await self._source.asked(self._page, message):
+            self._queue.put(answer)
+
+    def _run(self) -> None:
+        with (
+            asyncio.Runner(loop_factory=lambda: self._loop) as runner,
+            suppress(asyncio.CancelledError),
+        ):
+            runner.run(self._serve())
+
+    async def _serve(self) -> None:
+        pages = Pages()
+        pages.by_number[self._page.number] = self._page
+        self._page.of = self._source
+        self._page.renew()
+        self._task = asyncio.create_task(self._source.run(pages))
+        self._ready.set()
+        await self._task
+
+
+class _QueuePage(Page):
+    """The page of a terminal: all that it is told is taken at once."""
+
+    def __init__(self, queue: SimpleQueue[Message]) -> None:
+        super().__init__(1)
+        self.queue = queue
+        self.of: Source | None = None
+
+    def tell(self, message: Message, key: str | None = None) -> None:  # noqa: ARG002
+        """Take a message."""
+        self.queue.put(message)
+
+    def put(self, text: str, key: str | None = None) -> None:  # noqa: ARG002
+        """Take an encoded message."""
+        self.queue.put(json.loads(text))
+
+    def renew(self) -> None:
+        """Take a snapshot."""
+        if self.of is not None:
+            self.queue.put({"t": "hello", **self.of.hello()})
+            for message in self.of.snapshot(self):
+                self.queue.put(message)
+
+
+def socket_url(url: str) -> str:
+    """The WebSocket of a page, `ws://…/ws`, by its URL."""
+    found = urlsplit(url)
+    scheme = {"http": "ws", "https": "wss"}.get(found.scheme, found.scheme)
+    return f"{scheme}://{found.netloc}/ws"
+
+
+def watch_in_terminal(link: FarLink | NearLink) -> int:
+    """Show what comes until `q`, or the end; without a terminal, once. Returns the exit code."""
+    page = WatchedPage()
+    try:
+        if not (sys.stdout.isatty() and sys.stdin.isatty()):
+            return _once(link, page)
+        with _screen(), _keys():
+            _loop(link, page)
+    finally:
+        link.close()
+    show("\n".join(_lines(page, colour=False)).rstrip())
+    return OK
+
+
+def _once(link: FarLink | NearLink, page: WatchedPage) -> int:
+    until = time.monotonic() + PATIENCE_S
+    while not page.is_there and not link.is_over and time.monotonic() < until:
+        for message in link.messages(LOOK_S):
+            page.take(message)
+    for message in link.messages(LOOK_S):
+        page.take(message)
+    if not page.is_there:
+        complain("it tells nothing")
+        return FAILED
+    show("\n".join(_lines(page, colour=False)[:-1]).rstrip())
+    return OK
+
+
+def _loop(link: FarLink | NearLink, page: WatchedPage) -> None:
+    colour, before = "NO_COLOR" not in os.environ, ""
+    while not link.is_over:
+        for message in link.messages(LOOK_S):
+            page.take(message)
+        for key in _pressed():
+            if key in ("q", "\x03", "\x04"):
+                return
+            if page.mode == "record" and (asked := asked_by(key, page)) is not None:
+                link.ask(asked)
+        shown = "\x1b[K\r\n".join(_lines(page, colour=colour))
+        if shown != before:
+            before = shown
+            sys.stdout.write(f"\x1b[H{shown}\x1b[K\x1b[J")
+            sys.stdout.flush()
+
+
+def asked_by(key: str, page: WatchedPage) -> dict[str, Any] | None:
+    """What a key asks of a record: to play, pause, seek; None: nothing."""
+    speed = float(page.state.get("speed") or 0.0)
+    playing = bool(speed) and not page.state.get("paused")
+    if key == " ":
+        return {"t": "play", "speed": 0 if playing else 1}
+    if key in (LEFT, RIGHT):
+        until = page.hello.get("until")
+        at = page.at + (STEP_S if key == RIGHT else -STEP_S)
+        most = float(until) if isinstance(until, int | float) else at
+        return {"t": "seek", "at": max(0.0, min(at, most))}
+    if key in (UP, DOWN):
+        faster = (speed or 1.0) * (2.0 if key == UP else 0.5)
+        return {"t": "play", "speed": min(max(faster, SLOWEST), FASTEST)}
+    return None
+
+
+def _lines(page: WatchedPage, *, colour: bool) -> list[str]:
+    size = shutil.get_terminal_size()
+    return view(page, size.columns, size.lines, colour=colour)
+
+
+def _pressed() -> Iterator[str]:
+    """The keys that were pressed; an arrow is one of them."""
+    typed = ""
+    while select.select([sys.stdin], [], [], 0.0)[0]:
+        data = os.read(sys.stdin.fileno(), 1024)
+        if not data:
+            yield "q"  # the terminal is closed
+            return
+        typed += data.decode(errors="replace")
+    while typed:
+        length = 3 if typed.startswith("\x1b[") else 1
+        yield typed[:length]
+        typed = typed[length:]
+
+
+@contextmanager
+def _keys() -> Iterator[None]:
+    """Keys come one by one and are not shown."""
+    import termios
+    import tty
+
+    before = termios.tcgetattr(sys.stdin)
+    try:
+        tty.setcbreak(sys.stdin.fileno())
+        yield
+    finally:
+        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
+
+
+@contextmanager
+def _screen() -> Iterator[None]:
+    """A screen of its own, without a cursor; the old one comes back."""
+    sys.stdout.write("\x1b[?1049h\x1b[?25l")
+    try:
+        yield
+    finally:
+        sys.stdout.write("\x1b[?25h\x1b[?1049l")
+        sys.stdout.flush()

@@ -1,0 +1,215 @@
+"""`cobodeck watch`: a page for charts, records and URLs, and the same in a terminal."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from cobodeck.__main__ import main
+from cobodeck.terminal.console import FAILED, OK, USAGE
+
+PATIENCE_S = 60.0
+GOOD = """\
+chart: mine
+outcomes: [done]
+states:
+  park: {do: ParkArm, next: {parked: .done, failed: .done, error: .done}}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "mine.yaml").write_text(GOOD)
+    return tmp_path
+
+
+WRONG = [
+    (["nothing.yaml"], USAGE, "nothing.yaml: no such file"),
+    (["mene"], USAGE, "no chart 'mene'"),
+    (["a.mcap", "b.mcap", "c.mcap"], USAGE, "one record, or two"),
+    (["a.mcap", "mine.yaml"], USAGE, "one record, or two"),
+    (["mine.yaml", "mine.yaml"], USAGE, "one chart or folder at a time"),
+    (["http://127.0.0.1:1/"], USAGE, "add --tty"),
+    (["http://127.0.0.1:1/", "--tty"], FAILED, "no live page there"),
+    (["ftp://127.0.0.1:1/", "--tty"], USAGE, "no chart 'ftp:"),
+    (["gone.mcap"], USAGE, "gone.mcap"),
+    (["--port", "70000"], USAGE, "no port"),
+    (["--profile", "tunet", "mine.yaml", "--tty"], OK, ""),  # its findings tell
+]
+
+
+@pytest.mark.parametrize(("given", "code", "part"), WRONG)
+def test_what_cannot_be_watched_is_told_in_a_sentence(
+    folder: Path,
+    given: list[str],
+    code: int,
+    part: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(folder)
+
+    assert main(["watch", *given, "--no-project"]) == code
+
+    told = capsys.readouterr()
+    assert part in told.err
+    assert "Traceback" not in told.err
+
+
+def test_a_folder_without_charts_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["watch", str(tmp_path)]) == USAGE
+    assert "no charts in this folder" in capsys.readouterr().err
+
+
+def test_a_terminal_shows_charts_and_findings(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "mine.yaml").write_text(GOOD.replace("parked: .done", "parked: .gone"))
+
+    assert main(["watch", str(folder), "--tty", "--no-project"]) == OK
+
+    told = capsys.readouterr().out
+    assert "> mine" in told
+    assert f"{folder / 'mine.yaml'}:4:" in told
+    assert "\x1b" not in told
+
+
+@contextmanager
+def serving(*given: str) -> Iterator[tuple[subprocess.Popen[str], str, str]]:
+    """The program, its URL and its token."""
+    command = [sys.executable, "-m", "cobodeck", "watch", *given, "--no-project"]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as running:
+        try:
+            assert running.stdout is not None
+            words = running.stdout.readline().split()
+            assert words[:1] == ["page:"], running.stderr and running.stderr.read()
+            yield running, words[1], words[-1]
+        finally:
+            running.kill()
+
+
+def heard(page: ClientConnection, what: Callable[[Any], bool]) -> Any:
+    """The next message that is so."""
+    until = time.monotonic() + PATIENCE_S
+    while not what(message := json.loads(page.recv(until - time.monotonic()))):
+        pass
+    return message
+
+
+def say(page: ClientConnection, **message: Any) -> None:
+    page.send(json.dumps(message))
+
+
+def socket_of(url: str) -> str:
+    return f"ws{url.removeprefix('http')}ws"
+
+
+@pytest.mark.realtime
+def test_a_save_is_drawn_a_start_needs_the_token_and_ctrl_c_ends_it(folder: Path) -> None:
+    with serving(str(folder)) as (running, url, token):
+        with connect(socket_of(url)) as page:
+            hello = heard(page, lambda m: m["t"] == "hello")
+            chart = heard(page, lambda m: m["t"] == "chart")
+            assert (hello["mode"], hello["commands"], hello["charts"]) == ("charts", True, ["mine"])
+            assert chart["name"] == "mine"
+
+            (folder / "mine.yaml").write_text(GOOD.replace("park:", "fold:"))
+            assert "fold" in heard(page, lambda m: m["t"] == "chart")["nodes"]
+
+            say(page, t="cmd", id=1, do="start", chart="mine")
+            assert "token" in heard(page, lambda m: m["t"] == "ack")["text"]
+            say(page, t="auth", token=token, name="Ada")
+            assert heard(page, lambda m: m["t"] == "ack")["ok"]
+            say(page, t="cmd", id=2, do="start", chart="other")
+            refused = heard(page, lambda m: m["t"] == "ack")
+            assert (refused["ok"], refused["id"]) == (False, 2)
+            assert "no chart 'other' here" in refused["text"]
+
+        with pytest.raises(InvalidStatus), connect(socket_of(url), origin="http://evil"):  # type: ignore[arg-type]
+            pass
+        running.send_signal(signal.SIGINT)
+        assert running.wait(PATIENCE_S) == OK
+        assert running.stderr is not None
+        assert "Traceback" not in running.stderr.read()
+
+
+@pytest.mark.realtime
+@pytest.mark.slow
+def test_a_chart_is_started_with_its_form_and_ends_with_the_page(folder: Path) -> None:
+    with serving("cobodeck") as (running, url, token):
+        with connect(socket_of(url)) as page:
+            say(page, t="auth", token=token, name="Ada")
+            say(page, t="cmd", id=5, do="start", chart="cobodeck", scene="lab_a", inputs={})
+            started = heard(page, lambda m: m["t"] == "ack" and m["id"] == 5)
+            assert started["ok"], started
+            with connect(socket_of(started["url"])) as run:
+                assert heard(run, lambda m: m["t"] == "hello")["mode"] == "live"
+                heard(run, lambda m: m["t"] == "chart")
+        running.send_signal(signal.SIGINT)
+        assert running.wait(PATIENCE_S) == OK
+        with pytest.raises(OSError, match="refused"):
+            connect(socket_of(started["url"]))
+
+
+@pytest.mark.realtime
+def test_a_page_is_seen_in_a_terminal_of_its_own_until_q(folder: Path) -> None:
+    with serving(str(folder)) as (_, url, _):
+        told = in_terminal(["watch", url, "--tty"], b"> mine", b"q")
+
+    assert b"\x1b[?1049h" in told  # a screen of its own, and the old one again
+    assert told.index(b"\x1b[?1049l") > told.index(b"> mine")
+    assert b"\x1b[7m" in told
+
+
+def in_terminal(given: list[str], seen: bytes, key: bytes) -> bytes:
+    """All that a program says in a terminal; once it has said `seen`, the key is pressed."""
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "cobodeck", *given, "--no-project"]
+    environment = {**os.environ, "TERM": "xterm"}
+    environment.pop("NO_COLOR", None)
+    told, pressed = b"", False
+    with subprocess.Popen(command, stdin=theirs, stdout=theirs, env=environment) as running:
+        os.close(theirs)
+        with suppress(OSError):  # the other end is closed
+            while data := os.read(ours, 4096):
+                told += data
+                if seen in told and not pressed:
+                    os.write(ours, key)
+                    pressed = True
+        assert running.wait(PATIENCE_S) == OK
+    os.close(ours)
+    return told
+
+
+@pytest.mark.slow
+def test_a_record_is_seen_on_a_page_and_in_a_terminal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    record = str(tmp_path / "x.mcap")
+    assert main(["simulate", "--duration", "3", "--record", record, "--no-project"]) == OK
+    capsys.readouterr()
+
+    assert main(["watch", record, "--tty", "--no-project"]) == OK
+    told = capsys.readouterr().out
+    assert "cobodeck · record" in told
+
+    with serving(record, record) as (_, url, _), connect(socket_of(url)) as page:
+        assert heard(page, lambda m: m["t"] == "hello")["mode"] == "record"
+        slots = {heard(page, lambda m: m["t"] == "chart").get("slot", 0) for _ in range(2)}
+        assert slots == {0, 1}
