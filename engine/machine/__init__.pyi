@@ -12,8 +12,8 @@ from engine.machine.deciding import (
 from engine.machine.exploration import (
     Exploration as Exploration,
     explore as explore,
-    moments as moments,
     never_taken as never_taken,
+    situations as situations,
 )
 from engine.machine.machine import Machine as Machine, shared_part as shared_part
 from engine.machine.named_values import NamedValues as NamedValues

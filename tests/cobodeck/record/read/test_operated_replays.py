@@ -84,8 +84,8 @@ states:
 """
 VALUES = {"number": 1.25, "text": "by hand", "integer": 3}
 KINDS = (
-    "Pause", "Resume", "Step", "ForceOutcome", "SetLock", "SetLevel", "Answer", "Replace", "Break",
-    "SetBreak", "Remark", "End",
+    "Pause", "Resume", "StepOnce", "ForceOutcome", "SetLock", "SetLevel", "Answer", "Replace",
+    "Break", "SetBreak", "Remark", "End",
 )  # fmt: skip
 
 
@@ -196,7 +196,7 @@ def test_a_record_says_who_issued_a_command(errands: Path) -> None:
     )
     told = [found for group in Record(path).groups() for found in group.messages("operator")]
     assert [(f["command"], f.get("by")) for f in told] == [
-        ("Pause", "Ada"), ("Step", "Björn"), ("Resume", None)
+        ("Pause", "Ada"), ("StepOnce", "Björn"), ("Resume", None)
     ]  # fmt: skip
     assert "by" not in command_text(result.wired.run.carried_out[-1][1])
     older = command_again("Pause", {}, lambda _: None)  # type: ignore[arg-type, return-value]
