@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from engine.machine import Exploration, Leaf, Machine, Vertex, never_taken, situations
+from engine.machine import Exploration, Leaf, Machine, Vertex, after_steps, never_taken
 
 SHOWN = 5
 """Dead ends of one chart that are told, the shortest ones."""
@@ -47,7 +47,7 @@ def explanation(walk: Explored) -> Iterator[str]:
         yield f"{name}: dead end {number}: nothing ends any more, except by an error, after"
         for count, step in enumerate(script, 1):
             yield f"  {count}. {' and '.join(_told(event) for event in step)}"
-        *_, last = situations(machine, script)
+        *_, last = after_steps(machine, script)
         yield f"  {'then' if script else 'the start:'} {_running(last.active)}"
     if len(found.stuck) > SHOWN:
         yield f"{name}: and {len(found.stuck) - SHOWN} more dead ends, with as many steps or more"
@@ -79,7 +79,7 @@ def dead_end_tests(walks: Iterable[Explored], folder: Path) -> str:
             lines = [f"def test_dead_end_{number}_of_{name}(sim):", _start(machine, file)]
             lines += [f"sim.tick({TICKS})", *_lines(machine, script)]
             lines += [f"sim.wait({STILL_S})  # nothing ends any more", "assert sim.outcome is None"]
-            lines += [_assertion(list(situations(machine, script))[-1].active)]
+            lines += [_assertion(list(after_steps(machine, script))[-1].active)]
             found.append("\n\n" + "\n    ".join(lines))
     return "\n".join(found) + "\n"
 
@@ -123,7 +123,7 @@ def _plays(
     """
     past: list[Played] = []
     since: dict[Vertex, int] = {}  # where in `past` a node was entered
-    first, *later = situations(machine, script)
+    first, *later = after_steps(machine, script)
     _note_entries(first.active, since, 0)
     for step, moment in zip(script, later, strict=True):
         begun = len(past)

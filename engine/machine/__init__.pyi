@@ -11,9 +11,9 @@ from engine.machine.deciding import (
 )
 from engine.machine.exploration import (
     Exploration as Exploration,
+    after_steps as after_steps,
     explore as explore,
     never_taken as never_taken,
-    situations as situations,
 )
 from engine.machine.machine import Machine as Machine, shared_part as shared_part
 from engine.machine.named_values import NamedValues as NamedValues
