@@ -30,7 +30,7 @@ from cobodeck.project import (
     wrong_parts,
 )
 from cobodeck.terminal import FAILED, OK, Problem, complain, show
-from cobodeck.validation import FileChecker, Walk, dead_end_tests, explanation, schema_notes
+from cobodeck.validation import Explored, FileChecker, dead_end_tests, explanation, schema_notes
 from engine import FORMATS, report
 from engine.chart import Chart, Library
 from engine.files import Finding, Place, SourceFile, in_order
@@ -156,11 +156,11 @@ def _not_used(library: Library, files: set[str]) -> list[str]:
     ]
 
 
-def _walked(chart: Chart, library: Library, known: Catalogue, limit: int) -> Walk:
+def _walked(chart: Chart, library: Library, known: Catalogue, limit: int) -> Explored:
     """An exploration of the chart."""
     around = replace(known_names(library, known), named=None)  # a run has its own places
     machine = Machine(chart, library, known.interfaces, types=known.types, around=around)
-    return Walk(machine, explore(machine, limit))
+    return Explored(machine, explore(machine, limit))
 
 
 def _default_paths(known: Catalogue) -> list[Path]:

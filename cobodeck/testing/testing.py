@@ -32,7 +32,6 @@ from cobodeck.testing.visits import entered, reaching, require_node
 from engine.files.declared import Mismatch
 from engine.operator import Operator
 from engine.run import ChartRun
-from engine.state import NEVER_NS
 
 __tracebackhide__ = True  # a failing test shows its own line, and one message
 
@@ -273,10 +272,11 @@ class ChartTester:
     def time_out(self, name: str) -> None:
         """Let the timeout of a node that runs be over at the next tick, however long it is."""
         run = self.run
-        due = [n for n in run.entered if is_named(n.path, name) and n.deadline != NEVER_NS]
+        named = (node for node in run.entered if is_named(node.path, name))
+        due = [node for node in named if node.vertex.timeout_ns is not None]
         if not due:
             require_node(run, name)
-            raise AssertionError(f"{name!r} has no timeout that runs\n{story(run)}")
+            raise AssertionError(f"no timeout of {name!r} runs\n{story(run)}")
         for node in due:
             run.life.set_deadline(node, run.board.chart_now)
 

@@ -1,5 +1,5 @@
 from cobodeck.validation.dead_ends import (
-    Walk as Walk,
+    Explored as Explored,
     dead_end_tests as dead_end_tests,
     explanation as explanation,
 )

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from engine.machine import Exploration, Leaf, Machine, Vertex, moments, never_taken
+from engine.machine import Exploration, Leaf, Machine, Vertex, after_steps, never_taken
 
 SHOWN = 5
 """Dead ends of one chart that are told, the shortest ones."""
@@ -23,7 +23,7 @@ STILL_S = 30.0
 Event = tuple[str, str]
 
 
-class Walk(NamedTuple):
+class Explored(NamedTuple):
     """A chart, made ready to run, and what its exploration has found."""
 
     machine: Machine
@@ -38,7 +38,7 @@ class Played:
     wait_s: float | None = None
 
 
-def explanation(walk: Walk) -> Iterator[str]:
+def explanation(walk: Explored) -> Iterator[str]:
     """What an exploration has found, in lines: dead ends with their steps, what never happens."""
     machine, found = walk
     name = machine.chart.name
@@ -47,7 +47,7 @@ def explanation(walk: Walk) -> Iterator[str]:
         yield f"{name}: dead end {number}: nothing ends any more, except by an error, after"
         for count, step in enumerate(script, 1):
             yield f"  {count}. {' and '.join(_told(event) for event in step)}"
-        *_, last = moments(machine, script)
+        *_, last = after_steps(machine, script)
         yield f"  {'then' if script else 'the start:'} {_running(last.active)}"
     if len(found.stuck) > SHOWN:
         yield f"{name}: and {len(found.stuck) - SHOWN} more dead ends, with as many steps or more"
@@ -69,7 +69,7 @@ def _running(leaves: Iterable[Leaf]) -> str:
     return f"{told} run on" if told else "nothing runs"
 
 
-def dead_end_tests(walks: Iterable[Walk], folder: Path) -> str:
+def dead_end_tests(walks: Iterable[Explored], folder: Path) -> str:
     """A pytest file for this folder that plays the dead ends of charts with the fixture `sim`."""
     found = ['"""Dead ends of charts, as `cobodeck validate --explain` has found them."""']
     for machine, exploration in walks:
@@ -79,7 +79,7 @@ def dead_end_tests(walks: Iterable[Walk], folder: Path) -> str:
             lines = [f"def test_dead_end_{number}_of_{name}(sim):", _start(machine, file)]
             lines += [f"sim.tick({TICKS})", *_lines(machine, script)]
             lines += [f"sim.wait({STILL_S})  # nothing ends any more", "assert sim.outcome is None"]
-            lines += [_assertion(list(moments(machine, script))[-1].active)]
+            lines += [_assertion(list(after_steps(machine, script))[-1].active)]
             found.append("\n\n" + "\n    ".join(lines))
     return "\n".join(found) + "\n"
 
@@ -123,7 +123,7 @@ def _plays(
     """
     past: list[Played] = []
     since: dict[Vertex, int] = {}  # where in `past` a node was entered
-    first, *later = moments(machine, script)
+    first, *later = after_steps(machine, script)
     _note_entries(first.active, since, 0)
     for step, moment in zip(script, later, strict=True):
         begun = len(past)

@@ -11,8 +11,8 @@ from engine.machine.deciding import (
 )
 from engine.machine.exploration import (
     Exploration as Exploration,
+    after_steps as after_steps,
     explore as explore,
-    moments as moments,
     never_taken as never_taken,
 )
 from engine.machine.machine import Machine as Machine, shared_part as shared_part

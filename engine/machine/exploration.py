@@ -97,22 +97,22 @@ def explore(machine: Machine, limit: int = LIMIT) -> Exploration:
     return found
 
 
-class Moment(NamedTuple):
-    """Where a chart is after some steps: the edges that the last one took, the leaves that run."""
+class AfterStep(NamedTuple):
+    """Where a chart is after a step: the edges that it took, the leaves that run."""
 
     edges: tuple[Event, ...]
     active: tuple[Leaf, ...]
 
 
-def moments(machine: Machine, script: Iterable[Step]) -> Iterator[Moment]:
+def after_steps(machine: Machine, script: Iterable[Step]) -> Iterator[AfterStep]:
     """The start of a chart, and what follows each step of a script; the end has no leaves."""
     here = initial(machine.root)
-    yield Moment((), tuple(active(machine.root, here)))
+    yield AfterStep((), tuple(active(machine.root, here)))
     for step in script:
         edges: list[Event] = []
         here = after(machine.root, here, step, edges)
         left = () if isinstance(here, Ended) else active(machine.root, here)
-        yield Moment(tuple(edges), tuple(left))
+        yield AfterStep(tuple(edges), tuple(left))
 
 
 def never_taken(machine: Machine, found: Exploration) -> list[Event]:

@@ -62,7 +62,7 @@ class Resume(Command):
 
 
 @dataclass(frozen=True, slots=True)
-class Step(Command):
+class StepOnce(Command):
     """In a pause, run this tick; the pause goes on with the next one. Two in a tick are one."""
 
     def carry_out(self, run: ChartRun) -> None:

@@ -24,7 +24,7 @@ from engine.operator.commands import (
     SetBreak,
     SetLevel,
     SetLock,
-    Step,
+    StepOnce,
     breaks_of,
     renew_breaks,
 )
@@ -72,7 +72,7 @@ class Operator:
             return "the run has ended"
         if not run.paused:
             return "the run is not paused; pause it first"
-        self._issue(Step())
+        self._issue(StepOnce())
         return None
 
     def breaks(self) -> list[str]:

@@ -340,3 +340,15 @@ WRONG_INPUTS = {
 def test_inputs_that_are_wrong_or_missing_are_named(sim: ChartTester, message: str) -> None:
     with pytest.raises(AssertionError, match=re.escape(message)):
         sim.start(SERVE, inputs=WRONG_INPUTS[message])
+
+
+def test_a_timeout_is_over_when_the_test_says_so(sim: ChartTester) -> None:
+    sim.start(FETCH, inputs=GOAL, script={"park": "parked"})
+    sim.until("drive")
+    with pytest.raises(AssertionError, match="no timeout of 'fault' runs"):
+        sim.time_out("fault")
+    sim.time_out("drive")
+    sim.tick()
+    assert sim.outcome == "failed"
+    with pytest.raises(AssertionError, match="'rust'"):
+        sim.time_out("rust")

@@ -301,7 +301,7 @@ def test_rule_11_what_was_paused_and_stepped_is_replayed_without_an_operator(ben
     again = run(list(first.carried_out))
     assert not again.attended
     assert [type(command).__name__ for _, command in first.carried_out] == [
-        "Break", "Step", "Step", "Resume"
+        "Break", "StepOnce", "StepOnce", "Resume"
     ]  # fmt: skip
     assert list(first.carried_out) == list(again.carried_out)
     assert list(first.trace) == list(again.trace)

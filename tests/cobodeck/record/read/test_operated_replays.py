@@ -17,7 +17,7 @@ from cobodeck.setup.setup import Setup
 from engine.operator.commands import outcomes_of, output_types
 from engine.operator.operator import Operator
 from engine.run.chart_run import ChartRun
-from tests.cobodeck.record.read.test_record_replay import Act, recorded, replayed
+from tests.cobodeck.record.read.test_record_replay import Act, Jittering, recorded, replayed
 from tests.repeats import fewer
 
 STATES = '''
@@ -84,8 +84,8 @@ states:
 """
 VALUES = {"number": 1.25, "text": "by hand", "integer": 3}
 KINDS = (
-    "Pause", "Resume", "Step", "ForceOutcome", "SetLock", "SetLevel", "Answer", "Replace", "Break",
-    "SetBreak", "Remark", "End",
+    "Pause", "Resume", "StepOnce", "ForceOutcome", "SetLock", "SetLevel", "Answer", "Replace",
+    "Break", "SetBreak", "Remark", "End",
 )  # fmt: skip
 
 
@@ -160,6 +160,9 @@ def operated(seed: int, path: Path) -> Counter[str]:
     options = Options(duration_s=9.0)
     if seed % 5 == 4:
         given, options = {"scene": "lab_a"}, Options(user="random", seed=seed, duration_s=9.0)
+    elif seed % 5 == 3:  # in real time: ticks are added, late and missed
+        given = {"scene": "lab_a", "clock": Jittering(seed)}
+        options = Options(duration_s=9.0, mock=True)
     result = recorded(path, options, of_one_run(seed), **given)
     done = list(result.wired.run.carried_out)
 
@@ -196,7 +199,7 @@ def test_a_record_says_who_issued_a_command(errands: Path) -> None:
     )
     told = [found for group in Record(path).groups() for found in group.messages("operator")]
     assert [(f["command"], f.get("by")) for f in told] == [
-        ("Pause", "Ada"), ("Step", "Björn"), ("Resume", None)
+        ("Pause", "Ada"), ("StepOnce", "Björn"), ("Resume", None)
     ]  # fmt: skip
     assert "by" not in command_text(result.wired.run.carried_out[-1][1])
     older = command_again("Pause", {}, lambda _: None)  # type: ignore[arg-type, return-value]
