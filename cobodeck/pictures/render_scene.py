@@ -45,7 +45,7 @@ def draw_scene(args: argparse.Namespace) -> int:
     from cobodeck.pictures.drawing import at_start, form_of, save, with_next_drive
     from cobodeck.pictures.scene_picture import scene_picture
     from cobodeck.setup import environment_at, open_place
-    from cobodeck.shapes import Surroundings
+    from cobodeck.shapes import Backdrop
     from hw.model import load_robot
 
     place = open_place(args.scene)
@@ -55,7 +55,7 @@ def draw_scene(args: argparse.Namespace) -> int:
     spaces = _spaces(args.show)
     values = profile_with(args.profile, args.sets)
     robot = load_robot(scene.robot)
-    around = Surroundings(scene, environment_at(place, values, robot), values)
+    around = Backdrop(scene, environment_at(place, values, robot), values)
     if args.at is None and args.user is None:
         moment = with_next_drive(at_start(scene, robot.parked), around.environment, values.settings)
     else:

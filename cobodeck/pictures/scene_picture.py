@@ -6,8 +6,8 @@ from collections.abc import Collection
 
 from cobodeck.pictures.drawing import Sheet, draw, sheet
 from cobodeck.shapes import (
+    Backdrop,
     Moment,
-    Surroundings,
     box,
     deep_shapes,
     next_deep,
@@ -22,9 +22,7 @@ LAYERS_OF = {"chase": ("chase",), "escape": ("zones", "escape"), "haptic": ("hap
 """The layers of each space."""
 
 
-def scene_picture(
-    around: Surroundings, moment: Moment, spaces: Collection[str] | None = None
-) -> Sheet:
+def scene_picture(around: Backdrop, moment: Moment, spaces: Collection[str] | None = None) -> Sheet:
     """The room with everything in it at one moment.
 
     `spaces` are names from `command.SPACES`; by default Haptic's while the user requests a touch,

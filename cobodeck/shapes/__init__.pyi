@@ -6,13 +6,13 @@ from cobodeck.shapes.actors import (
 )
 from cobodeck.shapes.layers import (
     MOVING as MOVING,
-    Surroundings as Surroundings,
+    Backdrop as Backdrop,
     room_shapes as room_shapes,
     shapes_of as shapes_of,
 )
 from cobodeck.shapes.moment import (
     Moment as Moment,
-    Trail as Trail,
+    MomentTrail as MomentTrail,
     next_deep as next_deep,
     situation_at as situation_at,
     with_drive as with_drive,
@@ -25,7 +25,7 @@ from cobodeck.shapes.room_parts import (
 )
 from cobodeck.shapes.shape import (
     LAYERS as LAYERS,
-    Shape as Shape,
+    MapShape as MapShape,
     areas as areas,
     box as box,
     wire as wire,

@@ -11,7 +11,7 @@ import numpy as np
 from behaviors.profile import EscapeSettings
 from cobodeck.evaluate import ArmOutline
 from cobodeck.shapes.moment import TRAIL_S
-from cobodeck.shapes.shape import Layer, Shape, arc, box, flat
+from cobodeck.shapes.shape import Layer, MapShape, arc, box, flat
 from hw import USER_RADIUS, Joints, Pose2, Pose3, UserPose
 from hw.model import Footprint
 from hw.scene import Point
@@ -23,7 +23,7 @@ _NO_PATH = 0.05
 _TRAIL_PARTS = 12
 
 
-def robot_shapes(pose: Pose2, shape: Footprint) -> list[Shape]:
+def robot_shapes(pose: Pose2, shape: Footprint) -> list[MapShape]:
     """The outline with its foam, the front marked, and the enclosing circle."""
     length, width, foam = shape.half_length, shape.half_width, shape.foam
     front = length - foam - 0.06
@@ -32,33 +32,36 @@ def robot_shapes(pose: Pose2, shape: Footprint) -> list[Shape]:
     ]
     inner = flat(box(pose, length - foam, width - foam))
     return [
-        Shape("robot", "disc", "ring", (pose.x, pose.y), radius=shape.enclosing_radius),
-        Shape("robot", "poly", "foam", flat(box(pose, length, width)), fill=True),
-        Shape("robot", "poly", "robot", inner, "robot with foam, enclosing circle", fill=True),
-        Shape("robot", "poly", "front", flat(ahead), fill=True),
+        MapShape("robot", "disc", "ring", (pose.x, pose.y), radius=shape.enclosing_radius),
+        MapShape("robot", "poly", "foam", flat(box(pose, length, width)), fill=True),
+        MapShape("robot", "poly", "robot", inner, "robot with foam, enclosing circle", fill=True),
+        MapShape("robot", "poly", "front", flat(ahead), fill=True),
     ]
 
 
 def outline_shapes(
     pose: Pose2, shape: Footprint, style: str, layer: Layer = "robot", *, fill: bool = False
-) -> list[Shape]:
+) -> list[MapShape]:
     """The outline alone, and a line from its middle to its front."""
     corners = flat(box(pose, shape.half_length, shape.half_width))
     front = flat(((pose.x, pose.y), pose.transform(shape.half_length, 0.0)))
-    return [Shape(layer, "poly", style, corners, fill=fill), Shape(layer, "line", style, front)]
+    return [
+        MapShape(layer, "poly", style, corners, fill=fill),
+        MapShape(layer, "line", style, front),
+    ]
 
 
-def body_shapes(body: Pose2, style: str, *, fill: bool = False) -> list[Shape]:
+def body_shapes(body: Pose2, style: str, *, fill: bool = False) -> list[MapShape]:
     """A person's cylinder, with a line in the direction they face."""
     place = body.x, body.y
     front = flat((place, body.transform(USER_RADIUS, 0.0)))
     return [
-        Shape("user", "disc", style, place, radius=USER_RADIUS, fill=fill),
-        Shape("user", "line", style, front),
+        MapShape("user", "disc", style, place, radius=USER_RADIUS, fill=fill),
+        MapShape("user", "line", style, front),
     ]
 
 
-def arm_shapes(base: Pose2, joints: Joints, arm: ArmOutline) -> list[Shape]:
+def arm_shapes(base: Pose2, joints: Joints, arm: ArmOutline) -> list[MapShape]:
     """The arm at `joints`, rad, as the capsules of its links, the lowest first."""
     ends, radii = arm.capsules_of(joints)
     order = np.argsort(ends[:, :, 2].mean(axis=1), kind="stable")
@@ -68,7 +71,7 @@ def arm_shapes(base: Pose2, joints: Joints, arm: ArmOutline) -> list[Shape]:
         held = arm.parts[k] == arm.held
         about = f"held: {arm.held}" if held else "arm"
         points = tuple(ring)
-        found.append(Shape("arm", "poly", "held" if held else "arm", points, about, fill=True))
+        found.append(MapShape("arm", "poly", "held" if held else "arm", points, about, fill=True))
     return found
 
 
@@ -85,7 +88,7 @@ def _capsules(base: Pose2, ends: Array, radii: Array) -> Array:
     return found
 
 
-def user_shapes(user: UserPose, keep_off: float) -> list[Shape]:
+def user_shapes(user: UserPose, keep_off: float) -> list[MapShape]:
     """The user with the direction of view, and the distance robots keep from them, m."""
     place, body = (user.body.x, user.body.y), user.body
     view = Pose2(*place, user.head_yaw)
@@ -95,52 +98,54 @@ def user_shapes(user: UserPose, keep_off: float) -> list[Shape]:
     radii = [keep_off + (USER_RADIUS - keep_off) * step / _KEPT_STEPS for step in steps]
     return [
         *(
-            Shape("user", "disc", "kept", place, about, radius=r, fill=True, alpha=0.13)
+            MapShape("user", "disc", "kept", place, about, radius=r, fill=True, alpha=0.13)
             for r in radii
         ),
-        Shape(
+        MapShape(
             "user", "disc", "user", place, "user, direction of view", radius=USER_RADIUS, fill=True
         ),
-        Shape("user", "line", "view", flat(nose)),
-        Shape("user", "arrow", "view", flat(ahead)),
+        MapShape("user", "line", "view", flat(nose)),
+        MapShape("user", "arrow", "view", flat(ahead)),
     ]
 
 
-def zone_shapes(user: UserPose, escape: EscapeSettings) -> list[Shape]:
+def zone_shapes(user: UserPose, escape: EscapeSettings) -> list[MapShape]:
     """The zones in which a robot triggers Escape while the user walks (R104)."""
     half = escape.half_view
     view = Pose2(user.body.x, user.body.y, user.head_yaw)
     ahead = arc(view, escape.ahead, -half, half)
     zone = flat((*ahead, *arc(view, escape.around, half, 2.0 * math.pi - half)))
     return [
-        Shape("zones", "poly", "zone", zone, fill=True, alpha=0.06),
-        Shape("zones", "poly", "zone", zone, "Escape zones"),
+        MapShape("zones", "poly", "zone", zone, fill=True, alpha=0.06),
+        MapShape("zones", "poly", "zone", zone, "Escape zones"),
     ]
 
 
-def deep_shapes(deep: Pose3) -> list[Shape]:
+def deep_shapes(deep: Pose3) -> list[MapShape]:
     """Where the user reaches."""
     about = "where the user reaches (DEEP)"
-    return [Shape("deep", "disc", "deep", (deep.x, deep.y), about, radius=0.1, fill=True)]
+    return [MapShape("deep", "disc", "deep", (deep.x, deep.y), about, radius=0.1, fill=True)]
 
 
-def path_shapes(points: Sequence[Point]) -> list[Shape]:
+def path_shapes(points: Sequence[Point]) -> list[MapShape]:
     """The path to the goal."""
-    return [Shape("path", "line", "path", flat(points), "path to the goal")] if points[1:] else []
+    return (
+        [MapShape("path", "line", "path", flat(points), "path to the goal")] if points[1:] else []
+    )
 
 
-def goal_shapes(goal: Pose2, shape: Footprint) -> list[Shape]:
+def goal_shapes(goal: Pose2, shape: Footprint) -> list[MapShape]:
     """The robot's outline at the chosen pose, with a line to its front."""
     ring, front = outline_shapes(goal, shape, "goal", "goal")
     return [
-        Shape("goal", "poly", "goal", ring.points, fill=True, alpha=0.45),
-        Shape("goal", "poly", "goal", ring.points, "chosen pose"),
+        MapShape("goal", "poly", "goal", ring.points, fill=True, alpha=0.45),
+        MapShape("goal", "poly", "goal", ring.points, "chosen pose"),
         front,
-        Shape("goal", "disc", "goal", (goal.x, goal.y), radius=0.045, fill=True),
+        MapShape("goal", "disc", "goal", (goal.x, goal.y), radius=0.045, fill=True),
     ]
 
 
-def trail_shapes(points: Sequence[Point], style: str) -> list[Shape]:
+def trail_shapes(points: Sequence[Point], style: str) -> list[MapShape]:
     """A path already travelled, fading towards its beginning."""
     if not points or max(math.dist(points[0], point) for point in points) < _NO_PATH:
         return []
@@ -149,5 +154,5 @@ def trail_shapes(points: Sequence[Point], style: str) -> list[Shape]:
     for part, (low, high) in enumerate(pairwise(cuts), 1):
         if high > low:
             piece, alpha = flat(points[low : high + 1]), 0.08 + 0.5 * part / _TRAIL_PARTS
-            found.append(Shape("trails", "line", style, piece, about, alpha=alpha))
+            found.append(MapShape("trails", "line", style, piece, about, alpha=alpha))
     return found

@@ -11,7 +11,7 @@ from cobodeck.evaluate import ArmOutline, arm_outline
 from cobodeck.shapes import actors, room_parts
 from cobodeck.shapes.moment import Moment, next_deep, planner_at, situation_at
 from cobodeck.shapes.sensed import costmap_shapes, scan_shapes
-from cobodeck.shapes.shape import Layer, Shape
+from cobodeck.shapes.shape import Layer, MapShape
 from cobodeck.shapes.spaces import chase_shapes, escape_shapes, haptic_shapes
 from hw.scene import Scene
 from states import SubsystemName
@@ -19,7 +19,7 @@ from states.environment import Environment
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
+class Backdrop:
     """What stays the same in a run: scene, environment, and the values of the behaviours.
 
     `chase_cell` is the side of Chase cells that are shown, m; None: the profile's.
@@ -42,7 +42,7 @@ class Surroundings:
         return None if robot.arm is None else arm_outline(robot)
 
 
-def room_shapes(around: Surroundings) -> list[Shape]:
+def room_shapes(around: Backdrop) -> list[MapShape]:
     """What does not move, the lowest first: inflations, walls, tracked area, places."""
     scene, room = around.scene, around.scene.room
     return [
@@ -53,7 +53,7 @@ def room_shapes(around: Surroundings) -> list[Shape]:
     ]
 
 
-def shapes_of(moment: Moment, around: Surroundings, layers: Collection[str]) -> list[Shape]:
+def shapes_of(moment: Moment, around: Backdrop, layers: Collection[str]) -> list[MapShape]:
     """What moves, of these layers, the lowest first; what is unknown at the moment has no shapes.
 
     Nothing is computed for other layers.
@@ -62,7 +62,7 @@ def shapes_of(moment: Moment, around: Surroundings, layers: Collection[str]) -> 
     return [shape for make in asked for shape in make(moment, around)]
 
 
-def _objects(moment: Moment, around: Surroundings) -> list[Shape]:
+def _objects(moment: Moment, around: Backdrop) -> list[MapShape]:
     scene = around.scene
     return [
         *room_parts.object_shapes(scene.objects, moment.at_s),
@@ -70,44 +70,44 @@ def _objects(moment: Moment, around: Surroundings) -> list[Shape]:
     ]
 
 
-def _robot(moment: Moment, around: Surroundings) -> list[Shape]:
+def _robot(moment: Moment, around: Backdrop) -> list[MapShape]:
     footprint = around.environment.robot.footprint
     return [] if moment.robot is None else actors.robot_shapes(moment.robot, footprint)
 
 
-def _arm(moment: Moment, around: Surroundings) -> list[Shape]:
+def _arm(moment: Moment, around: Backdrop) -> list[MapShape]:
     if moment.robot is None or moment.joints is None or around.arm is None:
         return []
     return actors.arm_shapes(moment.robot, moment.joints, around.arm)
 
 
-def _user(moment: Moment, around: Surroundings) -> list[Shape]:
+def _user(moment: Moment, around: Backdrop) -> list[MapShape]:
     if moment.user is None:
         return []
     keeping = around.environment.navigation.named("haptic" if moment.deep else "chase")
     return actors.user_shapes(moment.user, keeping.user_radius)
 
 
-def _zones(moment: Moment, around: Surroundings) -> list[Shape]:
+def _zones(moment: Moment, around: Backdrop) -> list[MapShape]:
     user, escape = moment.user, around.settings.escape
     return [] if user is None else actors.zone_shapes(user, escape)
 
 
-def _goal(moment: Moment, around: Surroundings) -> list[Shape]:
+def _goal(moment: Moment, around: Backdrop) -> list[MapShape]:
     footprint = around.environment.robot.footprint
     return [] if moment.goal is None else actors.goal_shapes(moment.goal, footprint)
 
 
-def _trails(moment: Moment, around: Surroundings) -> list[Shape]:  # noqa: ARG001
+def _trails(moment: Moment, around: Backdrop) -> list[MapShape]:  # noqa: ARG001
     users = actors.trail_shapes(moment.user_trail, "trail-user")
     return [*users, *actors.trail_shapes(moment.robot_trail, "trail-robot")]
 
 
-def _scan(moment: Moment, around: Surroundings) -> list[Shape]:
+def _scan(moment: Moment, around: Backdrop) -> list[MapShape]:
     return scan_shapes(moment.scans, around.environment.robot.sensing)
 
 
-def _costmap(moment: Moment, around: Surroundings) -> list[Shape]:
+def _costmap(moment: Moment, around: Backdrop) -> list[MapShape]:
     if moment.robot is None:
         return []
     environment = around.environment
@@ -117,17 +117,17 @@ def _costmap(moment: Moment, around: Surroundings) -> list[Shape]:
     return costmap_shapes(planner, moment.robot, (values.width, values.height))
 
 
-def _chase(moment: Moment, around: Surroundings) -> list[Shape]:
+def _chase(moment: Moment, around: Backdrop) -> list[MapShape]:
     now = situation_at(moment, around.environment, around.settings, "chase")
     return [] if now is None else chase_shapes(now, around.chase_cell)
 
 
-def _escape(moment: Moment, around: Surroundings) -> list[Shape]:
+def _escape(moment: Moment, around: Backdrop) -> list[MapShape]:
     now = situation_at(moment, around.environment, around.settings, "escape")
     return [] if now is None else escape_shapes(now, moment.joints)
 
 
-def _haptic(moment: Moment, around: Surroundings) -> list[Shape]:
+def _haptic(moment: Moment, around: Backdrop) -> list[MapShape]:
     """The poses for the touch that is requested, or for one that would be requested now."""
     settings, environment = around.settings, around.environment
     deep = moment.deep
@@ -139,11 +139,11 @@ def _haptic(moment: Moment, around: Surroundings) -> list[Shape]:
     return haptic_shapes(settings, planner, deep, moment.robot, environment.robot.footprint)
 
 
-def _deep(moment: Moment, around: Surroundings) -> list[Shape]:  # noqa: ARG001
+def _deep(moment: Moment, around: Backdrop) -> list[MapShape]:  # noqa: ARG001
     return [] if moment.deep is None else actors.deep_shapes(moment.deep)
 
 
-MOVING: Mapping[Layer, Callable[[Moment, Surroundings], list[Shape]]] = {
+MOVING: Mapping[Layer, Callable[[Moment, Backdrop], list[MapShape]]] = {
     "costmap": _costmap,
     "chase": _chase,
     "objects": _objects,

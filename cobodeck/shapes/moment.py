@@ -54,7 +54,7 @@ class Moment:
     obstacles: Obstacles | None = None
 
 
-class Trail:
+class MomentTrail:
     """Makes moments of what is known tick by tick, with the paths of the last `TRAIL_S`."""
 
     def __init__(self) -> None:

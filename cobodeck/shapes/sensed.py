@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from cobodeck.shapes.shape import Flat, Shape, flat
+from cobodeck.shapes.shape import Flat, MapShape, flat
 from hw import Pose2, Scan
 from hw.model import Sensing
 from hw.scene import Point
@@ -20,7 +20,7 @@ MOST_CELLS = 64
 each block of cells is shown."""
 
 
-def scan_shapes(scans: Iterable[tuple[Pose2, Scan]], sensing: Sensing) -> list[Shape]:
+def scan_shapes(scans: Iterable[tuple[Pose2, Scan]], sensing: Sensing) -> list[MapShape]:
     """The ends of beams as dots; each scan with map_from_base at its time."""
     found = []
     for pose, scan in scans:
@@ -29,18 +29,20 @@ def scan_shapes(scans: Iterable[tuple[Pose2, Scan]], sensing: Sensing) -> list[S
         hit = np.isfinite(ranges) & (ranges > 0.0)
         ranges, bearings = ranges[hit], bearings[hit]
         xs, ys = at.x + ranges * np.cos(bearings), at.y + ranges * np.sin(bearings)
-        found.append(Shape("scan", "dots", "scan", paired(xs, ys), "end of a beam"))
+        found.append(MapShape("scan", "dots", "scan", paired(xs, ys), "end of a beam"))
     return found
 
 
-def costmap_shapes(planner: GlobalPlanner, robot: Pose2, window: Point) -> list[Shape]:
+def costmap_shapes(planner: GlobalPlanner, robot: Pose2, window: Point) -> list[MapShape]:
     """The costs in a window around the robot, width and height in m, by a planner on a costmap.
 
     Of other planners the obstacles that scans have shown them.
     """
     if not isinstance(planner, GridPlanner):
         return [
-            Shape("costmap", "poly", "costmap", flat(ring), "obstacle seen", fill=True, alpha=0.4)
+            MapShape(
+                "costmap", "poly", "costmap", flat(ring), "obstacle seen", fill=True, alpha=0.4
+            )
             for ring in planner.boxes
         ]
     grid = planner.grid
@@ -55,7 +57,7 @@ def costmap_shapes(planner: GlobalPlanner, robot: Pose2, window: Point) -> list[
     places = paired(grid.x + left + side * (column + 0.5), grid.y + low + side * (row + 0.5))
     weights = tuple((costs[row, column] / LETHAL).tolist())
     return [
-        Shape("costmap", "cells", "costmap", places, "cost", weights=weights, yaw=0.0, cell=side)
+        MapShape("costmap", "cells", "costmap", places, "cost", weights=weights, yaw=0.0, cell=side)
     ]
 
 

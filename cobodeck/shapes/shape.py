@@ -24,7 +24,7 @@ Flat = tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class MapShape:
     """One thing to draw; lengths in m, angles in rad, in the map.
 
     Attributes:
@@ -57,7 +57,7 @@ class Shape:
         return list(zip(self.points[::2], self.points[1::2], strict=True))
 
 
-def wire(shape: Shape) -> dict[str, Any]:
+def wire(shape: MapShape) -> dict[str, Any]:
     """The shape as the page reads it: JSON values under short keys, lengths to the millimetre."""
     optional: dict[str, Any] = {
         "r": shape.radius,
@@ -101,20 +101,20 @@ def arc(centre: Pose2, radius: float, low: float, high: float) -> list[Point]:
     return [centre.transform(radius * math.cos(a), radius * math.sin(a)) for a in angles]
 
 
-def arrow(layer: Layer, style: str, pose: Pose2, length: float, **more: Any) -> Shape:
+def arrow(layer: Layer, style: str, pose: Pose2, length: float, **more: Any) -> MapShape:
     """An arrow along the yaw of a pose, which is its middle."""
     ends = pose.transform(-0.5 * length, 0.0), pose.transform(0.5 * length, 0.0)
-    return Shape(layer, "arrow", style, flat(ends), **more)
+    return MapShape(layer, "arrow", style, flat(ends), **more)
 
 
-def areas(layer: Layer, style: str, area: Any, *, fill: bool, about: str = "") -> list[Shape]:
+def areas(layer: Layer, style: str, area: Any, *, fill: bool, about: str = "") -> list[MapShape]:
     """A shapely area: filled, a ring for each of its parts; else one for each of its borders.
 
     A filled ring runs to each hole, around it and back.
     """
     import shapely
 
-    found: list[Shape] = []
+    found: list[MapShape] = []
     for part in shapely.get_parts(area):
         if part.geom_type != "Polygon" or part.is_empty:
             continue
@@ -123,5 +123,5 @@ def areas(layer: Layer, style: str, area: Any, *, fill: bool, about: str = "") -
         if fill:
             back = rings[0][:1]
             rings = [[*rings[0], *chain.from_iterable([*hole, *back] for hole in rings[1:])]]
-        found += [Shape(layer, "poly", style, flat(r), about, fill=fill) for r in rings]
+        found += [MapShape(layer, "poly", style, flat(r), about, fill=fill) for r in rings]
     return found

@@ -13,7 +13,7 @@ from behaviors.chase import free_cells
 from behaviors.escape import escape_candidates, escape_poses, paper_escape
 from behaviors.profile import Settings
 from behaviors.situation import ChaseRing, Situation, timed_cells, weighted_cells
-from cobodeck.shapes.shape import Layer, Shape, arc, arrow, flat
+from cobodeck.shapes.shape import Layer, MapShape, arc, arrow, flat
 from hw import Joints, Pose2, Pose3
 from hw.model import Footprint
 from hw.scene import Point, contains
@@ -25,7 +25,7 @@ DROPPED = "dropped", "… not free"
 """Style of poses where the robot cannot be, and what legends say of them."""
 
 
-def chase_shapes(now: Situation, side: float | None = None) -> list[Shape]:
+def chase_shapes(now: Situation, side: float | None = None) -> list[MapShape]:
     """The free Chase cells with their weights (R93-R100); arrows show the robot's yaw there.
 
     `side` is that of the cells, m; None: the profile's.
@@ -35,7 +35,7 @@ def chase_shapes(now: Situation, side: float | None = None) -> list[Shape]:
     free = free_cells(now, _weighted(now, replace(ChaseRing.of(chase), cell=side)))
     if not len(free):
         return []
-    cells = Shape(
+    cells = MapShape(
         "chase", "cells", "chase", tuple(free[:, :2].ravel().tolist()),
         "Chase cell: weight low to high", weights=tuple(free[:, 2].tolist()), yaw=body.yaw,
         cell=side,
@@ -57,7 +57,7 @@ def _weighted(now: Situation, ring: ChaseRing) -> Array:
     return np.column_stack((cells[:, :2], weights))
 
 
-def _tangents(centre: Pose2, free: Array, radius: float, cell: float) -> list[Shape]:
+def _tangents(centre: Pose2, free: Array, radius: float, cell: float) -> list[MapShape]:
     """Arrows along the middle circle of the space, where it is free (R99)."""
     bearings = [math.radians(degrees) for degrees in range(-180, 180, 15)]
     poses = [
@@ -69,7 +69,7 @@ def _tangents(centre: Pose2, free: Array, radius: float, cell: float) -> list[Sh
     return [arrow("chase", "chase", pose, 0.3) for pose in compress(poses, near)]
 
 
-def escape_shapes(now: Situation, joints: Joints | None) -> list[Shape]:
+def escape_shapes(now: Situation, joints: Joints | None) -> list[MapShape]:
     """The Escape poses in the room as arrows along the robot's yaw, numbered in order (R106-R110).
 
     A ring marks the one that a robot with its arm at `joints`, rad, would drive to now by the
@@ -89,7 +89,7 @@ def escape_shapes(now: Situation, joints: Joints | None) -> list[Shape]:
             found += _cross("escape", pose, 0.1)
         if pose == best:
             at, about = (pose.x, pose.y), "… driven to if raised now"
-            found.append(Shape("escape", "disc", "escape", at, about, str(number), RING_M))
+            found.append(MapShape("escape", "disc", "escape", at, about, str(number), RING_M))
     return found
 
 
@@ -101,7 +101,7 @@ def _driven_to(now: Situation, free: tuple[Pose2, ...], joints: Joints | None) -
 
 def haptic_shapes(
     settings: Settings, planner: GlobalPlanner, deep: Pose3, robot: Pose2 | None, shape: Footprint
-) -> list[Shape]:
+) -> list[MapShape]:
     """The rover poses on their half circle, numbered in order (R75-R77).
 
     Numbers that would be written over a robot with this outline are left out.
@@ -109,15 +109,15 @@ def haptic_shapes(
     values, free = settings.haptic, set(haptic.poses(settings, planner, deep))
     half = max((abs(angle) for angle in values.angles), default=0.0)
     circle = arc(Pose2(deep.x, deep.y, deep.yaw), values.radius, -half, half)
-    found = [Shape("haptic", "line", "haptic", flat(circle))]
+    found = [MapShape("haptic", "line", "haptic", flat(circle))]
     for number, pose in enumerate(haptic.all_poses(values, deep), 1):
         style, about = ("haptic", "Haptic pose, in order") if pose in free else DROPPED
         ahead, at = pose @ Pose2(0.17, 0.0), (pose.x, pose.y)
         found.append(arrow("haptic", style, ahead, 0.34, about=about))
-        found.append(Shape("haptic", "disc", style, at, radius=0.09, fill=True))
+        found.append(MapShape("haptic", "disc", style, at, radius=0.09, fill=True))
         behind = pose.transform(-0.23, 0.0)
         if robot is None or not _covers(robot, shape, behind):
-            found.append(Shape("haptic", "text", style, behind, text=str(number)))
+            found.append(MapShape("haptic", "text", style, behind, text=str(number)))
         if pose not in free:
             found += _cross("haptic", pose, 0.15)
     return found
@@ -129,7 +129,7 @@ def _covers(robot: Pose2, shape: Footprint, place: Point) -> bool:
     return abs(x) < shape.half_length + 0.1 and abs(y) < shape.half_width + 0.1
 
 
-def _cross(layer: Layer, pose: Pose2, size: float) -> list[Shape]:
+def _cross(layer: Layer, pose: Pose2, size: float) -> list[MapShape]:
     x, y = pose.x, pose.y
     strokes = ((x - size, y + sign * size, x + size, y - sign * size) for sign in (-1, 1))
-    return [Shape(layer, "line", DROPPED[0], stroke) for stroke in strokes]
+    return [MapShape(layer, "line", DROPPED[0], stroke) for stroke in strokes]

@@ -20,7 +20,7 @@ from matplotlib.transforms import Affine2D
 from cobodeck.pictures.drawing.canvas import Sheet
 from cobodeck.pictures.drawing.labels import Labels
 from cobodeck.pictures.drawing.looks import COSTS, LETTERS, LOOKS, Values
-from cobodeck.shapes import Shape
+from cobodeck.shapes import MapShape
 from hw.scene import Point
 
 BEST_FIRST = mpl.colormaps["rainbow_r"]
@@ -30,7 +30,7 @@ NUMBER_PT = 12.0
 
 
 def draw(
-    on: Sheet, shapes: Iterable[Shape], keep_off: Sequence[Sequence[Point]] = (), **changed: Any
+    on: Sheet, shapes: Iterable[MapShape], keep_off: Sequence[Sequence[Point]] = (), **changed: Any
 ) -> None:
     """Draw shapes, with what is written beside them where there is room, and explain them.
 
@@ -45,7 +45,7 @@ def draw(
     explained: dict[str, str] = {}
     for shape in shapes:
         name = look_of(shape)
-        values = {**LOOKS[name].drawn, **changed} if name in LOOKS else {}
+        values = {**LOOKS[name].drawn, **changed}
         if shape.alpha < 1.0:
             values["alpha"] = shape.alpha
         _DRAWN[shape.kind](on, shape, values)
@@ -57,7 +57,7 @@ def draw(
         _explain(on, name, explained[name])
 
 
-def look_of(shape: Shape) -> str:
+def look_of(shape: MapShape) -> str:
     """The name of a shape's look."""
     outlined = shape.kind in ("poly", "disc") and not shape.fill
     return f"{shape.style} {'outline' if outlined else shape.kind}"
@@ -72,27 +72,27 @@ def ring_of(points: Sequence[Point]) -> Path:
     return Path(np.asarray([*points, points[0]]), codes)
 
 
-def _poly(on: Sheet, shape: Shape, values: Values) -> None:
+def _poly(on: Sheet, shape: MapShape, values: Values) -> None:
     on.axes.add_patch(PathPatch(ring_of(shape.places), **values))
 
 
-def _disc(on: Sheet, shape: Shape, values: Values) -> None:
+def _disc(on: Sheet, shape: MapShape, values: Values) -> None:
     for place in shape.places:
         on.axes.add_patch(Circle(place, shape.radius or 0.0, **values))
 
 
-def _line(on: Sheet, shape: Shape, values: Values) -> None:
+def _line(on: Sheet, shape: MapShape, values: Values) -> None:
     xs, ys = zip(*shape.places, strict=True)
     on.axes.plot(xs, ys, **values)
 
 
-def _arrow(on: Sheet, shape: Shape, values: Values) -> None:
+def _arrow(on: Sheet, shape: MapShape, values: Values) -> None:
     start, end = shape.places
     head = {"mutation_scale": 5.0 + 4.0 * values["lw"], **values}
     on.axes.add_patch(FancyArrowPatch(start, end, arrowstyle="-|>", shrinkA=0, shrinkB=0, **head))
 
 
-def _text(on: Sheet, shape: Shape, values: Values) -> None:  # noqa: ARG001
+def _text(on: Sheet, shape: MapShape, values: Values) -> None:  # noqa: ARG001
     colour, size = LETTERS[shape.style]
     text = on.axes.text(
         *shape.places[0], shape.text, color=colour, fontsize=size, ha="center", va="center",
@@ -101,7 +101,7 @@ def _text(on: Sheet, shape: Shape, values: Values) -> None:  # noqa: ARG001
     text.set_path_effects([withStroke(linewidth=1.6, foreground="white")])
 
 
-def _cells(on: Sheet, shape: Shape, values: Values) -> None:
+def _cells(on: Sheet, shape: MapShape, values: Values) -> None:
     """The cells as the pixels of an image that is turned with them."""
     assert shape.cell is not None
     yaw, side = shape.yaw or 0.0, shape.cell
@@ -119,7 +119,7 @@ def _cells(on: Sheet, shape: Shape, values: Values) -> None:
     )  # fmt: skip
 
 
-def _colours(shape: Shape) -> Any:
+def _colours(shape: MapShape) -> Any:
     """RGBA colours (n, 4): Chase cells from red to purple, costs the darker the higher."""
     weights = np.asarray(shape.weights)
     if shape.style == "chase":
@@ -127,7 +127,7 @@ def _colours(shape: Shape) -> Any:
     return np.column_stack((np.tile(to_rgb(COSTS), (len(weights), 1)), 0.8 * weights))
 
 
-_DRAWN: dict[str, Callable[[Sheet, Shape, Values], None]] = {
+_DRAWN: dict[str, Callable[[Sheet, MapShape, Values], None]] = {
     "poly": _poly,
     "disc": _disc,
     "line": _line,
@@ -141,7 +141,7 @@ _DRAWN: dict[str, Callable[[Sheet, Shape, Values], None]] = {
 # ----------------------------------------------------------------- labels and legend
 
 
-def _reserve(labels: Labels, shape: Shape) -> None:
+def _reserve(labels: Labels, shape: MapShape) -> None:
     """Request the label of a shape beside it, or keep labels off an arrow."""
     if shape.text and shape.kind != "text":
         places = np.asarray(shape.places)

@@ -14,7 +14,7 @@ from behaviors.situation import ChaseRing
 from cobodeck.loop import Plant
 from cobodeck.run import stage
 from cobodeck.setup import Options, Setup
-from cobodeck.shapes import Moment, Trail, situation_at, with_drive
+from cobodeck.shapes import Moment, MomentTrail, situation_at, with_drive
 from engine.machine import Leaf
 from engine.run import ChartRun
 from engine.signals import Board
@@ -60,7 +60,7 @@ class _Followed:
     """An observer of a loop that keeps its trail."""
 
     plant: Plant
-    trail: Trail
+    trail: MomentTrail
 
     def watch(self, now_ns: int) -> None:
         if self.plant.truth is not None:
@@ -71,7 +71,7 @@ def after(
     setup: Setup, options: Options, seconds: float, progress: Callable[[str], None] | None = None
 ) -> Moment:
     """The moment after simulating for `seconds`, or at the end of a run that ends earlier."""
-    loop, trail = stage(setup, options), Trail()
+    loop, trail = stage(setup, options), MomentTrail()
     loop.observers = (*loop.observers, _Followed(loop.plant, trail))
     loop.go(loop.grid.instant(loop.grid.last(round(seconds * 1e9))), progress)
     run = loop.wired.run

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from cobodeck.pictures.drawing import FOAM, PERSON, USER, Sheet, draw
 from cobodeck.pictures.run.run_course import Course, Instant
 from cobodeck.pictures.run.signs import lane_colours
-from cobodeck.shapes import Shape, arm_shapes, body_shapes, outline_shapes
+from cobodeck.shapes import MapShape, arm_shapes, body_shapes, outline_shapes
 from engine.draw import INK
 from hw.scene import Point
 
@@ -142,7 +142,7 @@ def _draw_ends(on: Sheet, course: Course) -> None:
         on.explain("person at the end (start: dashed)", person)
 
 
-def bodies(course: Course, then: Instant, *, fill: bool = False) -> list[Shape]:
+def bodies(course: Course, then: Instant, *, fill: bool = False) -> list[MapShape]:
     """The outlines of robot and person, with lines to their fronts."""
     robot, person = course.footprint, then.person
     shapes = [] if robot is None else outline_shapes(then.robot, robot, "footprint", fill=fill)

@@ -6,22 +6,26 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cobodeck.pictures.drawing.arm_outline import ARM, HELD
-from cobodeck.pictures.drawing.room_drawing import OBJECT, PLACE
-from cobodeck.pictures.spaces import DROPPED, PATH, colours
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, FancyArrowPatch
 
 from behaviors import haptic
 from behaviors.escape import escape_candidates, escape_poses, paper_escape
 from behaviors.profile.profile import load_profile
+from behaviors.situation.chase_cells import cells_of
+from behaviors.situation.chase_ring import ChaseRing
 from cobodeck.__main__ import main
 from cobodeck.evaluate.evaluators import arm_outline
-from cobodeck.pictures.drawing.canvas import form_of, save
-from cobodeck.pictures.drawing.moment import Moment, after, at_start, situation_at, with_next_drive
-from cobodeck.pictures.scene_picture import levels, next_deep, scene_picture
+from cobodeck.pictures.drawing.canvas import form_of, save, sheet
+from cobodeck.pictures.drawing.drawn_shapes import draw
+from cobodeck.pictures.drawing.looks import ARM, DROPPED, HELD, OBJECT, PATH, PLACE
+from cobodeck.pictures.drawing.moment import after, at_start, with_next_drive
+from cobodeck.pictures.scene_picture import scene_picture
 from cobodeck.setup.options import Options
 from cobodeck.setup.setup import open_setup
+from cobodeck.shapes.layers import Backdrop
+from cobodeck.shapes.moment import Moment, next_deep, situation_at
+from cobodeck.shapes.shape import MapShape
 from cobodeck.terminal.console import FAILED, OK, USAGE, Problem
 from engine.draw.style import RED
 from hw.geometry import Pose2
@@ -42,7 +46,8 @@ class Place:
         self.environment = self.profile.environment(self.scene.room, load_robot(self.scene.robot))
 
     def draw(self, moment, spaces=None):
-        return scene_picture(self.scene, self.environment, self.profile, moment, spaces)
+        around = Backdrop(self.scene, self.environment, self.profile)
+        return scene_picture(around, moment, spaces)
 
 
 def user(x, y, yaw):
@@ -74,27 +79,36 @@ def lab():
 
 @pytest.mark.requirement(95)
 def test_the_highest_weight_is_purple_and_the_lowest_red():
-    low, middle, high = colours(np.array([0.2, 0.5, 0.8]))
+    on = sheet((0.0, 0.0, 1.0, 1.0), "cells", [])
+    places = (0.1, 0.5, 0.3, 0.5, 0.5, 0.5)
+    draw(on, [MapShape("chase", "cells", "chase", places, weights=(0.0, 0.5, 1.0), cell=0.2)])
+    (image,) = on.axes.images
+    ((low, middle, high),) = image.get_array()
 
+    assert image.get_extent() == pytest.approx([0.0, 0.6, 0.4, 0.6])
     assert low[0] > 0.9
     assert low[2] < 0.1
     assert high[2] > 0.9
     assert high[1] < 0.1
     assert middle[1] > 0.9
-    assert (colours(np.array([0.4, 0.4])) == high).all()
 
 
 @pytest.mark.requirement(93, 94, 95)
 def test_every_free_chase_cell_is_a_coloured_square(hall):
-    on = hall.draw(Moment(Pose2(7.0, 12.0), user(7.0, 7.0, 0.4)), ("chase",))
+    body = Pose2(7.0, 7.0, 0.4)
+    on = hall.draw(Moment(Pose2(7.0, 12.0), UserPose(body, 0.4)), ("chase",))
     (image,) = on.axes.images
     shown = image.get_array()
+    side, (left, _, low, _) = hall.settings.chase.cell, image.get_extent()
+    rows, columns = np.nonzero(shown[..., 3])
+    centres = np.column_stack((left + side * (columns + 0.5), low + side * (rows + 0.5)))
+    places = (image.get_transform() - on.axes.transData).transform(centres)
+    found = {tuple(np.round(body.inverse().transform(x, y), 6)) for x, y in places}
 
-    assert np.count_nonzero(shown[..., 3]) == 5998
-    assert image.get_extent() == pytest.approx([-3.0, 3.0, -3.0, 3.0])
-    ahead, behind = shown[60, 115, 3], shown[60, 5, 3]
-    assert ahead == behind == 0.0
-    assert shown[60 + 40, 60, 3] == shown[60 - 40, 60, 3] == 1.0
+    assert len(found) == 5998
+    assert found == {
+        tuple(np.round(cell, 6)) for cell in cells_of(ChaseRing.of(hall.settings.chase))
+    }
 
 
 @pytest.mark.requirement(100)
@@ -137,7 +151,7 @@ def test_escape_poses_that_are_not_free_are_grey_and_those_outside_are_left_out(
 def test_two_of_the_seven_haptic_poses_in_an_obstacle_are_crossed_out(lab):
     person = user(1.9, 5.0, 1.745)
     moment = Moment(Pose2(4.5, 6.5), person)
-    deep = next_deep(lab.settings, moment)
+    deep = next_deep(lab.settings, moment.user)
     on = lab.draw(Moment(moment.robot, person, deep))
 
     assert len(haptic.poses(lab.settings, lab.environment.static_planners["haptic"], deep)) == 5
@@ -161,7 +175,7 @@ def test_the_way_leads_from_the_robot_to_the_goal(lab):
 
 def test_the_way_to_a_touch_leads_to_a_free_haptic_pose(lab):
     moment = at_start(lab.scene)
-    asking = Moment(moment.robot, moment.user, next_deep(lab.settings, moment))
+    asking = Moment(moment.robot, moment.user, next_deep(lab.settings, moment.user))
 
     found = with_next_drive(asking, lab.environment, lab.settings)
 
@@ -192,7 +206,7 @@ def test_the_escape_pose_with_a_ring_is_the_one_that_would_be_driven_to(profile)
     moment = Moment(robot, person)
     planner = place.environment.static_planners["escape"]
     free = escape_poses.poses(place.settings, planner, person, robot)
-    now = situation_at(moment, person, place.environment, place.settings)
+    now = situation_at(moment, place.environment, place.settings)
 
     if profile == "paper":
         best = paper_escape.first_in_reach(now, free)
@@ -266,7 +280,10 @@ def test_without_joints_no_arm_is_drawn(lab):
 
 @pytest.mark.requirement(120)
 def test_inflations_are_named_after_the_subsystems_that_have_them(lab):
-    assert levels(lab.environment.navigation) == [(1.0, "Haptic, Chase"), (0.77, "Escape")]
+    legend = list(lab.draw(at_start(lab.scene)).legend)
+    first = legend.index("within 1 m of walls: Haptic, Chase")
+
+    assert legend[first + 1] == "within 0.77 m of walls: Escape"
 
 
 def test_what_no_map_shows_is_drawn_where_it_first_is(hall):
