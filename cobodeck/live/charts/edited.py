@@ -79,9 +79,7 @@ class EditedCharts:
             while True:
                 await asyncio.sleep(EVERY_S)
                 async with self._turn:
-                    changed = await asyncio.to_thread(self._folder.look)
-                    if changed:
-                        await self._renew(pages)
+                    await self._look(pages)
         finally:
             await self._runs.close()
 
@@ -162,6 +160,13 @@ class EditedCharts:
         for slot, shown in enumerate(slots):
             if shown is not None:
                 yield self._message(shown, slot)
+
+    async def _look(self, pages: Pages) -> None:
+        try:
+            if await asyncio.to_thread(self._folder.look):
+                await self._renew(pages)
+        except Exception as error:  # noqa: BLE001  pages outlive whatever files bring about
+            pages.tell(_said(f"{type(error).__name__}: {error}"))
 
     async def _renew(self, pages: Pages) -> None:
         """Tell each page what is new in its places, then all of them the list of charts."""
