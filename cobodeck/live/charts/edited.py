@@ -18,6 +18,8 @@ from cobodeck.live.charts.chart_folder import ChartFolder, Shown
 from cobodeck.live.charts.started_runs import StartedRuns
 from cobodeck.setup import PROFILE
 from engine.files import did_you_mean
+from hw.people.walking import route, script_names, wanderer
+from hw.scene import scene_names
 
 if TYPE_CHECKING:
     from cobodeck.live.clients import Message, Page, Pages
@@ -66,6 +68,8 @@ class EditedCharts:
             "about": list(ABOUT),
             "profiles": self._profiles,
             "charts": self._folder.names,
+            "scenes": list(scene_names()),
+            "users": [*script_names(), *(source.NAME for source in (route, wanderer))],
         }
 
     def snapshot(self, page: Page) -> Iterable[Message]:
