@@ -29,8 +29,8 @@ from cobodeck.project import (
     strictly,
     wrong_parts,
 )
-from cobodeck.terminal import FAILED, OK, complain, show
-from cobodeck.validation import FileChecker, schema_notes
+from cobodeck.terminal import FAILED, OK, Problem, complain, show
+from cobodeck.validation import FileChecker, Walk, dead_end_tests, explanation, schema_notes
 from engine import FORMATS, report
 from engine.chart import Chart, Library
 from engine.files import Finding, Place, SourceFile, in_order
@@ -38,6 +38,8 @@ from engine.machine import Machine, explore
 
 WALKED = 2_000
 """Limit of explored configurations; the report says when it is reached."""
+FARTHER = 10 * WALKED
+"""That of `--explain`."""
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,11 +47,30 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", nargs="*", metavar="PATH", help="files or folders", type=Path)
     parser.add_argument("--strict", action="store_true", help="warnings are errors")
     parser.add_argument("--format", choices=FORMATS, default="text", help="default: text")
+    parser.add_argument(
+        "--explain", action="store_true", help="tell dead ends of charts, and what never happens"
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="FILE", help="with --explain: a test, X.py, of these"
+    )
     parser.add_argument("--json", dest="format", action="store_const", const="json")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Check and report."""
+    """Check and report.
+
+    Raises:
+        Problem: `-o` does not name a test or goes without `--explain`, or that is not text.
+    """
+    if args.output is not None and not (args.explain and args.output.suffix == ".py"):
+        raise Problem("-o FILE.py goes with --explain: it takes the dead ends as tests")
+    if args.explain and args.format != "text":
+        raise Problem(f"--explain tells people; it is not there as {args.format}")
+    return _checked(args)
+
+
+def _checked(args: argparse.Namespace) -> int:
+    """The exit code, after the report."""
     known = catalogue(own=args.own)
     files = files_in(args.paths or _default_paths(known))
     charts = [file for file, kind in files if kind == "chart"]
@@ -79,9 +100,33 @@ def run(args: argparse.Namespace) -> int:
     if args.format == "text":
         for note in schema_notes(((kind, sources[str(file)]) for file, kind in files), known):
             show(f"note: {note}")
-        for name in _not_used(library, {str(file) for file in charts}):
-            show(f"{name}: {_walked(library[name], library, known)}")
+        walked = _not_used(library, {str(file) for file in charts})
+        _explore([library[name] for name in walked], library, known, args)
     return OK
+
+
+def _explore(
+    charts: Iterable[Chart], library: Library, known: Catalogue, args: argparse.Namespace
+) -> None:
+    """Tell what explorations of these charts find; with `-o`, write their dead ends as tests."""
+    dead = []
+    for chart in charts:
+        walk = _walked(chart, library, known, FARTHER if args.explain else WALKED)
+        show(
+            "\n".join(explanation(walk))
+            if args.explain
+            else f"{chart.name}: {walk.found.summary()}"
+        )
+        if walk.found.stuck:
+            dead.append(walk)
+    output: Path | None = args.output
+    if output is None:
+        return
+    if not dead:
+        show(f"no dead ends: {output} is not written")
+        return
+    output.write_text(dead_end_tests(dead, output.parent), encoding="utf-8")
+    show(f"{output}: run it with pytest")
 
 
 def _once(findings: Iterable[Finding]) -> list[Finding]:
@@ -111,11 +156,11 @@ def _not_used(library: Library, files: set[str]) -> list[str]:
     ]
 
 
-def _walked(chart: Chart, library: Library, known: Catalogue) -> str:
-    """A line with counts of what an exploration of the chart finds."""
+def _walked(chart: Chart, library: Library, known: Catalogue, limit: int) -> Walk:
+    """An exploration of the chart."""
     around = replace(known_names(library, known), named=None)  # a run has its own places
     machine = Machine(chart, library, known.interfaces, types=known.types, around=around)
-    return explore(machine, WALKED).summary()
+    return Walk(machine, explore(machine, limit))
 
 
 def _default_paths(known: Catalogue) -> list[Path]:

@@ -38,6 +38,8 @@ LARGEST = 1 << 20
 CHUNK = 1 << 16
 LOOK_S = 0.1
 STATUS_S = 1.0
+BESIDE = frozenset({"stop", "reset", "ack", "speed"})
+"""Commands that the run itself does not know: they are put on record as remarks."""
 KEPT_TIMES = 600
 """Ticks of whose times the 99th percentile is told."""
 
@@ -67,11 +69,16 @@ class PageOperator:
         self._told: dict[str, Any] = {}
         self._times: deque[int] = deque(maxlen=KEPT_TIMES)
         self._told_at = 0.0
+        self._breaks: list[str] = []
+        self._broken = False
         self._holder: str | None = None
         self._heard = time.monotonic()
 
     def attend(self, on_parts: bool) -> None:
         """Take commands from now on; `on_parts`: who has control must be heard all the time."""
+        operator = Operator(self._loop.wired.run)
+        operator.attend()
+        self._breaks = operator.breaks()
         self._loop.observers = (self, *self._loop.observers)
         self._loop.taps = (*self._loop.taps, self)
         Thread(target=self._read, args=(on_parts,), daemon=True, name="page operator").start()
@@ -87,8 +94,9 @@ class PageOperator:
             except Exception as error:  # noqa: BLE001  the next one may be an end
                 wrong = f"{type(error).__name__}: {error}"
             self._answer(order, wrong)
-            if wrong is None:
-                self._note(order)
+            self._broken |= order["do"] in ("break", "unbreak", "replace")
+            if wrong is None and order["do"] in BESIDE:
+                self._operator(order).remark(_said(order))
 
     def failed(self, part: str, error: BaseException) -> None:
         """Do nothing; it is on record."""
@@ -97,7 +105,10 @@ class PageOperator:
         """Tell what is not on record: stop and faults as they change, health once a second."""
         parts, clock = self._loop.plant.parts, self._loop.clock
         line, operator = parts.get("stop_line"), parts.get("operator")
+        if self._broken:  # such a command is carried out in the tick after it was taken
+            self._broken, self._breaks = False, Operator(self._loop.wired.run).breaks()
         told = {
+            "breaks": self._breaks,
             "stop": getattr(line, "reason", None) is not None,
             "faults": list(getattr(operator, "faults", ())),
             "speed": clock.speed if isinstance(clock, Paced) else 1.0,
@@ -128,9 +139,8 @@ class PageOperator:
             "gates": dict(loop.wired.inlet.refused),
         }
 
-    def _note(self, order: Mapping[str, Any]) -> None:
-        run = self._loop.wired.run
-        run.note(run.life.root, f"{order.get('who')} on a page: {_said(order)}")
+    def _operator(self, order: Mapping[str, Any]) -> Operator:
+        return Operator(self._loop.wired.run, str(order.get("who") or "page"))
 
     def _answer(self, order: Mapping[str, Any], wrong: str | None, done: str = "done") -> None:
         told = {"page": order.get("page"), "id": order.get("id")}
@@ -151,6 +161,7 @@ class PageOperator:
                 begun = b""
         if on_parts and self._holder is not None:
             self._stop("the server of the live page has ended")
+        self._socket.close()
 
     def _received(self) -> bytes | None:
         """What has come; None: nothing yet; empty: nothing comes any more."""
@@ -208,7 +219,7 @@ class PageOperator:
 
     def _act(self, do: str, order: Mapping[str, Any]) -> Act | str:
         """What does a command; a text: why it is refused at once."""
-        operator = Operator(self._loop.wired.run)
+        operator = self._operator(order)
         path = str(order.get("path", ""))
         simple: dict[str, Act] = {
             "pause": operator.pause,
@@ -220,28 +231,21 @@ class PageOperator:
             "lock": lambda: operator.lock(path),
             "unlock": lambda: operator.unlock(path),
             "level": lambda: operator.set_level(order.get("level")),
+            "step": operator.step,
+            "break": lambda: operator.break_at(path),
+            "unbreak": lambda: operator.unbreak(path),
             "ack": self._acknowledge,
+            "reset": self._reset,
         }
         if do in simple:
             return simple[do]
-        if do in ("step", "break", "unbreak"):
-            return self._stepping(operator, do, path)
         if do == "force":
             return self._forced(operator, path, order)
         if do == "replace":
             return self._replaced(operator, str(order["text"]))
         if do == "speed":
             return self._paced(float(order["speed"]))
-        if do == "reset":
-            return self._reset
         return f"no command {do!r}; {did_you_mean(do, [*simple, 'stop', 'force', 'replace'])}"
-
-    def _stepping(self, operator: Operator, do: str, path: str) -> Act | str:
-        called = {"step": "step", "break": "break_at", "unbreak": "unbreak"}[do]
-        act = getattr(operator, called, None)
-        if act is None:
-            return f"{do} is not known to this engine"
-        return act if do == "step" else lambda: act(path)
 
     def _acknowledge(self) -> None:
         inlet, now_ns = self._loop.wired.inlet, self._loop.now_ns

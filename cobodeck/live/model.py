@@ -161,9 +161,10 @@ class RunModel:
             self._answered(given["path"])
         elif name == "End":
             self._set("ended", given["outcome"])
-        by = given.get("by") or "operator"
-        told = ", ".join(f"{k} {v}" for k, v in given.items() if k not in ("by", "charts") and v)
-        self._say(ns, "command", str(given.get("path", "")), f"{by}: {name} {told}".rstrip())
+        by = message.get("by") or "operator"
+        told = ", ".join(f"{k} {v}" for k, v in given.items() if k != "charts" and v)
+        if name != "Remark":  # the trace has it as a note
+            self._say(ns, "command", str(given.get("path", "")), f"{by}: {name} {told}".rstrip())
 
     def _log(self, message: Mapping[str, Any], ns: int) -> None:
         self.errors += 1

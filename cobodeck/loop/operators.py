@@ -24,14 +24,18 @@ class ConsoleOperator:
         self.faults: list[str] = []
         self.wake: Callable[[], None] = _nobody
         self._stop_line, self._show, self._end = stop_line, show, _nobody
+        self._remark: Callable[[str], None] = _unrecorded
         self._acknowledged: deque[bool] = deque()
 
-    def attend(self, stream: TextIO, end: Callable[[], None]) -> None:
+    def attend(
+        self, stream: TextIO, end: Callable[[], None], remark: Callable[[str], None] | None = None
+    ) -> None:
         """Read commands from a stream, in a daemon thread.
 
-        `end` is called for the command `end`.
+        `end` is called for the command `end`; `remark` is given each command that was carried out,
+        to be put on record.
         """
-        self._end = end
+        self._end, self._remark = end, remark or _unrecorded
         self._show(HELP)
         threading.Thread(target=self._read, args=(stream,), daemon=True).start()
 
@@ -45,12 +49,15 @@ class ConsoleOperator:
         word = word.strip().lower()
         if word == "ack":
             self._acknowledged.append(True)
+            self._remark(word)
             self.wake()
         elif word == "stop":
             self._stop_line.pull("operator")
+            self._remark(word)
         elif word == "reset":
             self._reset()
         elif word == "end":
+            self._remark(word)
             self._end()
         elif word:
             self._show(f"{word!r} is not a command; {HELP}")
@@ -59,7 +66,10 @@ class ConsoleOperator:
         known = getattr(self._stop_line, "why", None)
         if self._stop_line.reset():
             self._show("reset")
-        elif getattr(self._stop_line, "why", None) == known:  # else the line has told the new one
+            self._remark("reset")
+            return
+        self._remark("reset, refused")
+        if getattr(self._stop_line, "why", None) == known:  # else the line has told the new one
             self._show(f"not reset: {known or 'the cause still holds'}")
 
     def samples(self, now_ns: int) -> list[Sample]:
@@ -77,6 +87,10 @@ class ConsoleOperator:
             except Exception as error:  # noqa: BLE001  the next command may be a stop
                 self._show(f"{line.strip()}: {type(error).__name__}: {error}")
         self._show("the operator's input has ended: nothing typed here stops the robot any more")
+
+
+def _unrecorded(_what: str) -> None:
+    """Nothing keeps a record of the operator."""
 
 
 def _nobody() -> None:

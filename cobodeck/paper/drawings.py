@@ -17,7 +17,7 @@ from cobodeck.pictures.drawing import (
     ROBOT_TRAIL,
     USER,
     Sheet,
-    draw_room,
+    draw,
     ring_of,
     save,
     save_figure,
@@ -25,6 +25,7 @@ from cobodeck.pictures.drawing import (
 )
 from cobodeck.pictures.run import Course, course_of, thinned
 from cobodeck.record.read import Record
+from cobodeck.shapes import box, wall_shapes
 from engine.draw import GREY, INK, RED
 from hw import Pose2
 from hw.model import Footprint
@@ -45,7 +46,7 @@ def draw_trajectories(condition: str, record: Path, figures: Figures, to: Path) 
     assert course.room is not None
     assert course.footprint is not None
     on = sheet(course.room.bounds, f"Figure 8, {condition}", _lines(figures))
-    draw_room(on, course.room)
+    draw(on, wall_shapes(course.room))
     _draw_way(on, course)
     for request in figures["request_list"]:
         _draw_request(on, Pose2(*request["user"]), request["deep"])
@@ -81,9 +82,7 @@ def _draw_request(on: Sheet, user: Pose2, deep: Sequence[float]) -> None:
 
 
 def _draw_box(on: Sheet, place: Pose2, shape: Footprint) -> None:
-    length, width = shape.half_length, shape.half_width
-    signs = ((1, 1), (-1, 1), (-1, -1), (1, -1))
-    ring = ring_of([place.transform(i * length, j * width) for i, j in signs])
+    ring = ring_of(box(place, shape.half_length, shape.half_width))
     on.axes.add_patch(PathPatch(ring, fc="none", ec=PARKING, lw=2.2, zorder=6.0))
     on.explain("parking place", Patch(facecolor="none", edgecolor=PARKING, lw=2.2))
 
@@ -153,9 +152,9 @@ def _draw_boxes(axes: Axes, groups: Mapping[str, Sequence[float]]) -> None:
         meanprops={"marker": "D", "mfc": "white", "mec": INK, "ms": 4}, flierprops={"ms": 3},
     )  # fmt: skip
     axes.set_xticks(range(1, len(shown) + 1), list(shown))
-    for name, box in zip(groups, drawn["boxes"], strict=True):
-        box.set_facecolor(BOXES.get(name, GREY))
-        box.set_alpha(0.55)
+    for name, drawn_box in zip(groups, drawn["boxes"], strict=True):
+        drawn_box.set_facecolor(BOXES.get(name, GREY))
+        drawn_box.set_alpha(0.55)
     axes.set_xlim(0.5, len(shown) + 0.7)
 
 

@@ -11,7 +11,7 @@ from cobodeck.terminal import OK, Problem, ProgressLine, instant, positive, prof
 from engine.files import did_you_mean
 
 if TYPE_CHECKING:
-    from cobodeck.pictures.drawing import Moment
+    from cobodeck.shapes import Moment
 
 SPACES = ("chase", "escape", "haptic")
 
@@ -45,6 +45,7 @@ def draw_scene(args: argparse.Namespace) -> int:
     from cobodeck.pictures.drawing import at_start, form_of, save, with_next_drive
     from cobodeck.pictures.scene_picture import scene_picture
     from cobodeck.setup import environment_at, open_place
+    from cobodeck.shapes import Surroundings
     from hw.model import load_robot
 
     place = open_place(args.scene)
@@ -54,12 +55,12 @@ def draw_scene(args: argparse.Namespace) -> int:
     spaces = _spaces(args.show)
     values = profile_with(args.profile, args.sets)
     robot = load_robot(scene.robot)
-    environment = environment_at(place, values, robot)
+    around = Surroundings(scene, environment_at(place, values, robot), values)
     if args.at is None and args.user is None:
-        moment = with_next_drive(at_start(scene, robot.parked), environment, values.settings)
+        moment = with_next_drive(at_start(scene, robot.parked), around.environment, values.settings)
     else:
         moment = _simulated(args)
-    save(scene_picture(scene, environment, values, moment, spaces), output)
+    save(scene_picture(around, moment, spaces), output)
     show(str(output))
     return OK
 

@@ -16,7 +16,8 @@ from matplotlib.patheffects import withStroke
 from matplotlib.transforms import Affine2D
 from scipy import ndimage
 
-from cobodeck.pictures.drawing import INFLATIONS, Sheet, add_area, draw_room, sheet
+from cobodeck.pictures.drawing import INFLATIONS, Sheet, draw, sheet
+from cobodeck.shapes import areas, wall_shapes
 from engine.draw import INK, RED
 from hw.scene import Point
 from states.floors import MapFloor, Passage, RoomFloor, Space, Untouchable
@@ -28,7 +29,7 @@ UNKNOWN = "#f3f0ea"
 NO_TOUCH = "#e65100"
 DARKEST = 0.75
 """Share of the colour `NO_TOUCH`, over white, at a place without any Haptic pose."""
-EDGE: dict[str, Any] = {"edgecolor": INK, "linewidth": 0.9, "linestyle": (0, (3, 2))}
+EDGE: dict[str, Any] = {"ec": INK, "lw": 0.9, "ls": (0, (3, 2))}
 """Style of the border of the floor that is left; squares may cover the grey beyond it."""
 LABELLED_IN2 = 0.4
 """Least size on paper, square inches, of pieces that are labelled with their area."""
@@ -66,11 +67,11 @@ def space_picture(
 
 
 def _draw_left_of_room(on: Sheet, floor: RoomFloor, inflation: float) -> None:
-    draw_room(on, floor.room)
+    draw(on, wall_shapes(floor.room))
     left = floor.usable(inflation)
     shut = floor.room.free_space.difference(left)
-    add_area(on, shut, facecolor=KEPT_OFF, lw=0, zorder=1.2)
-    add_area(on, left, fill=False, zorder=4.0, **EDGE)
+    draw(on, areas("inflations", "inflation-1", shut, fill=True))
+    draw(on, areas("inflations", "left", left, fill=False), **EDGE)
     for piece in shapely.get_parts(left):
         if piece.area >= _least_labelled(on):
             _label(on, _middle(piece), piece.area)

@@ -26,6 +26,7 @@ from cobodeck.real import Connected, connect, finds_itself, is_needed
 from cobodeck.setup import FULL, REFERENCE, Options, Setup, Uses
 from cobodeck.terminal import Problem, behind_record, complain
 from engine import TickGrid
+from engine.operator import Operator
 from hw import Pose2
 from hw.connection import Connection, HostedScene, RunInfo
 from hw.motion import Reckoner
@@ -93,7 +94,7 @@ def stage(
     loop = Loop(world, wired, grid, watching, timing, leave_out=not options.eager)
     _timed(loop, options)
     if operator is not None and options.console is not None:
-        operator.attend(options.console, loop.stop)
+        operator.attend(options.console, loop.stop, Operator(wired.run, "console").remark)
     return loop
 
 
@@ -151,7 +152,7 @@ def _on_real_parts(
     watching = watchers(plant, wired, setup.robot, setup.scene)
     loop = Loop(plant, wired, TickGrid(setup.tick_hz), watching, clock)
     if isinstance(operator, ConsoleOperator) and options.console is not None:
-        operator.attend(options.console, loop.stop)
+        operator.attend(options.console, loop.stop, Operator(wired.run, "console").remark)
     return loop
 
 

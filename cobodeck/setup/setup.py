@@ -16,7 +16,7 @@ from cobodeck.setup.open_scene import RunPlace, environment_at, open_place
 from cobodeck.setup.run_profile import blaming_sets, profile_with
 from cobodeck.terminal import FAILED, Problem
 from engine import ConstantMismatch
-from engine.chart import Chart, Library
+from engine.chart import Chart, Library, text_without_breaks
 from engine.files import FileError
 from engine.files.declared import Mismatch
 from engine.machine import Box, Leaf, Machine, NamedValues, Vertex, shared_part
@@ -157,10 +157,10 @@ class Setup:
 
     @cached_property
     def chart_sha256(self) -> str:
-        """Hash of the text of the chart and of all charts it uses."""
+        """Hash of the text of the chart and of all charts it uses, but for their breakpoints."""
         digest = hashlib.sha256()
         for name in sorted(reached({self.chart.name}, self.library)):
-            digest.update(self.library[name].source.text.encode() + b"\0")
+            digest.update(text_without_breaks(self.library[name]).encode() + b"\0")
         return digest.hexdigest()
 
     @property

@@ -24,7 +24,7 @@ from cobodeck.setup import Options, Setup, open_setup
 from cobodeck.terminal import Problem
 from cobodeck.testing.chart_only import HZ, chart_of_text, loop_alone, require_inputs
 from cobodeck.testing.edge_coverage import EdgeCoverage
-from cobodeck.testing.scripted_leaves import Outcomes, ScriptedLeaves
+from cobodeck.testing.scripted_leaves import Outcomes, ScriptedLeaves, is_named
 from cobodeck.testing.signal_feed import SignalFeed, require_seconds
 from cobodeck.testing.story import story
 from cobodeck.testing.stub_parts import Parts
@@ -32,6 +32,7 @@ from cobodeck.testing.visits import entered, reaching, require_node
 from engine.files.declared import Mismatch
 from engine.operator import Operator
 from engine.run import ChartRun
+from engine.state import NEVER_NS
 
 __tracebackhide__ = True  # a failing test shows its own line, and one message
 
@@ -268,6 +269,16 @@ class ChartTester:
         self.loop  # noqa: B018  started?
         ended = outcome if isinstance(outcome, Exception) else (outcome, outputs)
         self._begun.scripted.end(name, ended)
+
+    def time_out(self, name: str) -> None:
+        """Let the timeout of a node that runs be over at the next tick, however long it is."""
+        run = self.run
+        due = [n for n in run.entered if is_named(n.path, name) and n.deadline != NEVER_NS]
+        if not due:
+            require_node(run, name)
+            raise AssertionError(f"{name!r} has no timeout that runs\n{story(run)}")
+        for node in due:
+            run.life.set_deadline(node, run.board.chart_now)
 
     # -- what happened ---------------------------------------------------------------------------
 

@@ -1,3 +1,8 @@
+from cobodeck.validation.dead_ends import (
+    Walk as Walk,
+    dead_end_tests as dead_end_tests,
+    explanation as explanation,
+)
 from cobodeck.validation.editor_schema import (
     schema_for as schema_for,
     schema_notes as schema_notes,

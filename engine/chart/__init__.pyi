@@ -1,3 +1,6 @@
+from engine.chart.breakpoints import (
+    text_without_breaks as text_without_breaks,
+)
 from engine.chart.chart import (
     AUTONOMY as AUTONOMY,
     CONTAINERS as CONTAINERS,

@@ -41,7 +41,8 @@ class Retry(NamedTuple):
 class Node:
     """One node of a chart. `raw` is its YAML mapping, with source positions.
 
-    Of `inputs`, text is a data key; anything else is a value, or a `Reference` to one.
+    Of `inputs`, text is a data key; anything else is a value, or a `Reference` to one. `breaks`: a
+    breakpoint stands at it.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Node:
     retry: Retry | None = None
     autonomy: Mapping[str, str] = field(default_factory=dict)
     priority: int = 0
+    breaks: bool = False
     about: str = ""
 
     @property

@@ -20,6 +20,7 @@ Value = Literal[
     "count",
     "data",
     "duration",
+    "flag",
     "inputs",
     "integer",
     "levels",
@@ -96,6 +97,9 @@ NODE: Keys = {
         "integer",
         "Decides between guards that trip in the same tick; the higher one wins.",
         ("watch",),
+    ),
+    "break": ChartKey(
+        "flag", "`true`: pause when it is entered, if an operator attends the run.", field="breaks"
     ),
     "about": ChartKey("text", "What this is for."),
 }

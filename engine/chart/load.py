@@ -328,6 +328,13 @@ class _Reader:
         self.report("C03", f"{key!r} is a whole number", mark_of(raw, key), "higher wins")
         return 0
 
+    def flag(self, raw: Map, key: str) -> bool:
+        value = raw[key]
+        if type(value) is bool:
+            return value
+        self.report("C03", f"{key!r} is true or false", mark_of(raw, key), f"`{key}: true`")
+        return False
+
     def outcomes(self, raw: Map) -> tuple[str, ...]:
         value = raw.get("outcomes", Seq(raw.at))
         if isinstance(value, Seq) and all(isinstance(item, str) for item in value):
@@ -428,6 +435,7 @@ _READERS: Mapping[str, Callable[[_Reader, Map, str], Any]] = {
     "retry": _Reader.retry,
     "levels": _Reader.levels,
     "integer": _Reader.integer,
+    "flag": _Reader.flag,
     "text": lambda reader, raw, key: reader.text(raw, key) or "",
 }
 """How each kind of value on nodes is read, but for what gives a node its form."""

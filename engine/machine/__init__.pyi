@@ -9,7 +9,12 @@ from engine.machine.deciding import (
     REFUSED as REFUSED,
     Judge as Judge,
 )
-from engine.machine.exploration import explore as explore
+from engine.machine.exploration import (
+    Exploration as Exploration,
+    explore as explore,
+    moments as moments,
+    never_taken as never_taken,
+)
 from engine.machine.machine import Machine as Machine, shared_part as shared_part
 from engine.machine.named_values import NamedValues as NamedValues
 from engine.machine.node import (

@@ -15,11 +15,11 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import product
 from operator import attrgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 from engine.machine import Box, Leaf, Machine, Vertex
 
@@ -95,6 +95,32 @@ def explore(machine: Machine, limit: int = LIMIT) -> Exploration:
         if not going:
             found.stuck.append(_script(came, here))
     return found
+
+
+class Moment(NamedTuple):
+    """Where a chart is after some steps: the edges that the last one took, the leaves that run."""
+
+    edges: tuple[Event, ...]
+    active: tuple[Leaf, ...]
+
+
+def moments(machine: Machine, script: Iterable[Step]) -> Iterator[Moment]:
+    """The start of a chart, and what follows each step of a script; the end has no leaves."""
+    here = initial(machine.root)
+    yield Moment((), tuple(active(machine.root, here)))
+    for step in script:
+        edges: list[Event] = []
+        here = after(machine.root, here, step, edges)
+        left = () if isinstance(here, Ended) else active(machine.root, here)
+        yield Moment(tuple(edges), tuple(left))
+
+
+def never_taken(machine: Machine, found: Exploration) -> list[Event]:
+    """The edges of a chart that no script takes; empty if not all was walked."""
+    if not found.complete:
+        return []
+    edges = [(v.path, o) for v in machine.vertices.values() for o in (*v.go, *v.leave)]
+    return [edge for edge in edges if edge not in found.moves]
 
 
 def _script(came: dict[Configuration, Any], here: Configuration) -> tuple[Step, ...]:

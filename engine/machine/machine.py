@@ -241,7 +241,7 @@ class Machine:
 
     def _limits(self, vertex: Vertex, node: Node, given: ParameterValues) -> None:
         path = vertex.path
-        vertex.priority = node.priority
+        vertex.priority, vertex.breaks = node.priority, node.breaks
         vertex.autonomy = {outcome: AUTONOMY[level] for outcome, level in node.autonomy.items()}
         if node.timeout is not None:
             vertex.timeout_ns = to_ns(_converted(f"{path}: timeout", node.timeout, TIMEOUT, given))

@@ -33,8 +33,8 @@ class Vertex:
     """
 
     __slots__ = (
-        "autonomy", "depth", "go", "guard", "last", "leave", "monitor", "name", "order", "outputs",
-        "parent", "path", "priority", "retry", "signature", "timeout_ns", "turn",
+        "autonomy", "breaks", "depth", "go", "guard", "last", "leave", "monitor", "name", "order",
+        "outputs", "parent", "path", "priority", "retry", "signature", "timeout_ns", "turn",
     )  # fmt: skip
 
     def __init__(self, name: str, path: str, parent: Box | None) -> None:
@@ -48,6 +48,7 @@ class Vertex:
         self.guard = False
         self.monitor = False
         self.priority = 0
+        self.breaks = False
         self.timeout_ns: int | None = None
         self.retry: tuple[int, frozenset[str], int] | None = None  # times, outcomes, wait in ns
         self.autonomy: dict[str, int] = {}

@@ -62,6 +62,51 @@ class Resume(Command):
 
 
 @dataclass(frozen=True, slots=True)
+class Step(Command):
+    """In a pause, run this tick; the pause goes on with the next one. Two in a tick are one."""
+
+    def carry_out(self, run: ChartRun) -> None:
+        """Let this tick take place."""
+        run.step_once()
+
+
+@dataclass(frozen=True, slots=True)
+class Break(Command):
+    """Pause, because a node with a breakpoint was entered; the run wants it by itself."""
+
+    path: str
+
+    def carry_out(self, run: ChartRun) -> None:
+        """Begin the pause, with a note at the node."""
+        run.note(run.nodes.get(self.path, run.life.root), "breakpoint")
+        run.pause()
+
+
+@dataclass(frozen=True, slots=True)
+class SetBreak(Command):
+    """Set a breakpoint at `path`, or remove it, whatever the chart says."""
+
+    path: str
+    breaks: bool = True
+
+    def carry_out(self, run: ChartRun) -> None:
+        """Set or remove it; it counts from the next entry of the node on."""
+        run.breakpoints[self.path] = self.breaks
+        renew_breaks(run)
+
+
+@dataclass(frozen=True, slots=True)
+class Remark(Command):
+    """Put on record what the operator did beside the chart, as a pull of the stop line."""
+
+    text: str
+
+    def carry_out(self, run: ChartRun) -> None:
+        """Note it; nothing else happens."""
+        run.note(run.life.root, f"{self.by or 'operator'}: {self.text}")
+
+
+@dataclass(frozen=True, slots=True)
 class ForceOutcome(Command):
     """End the active node at `path` with an outcome and its outputs."""
 
@@ -169,6 +214,19 @@ class Replace(Command):
                 run.note(run.life.root, f"not replaced: {reason}")
             return
         take_over(run, self.machine)
+        renew_breaks(run)
+
+
+def breaks_of(run: ChartRun) -> list[str]:
+    """The paths with a breakpoint, in document order; the operator's word comes first."""
+    said, vertices = run.breakpoints, run.machine.vertices
+    return [path for path, vertex in vertices.items() if said.get(path, vertex.breaks)]
+
+
+def renew_breaks(run: ChartRun) -> None:
+    """Let entries of nodes with a breakpoint pause the run, if an operator attends it."""
+    paths = breaks_of(run) if run.attended else ()
+    run.life.breaks = {path: Break(path, by="breakpoint") for path in paths}
 
 
 def _release_waiting(run: ChartRun) -> None:

@@ -7,7 +7,6 @@ is decided; an action's outcome is decided as soon as it ends. How nodes are ste
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import chain, starmap, takewhile
 from operator import attrgetter
@@ -61,6 +60,10 @@ class ChartRun:
         ended_by: the path of the node that caused it, and that node's own outcome.
         schedule: when the next tick is needed.
         carried_out: the operator's newest commands, with the instants of their effect, ns.
+        paused: chart time stands still, except in the one tick that is `stepping`.
+        attended: an operator attends the run, so that breakpoints pause it.
+        breakpoints: those that the operator has set (True) or removed (False), by path; the others
+            are as the chart says.
         over: it has ended or was closed, and ticks do nothing.
     """
 
@@ -88,8 +91,11 @@ class ChartRun:
         self.results: dict[str, Any] = {}
         self.paused = False
         self._paused_until = 0
+        self.stepping = False
+        self.attended = False
+        self.breakpoints: dict[str, bool] = {}
         self.carried_out: Newest[tuple[int, Command]] = Newest()
-        self.commands: deque[Command] = deque()
+        self.commands = self.life.commands
         self.schedule = Schedule(self)
         self.stand_ins = dict(stand_ins or {})
         self.nodes: dict[str, RunNode] = {}
@@ -180,8 +186,7 @@ class ChartRun:
         if self.over:
             return True
         if self.paused:  # rule 11: chart time stands still
-            self.board.paused_ns += self.board.now - self._paused_until
-            self._paused_until = self.board.now
+            self._pass_time()
         life.early = False  # before the commands are looked at: others may come meanwhile
         while self.commands:
             command = self.commands.popleft()
@@ -191,7 +196,8 @@ class ChartRun:
                 break
         if self.over or self.paused:
             life.early = True
-            return True
+            if not self.stepping or self.over:
+                return True
         queue = self.queue
         put_off, queue.put_off = queue.put_off, []
         for node in put_off:
@@ -346,8 +352,23 @@ class ChartRun:
     def resume(self) -> None:
         """Go on after a pause."""
         if self.paused:
-            self.paused = False
+            self.paused = self.stepping = False
             self.queue.notice(self.queue.nodes)
+
+    def step_once(self) -> None:
+        """In a pause, let this tick take place; the pause goes on with the next one."""
+        if self.paused and not self.stepping:
+            self.stepping = True
+            self.queue.notice(self.queue.nodes)
+
+    def _pass_time(self) -> None:
+        """Let a tick's time pass in a pause: chart time goes on only after the tick of a step."""
+        if self.stepping:
+            self.stepping = False
+            self.life.hold()
+        else:
+            self.board.paused_ns += self.board.now - self._paused_until
+        self._paused_until = self.board.now
 
     def finish(self, outcome: str) -> None:
         """End the run, and stop all parts."""

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Any
 
 
+@dataclass(frozen=True, slots=True)
 class Command:
-    """Something the operator wants done. A command that has become impossible does nothing."""
+    """Something the operator wants done. A command that has become impossible does nothing.
 
-    __slots__ = ()
+    `by`: who wants it, as far as that is known.
+    """
+
+    by: str = field(default="", kw_only=True)
 
     def carry_out(self, run: Any) -> None:
         """Do it to `run`, a `ChartRun`, at the start of a tick."""

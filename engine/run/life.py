@@ -6,6 +6,7 @@ is not decided here.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping
 from types import GeneratorType
 from typing import Any
@@ -23,6 +24,7 @@ from engine.machine import (
     Token,
     Writes,
 )
+from engine.run.command import Command
 from engine.run.context import LeafContext, Part
 from engine.run.errors import Newest, Raised, raised
 from engine.run.trace import KEPT, Trace
@@ -44,6 +46,8 @@ class Life:
         interrupt: a Ctrl-C caught while a state was stepped; raised again by the next tick, so
             that no tick is left half done.
         errors: the newest exceptions that states and parts have raised, and their `total`.
+        commands: what the operator wants done at the start of the next tick.
+        breaks: what the entry of a node with a breakpoint wants done then, by path.
         notes: the last text that each state has yielded, or its last error, by path.
     """
 
@@ -56,6 +60,8 @@ class Life:
         self.data: dict[Cell, Any] = {}
         self.due = NEVER_NS
         self.early = True
+        self.commands: deque[Command] = deque()
+        self.breaks: Mapping[str, Command] = {}
         self.interrupt: KeyboardInterrupt | None = None
         self.errors: Newest[Raised] = Newest()
         self.notes: dict[str, str] = {}
@@ -122,6 +128,9 @@ class Life:
         node.entered = board.ticks
         self.entered[node] = None
         self.add(("enter", now, node))
+        if self.breaks and node.path in self.breaks:
+            self.commands.append(self.breaks[node.path])
+            self.early = True
         if len(self.raw) > KEPT:
             self.trim()
         if node.since is None:

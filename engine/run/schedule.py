@@ -23,6 +23,7 @@ class Scheduled(Protocol):
     commands: deque[Command]
     over: bool
     paused: bool
+    stepping: bool
 
 
 class Schedule:
@@ -76,6 +77,8 @@ class Schedule:
     def _due_inside(self, steady: int = 0) -> int:
         run = self._run
         board = run.board
+        if run.stepping and not run.over:
+            return board.now  # the pause goes on with the next tick
         if run.over or run.paused:
             return NEVER_NS
         if run.queue.put_off:

@@ -42,6 +42,7 @@ _VALUES: dict[Value, Schema] = {
     "conditions": {**_WORDS, "minProperties": 1},
     "count": {**value_schema(Type("integer")), "minimum": 1},
     "duration": {**_DURATION, "minimum": 0},
+    "flag": {"type": "boolean"},
     "integer": {"type": "integer"},
     "levels": {"type": "object", "additionalProperties": {"enum": list(AUTONOMY)}},
     "name": {"type": "string", **_NAMES},

@@ -1,4 +1,4 @@
-"""The second reading of the rules with an operator: pause, force, replace, close (rule 11).
+"""The second reading of the rules with an operator: pause, step, force, replace, close (rule 11).
 
 As in `reading`, nothing is shared with the engine. A case is a chart, how its leaves end, and what
 the operator does before each tick.
@@ -22,7 +22,11 @@ from tests.engine.seeded_charts import OUTCOMES, made_of
 
 
 class Act(NamedTuple):
-    """What the operator does: pause, resume, close, force `path` to `outcome`, put in `charts`."""
+    """What the operator does.
+
+    pause, resume, step, close, break at `path` and unbreak, force `path` to `outcome`, put in
+    `charts`; the run itself: note that it was broken off at `path`.
+    """
 
     what: str
     path: str = ""
@@ -39,7 +43,8 @@ class Operated(Reading):
 
     def __init__(self, chart: Mapping[str, Any], library: Mapping[str, Mapping[str, Any]]) -> None:
         super().__init__(chart, library)
-        self.paused = self.closed = False
+        self.paused = self.closed = self.stepped = False
+        self.said: dict[str, bool] = {}  # breakpoints set and removed
         self.paused_ns = self.before = 0
         self.acts: list[Act] = []
         self.refused: list[tuple[int, str]] = []
@@ -51,6 +56,10 @@ class Operated(Reading):
             self.refused.append((self.number, "force"))
         elif act.what == "replace" and not self.can_replace(act.charts):
             self.refused.append((self.number, "replace"))
+        elif act.what == "step" and (self.outcome is not None or self.closed or not self.paused):
+            self.refused.append((self.number, "step"))
+        elif act.what == "unbreak" and not self.breaks_at(self.find(act.path)):
+            self.refused.append((self.number, "unbreak"))
         elif act.what == "close":
             self.closed = True
         else:
@@ -60,15 +69,16 @@ class Operated(Reading):
         """Rule 11: commands first; in a pause nothing is stepped, and chart time stands still."""
         if self.closed:
             return False
-        if self.paused:
+        if self.paused and not self.stepped:
             self.paused_ns += now - self.before
+        self.stepped = False
         self.before = now
         self.now = now - self.paused_ns
         acts, self.acts = self.acts, []
         for act in acts:
             if self.outcome is None:
                 self.carry_out(act)
-        if self.outcome is None and not self.paused:
+        if self.outcome is None and (self.stepped or not self.paused):
             self.new = []
             return True
         return False
@@ -76,7 +86,16 @@ class Operated(Reading):
     def carry_out(self, act: Act) -> None:
         """Rule 11: what is impossible by now is left undone."""
         if act.what in ("pause", "resume"):
+            self.stepped = self.stepped and act.what == "pause"
             self.paused = act.what == "pause"
+        elif act.what == "step":
+            self.stepped = self.paused
+        elif act.what in ("break", "unbreak"):
+            self.said[act.path] = act.what == "break"
+        elif act.what == "broken":
+            there = any(item.path == act.path for item in self.root.walk())
+            self.record(11, "note", act.path if there else "", "breakpoint")
+            self.paused = True
         elif act.what == "force" and self.can_force(act.path, act.outcome):
             item = self.find(act.path)
             for inside in reversed([s for s in self.started if item.holds(s)]):
@@ -87,6 +106,16 @@ class Operated(Reading):
         elif act.what == "replace":
             assert act.charts is not None
             self.replace(act.charts)
+
+    def enter(self, item: Item) -> None:
+        """Rule 11: what is entered at a breakpoint pauses the run with the next tick."""
+        super().enter(item)
+        if self.breaks_at(item):
+            self.acts.append(Act("broken", item.path))
+
+    def breaks_at(self, item: Item) -> bool:
+        """Whether a breakpoint is at a node: the operator's word comes before the chart's."""
+        return self.said.get(item.path, item.breaks)
 
     def find(self, path: str) -> Item:
         """The node at a path."""
@@ -194,6 +223,8 @@ def operated_case(seed: int) -> OperatedCase:
                 current = edited if reading.can_replace(edited) else current
             elif what == "force":
                 act = _forced(reading, chance)
+            elif what in ("break", "unbreak"):
+                act = Act(what, chance.choice([*reading.root.walk()]).path)
             else:
                 act = Act(what)
             acts[-1].append(act)
@@ -208,6 +239,10 @@ def _wishes(reading: Operated, chance: random.Random) -> Iterator[str]:
     """Either one node is forced, or the chart is replaced once or twice."""
     if chance.random() < (0.4 if reading.paused else 0.12):
         yield "resume" if reading.paused else "pause"
+    if chance.random() < (0.6 if reading.paused else 0.05):
+        yield "step"
+    if chance.random() < 0.1:
+        yield chance.choice(("break", "break", "unbreak"))
     drawn = chance.random()
     if drawn < 0.2:
         yield "force"
@@ -243,6 +278,8 @@ def _edited(charts: Charts, chance: random.Random, number: int) -> Charts:
         node["next"] = dict.fromkeys(outcomes, ends[0])
     elif form != "states":
         node["next"] = {}
+    if chance.random() < 0.3:
+        node["break"] = True
     if kind == "watch" and form != "states":
         node["priority"] = chance.randint(-1, 1)
     box[f"r{number}"] = node
@@ -265,6 +302,7 @@ def operated_by_engine(
 ) -> tuple[list[Entry], list[tuple[int, str]]]:
     """What the engine makes of it, and which acts it refuses."""
     bench, refused = Bench(_text(charts)), []
+    bench.operator.attend()
     assert bench.script is not None
     for number, (ends, wanted) in enumerate(zip(script, acts, strict=True)):
         for path, outcome in ends.items():
@@ -287,26 +325,27 @@ def _text(charts: Charts) -> str:
 def _acted(bench: Bench, act: Act) -> bool:
     operator, script = bench.operator, bench.script
     assert script is not None
-    if act.what == "force":
-        return operator.force(act.path, act.outcome) is None
-    if act.what == "close":
-        bench.run.close()
-    elif act.what == "pause":
-        operator.pause()
-    elif act.what == "resume":
-        operator.resume()
-    else:
-        assert act.charts is not None
-        library = load_text(json.dumps(act.charts["c"]))
-        for name, chart in act.charts.items():
-            if name != "c":
-                library |= load_text(json.dumps(chart))
-        machine = Machine(library["c"], library, bench.interfaces)
-        more = LeafScript(machine)
-        more.log, more._ends = script.log, script._ends
-        for path, stand_in in more.stand_ins.items():
-            if path not in bench.run.stand_ins:
-                bench.run.put_in(path, stand_in)
-        script._leaves |= more._leaves
-        return operator.replace(machine) == []
-    return True
+    others = {
+        "close": bench.run.close,
+        "pause": operator.pause,
+        "resume": operator.resume,
+        "step": operator.step,
+        "break": lambda: operator.break_at(act.path),
+        "unbreak": lambda: operator.unbreak(act.path),
+        "force": lambda: operator.force(act.path, act.outcome),
+    }
+    if act.what in others:
+        return others[act.what]() is None
+    assert act.charts is not None
+    library = load_text(json.dumps(act.charts["c"]))
+    for name, chart in act.charts.items():
+        if name != "c":
+            library |= load_text(json.dumps(chart))
+    machine = Machine(library["c"], library, bench.interfaces)
+    more = LeafScript(machine)
+    more.log, more._ends = script.log, script._ends
+    for path, stand_in in more.stand_ins.items():
+        if path not in bench.run.stand_ins:
+            bench.run.put_in(path, stand_in)
+    script._leaves |= more._leaves
+    return operator.replace(machine) == []

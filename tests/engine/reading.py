@@ -45,6 +45,7 @@ class Item:
     tries_on: tuple[str, ...] = ()
     tries_wait: int = 0  # ns
     keeps: bool = False
+    breaks: bool = False
     rules: list[tuple[str, dict[str, str]]] = field(default_factory=list)
     children: list[Item] = field(default_factory=list)
     order: int = 0
@@ -145,6 +146,7 @@ class Reading:
         form = next(f for f in ("do", "watch", "states", "any", "all") if f in inner)
         item = Item(path, name, form, parent, node.get("next", {}), node.get("priority", 0))
         item.timeout = nanoseconds(node["timeout"]) if "timeout" in node else None
+        item.breaks = node.get("break", False)
         if retry := node.get("retry"):
             item.tries_allowed, item.tries_on = retry["times"], tuple(retry["on"])
             item.tries_wait = nanoseconds(retry["wait"])

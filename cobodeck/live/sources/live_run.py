@@ -14,12 +14,13 @@ from cobodeck.live.clients import Message, Page, Pages
 from cobodeck.live.feed import frames
 from cobodeck.live.model import RunModel
 from cobodeck.live.server import PageServer, serve
+from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
 from cobodeck.live.sources.seen_run import SeenRun
 from cobodeck.record.read import Group
 from hw.ipc import Parent, Ready
 
-FRAME_S, HEALTH_S = 0.05, 1.0
-"""Between two frames, and two messages of health, s."""
+HEALTH_S = 1.0
+"""Between two messages of health, s."""
 
 
 class LiveSource:
@@ -48,27 +49,34 @@ class LiveSource:
         about = {} if self._run is None else self._run.hello()
         return {**about, "mode": "live", "real": self.rules.real, "until": None}
 
-    def snapshot(self, page: Page) -> Iterable[Message]:
+    def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
         """All that a page has to know."""
         if self._run is None:
             return [self._state()]
         told = [*self._run.charts(), self._run.room(), self._state(), self._run.lanes()]
-        return [*told, self._run.frame(self._model, page.layers), self._figure_rows()]
+        return [*told, self._figure_rows()]
 
     async def run(self, pages: Pages) -> None:
         """Read the feed to its end, telling pages what happens."""
         self._pages = pages
         reading = asyncio.create_task(self._read())
-        telling = asyncio.create_task(self._tell_often())
+        tasks = [
+            reading,
+            asyncio.create_task(self._tell_often()),
+            asyncio.create_task(tell_frames(pages, self._seen)),
+        ]
         try:
-            done, _ = await asyncio.wait((reading, telling), return_when=asyncio.FIRST_COMPLETED)
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             for task in done:
                 task.result()
         finally:
-            reading.cancel()
-            telling.cancel()
+            for task in tasks:
+                task.cancel()
         self._tell_changes()
         self._pages.tell(self._figure_rows())
+
+    def _seen(self) -> list[tuple[SeenRoom, RunModel, int]]:
+        return [] if self._run is None else [(self._run.place, self._model, 0)]
 
     async def _read(self) -> None:
         async for kind, content in frames(self._reader):
@@ -154,13 +162,11 @@ class LiveSource:
         lanes = self._run.new_lanes()
         if lanes is not None:
             self._pages.tell(lanes)
-        if self._run.moved(self._model):
-            for page in self._pages:
-                page.tell(self._run.frame(self._model, page.layers), "frame")
-                for signal in page.plots:
-                    more = self._run.plot(self._model, signal, more=True)
-                    if more is not None:
-                        page.tell(more)
+        for page in self._pages:
+            for signal in page.plots:
+                more = self._run.plot(self._model, signal, more=True)
+                if more is not None:
+                    page.tell(more)
 
     def _health_message(self) -> Message:
         model = self._model

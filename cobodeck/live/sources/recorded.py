@@ -21,6 +21,7 @@ from typing import Any
 from cobodeck.live.access import Rules
 from cobodeck.live.clients import Message, Page, Pages
 from cobodeck.live.model import RunModel
+from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
 from cobodeck.live.sources.seen_run import SeenRun, numbers_of
 from cobodeck.pictures.run import Course, course_of
 from cobodeck.project import catalogue
@@ -29,7 +30,6 @@ from cobodeck.record.read import Group, Record
 
 BLOCK = 300
 """Ticks in a block: 10 s at 30 Hz."""
-FRAME_S = 0.05
 SLOWEST, FASTEST = 0.1, 100.0
 MOST_POINTS = 5000
 """Of a plotted signal; of more only some are sent."""
@@ -167,14 +167,13 @@ class RecordSource:
         about = [*files, *found["about"], *filter(None, [first.record.broken])]
         return {**found, "mode": "record", "about": about, "until": self.until}
 
-    def snapshot(self, page: Page) -> Iterable[Message]:
+    def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
         """All that a page has to know."""
         for run in self._runs:
             yield from run.seen.charts()
             yield run.seen.room()
             yield self._state(run)
             yield run.seen.lanes()
-            yield run.seen.frame(run.model, page.layers)
             yield self._figures(run)
 
     def _state(self, run: RecordedRun) -> Message:
@@ -184,8 +183,14 @@ class RecordSource:
         return {"t": "figures", "rows": run.model.figures(), "range": None, **run.seen.slotted}
 
     async def run(self, pages: Pages) -> None:
-        """Play while there is a speed."""
+        """Play while there is a speed, and show what moves."""
         self._pages = pages
+        await asyncio.gather(self._play_on(), tell_frames(pages, self._seen))
+
+    def _seen(self) -> list[tuple[SeenRoom, RunModel, int]]:
+        return [(run.seen.place, run.model, run.seen.slot) for run in self._runs]
+
+    async def _play_on(self) -> None:
         clock = asyncio.get_running_loop()
         before = clock.time()
         while True:
@@ -206,9 +211,6 @@ class RecordSource:
             run.go_on(round(self._at * 1e9))
             changes = run.model.changes() or {"t": "ev"}
             self._pages.tell({**changes, "at": self._at, **run.seen.slotted})
-            for page in self._pages:
-                key = f"frame{run.seen.slot}"
-                page.tell(run.seen.frame(run.model, page.layers), key)
             self._pages.tell(self._figures(run), f"figures{run.seen.slot}")
 
     def _play(self, speed: float) -> None:
@@ -243,8 +245,6 @@ class RecordSource:
         """States and frames at another instant; what does not depend on it stays as it is."""
         for run in self._runs:
             self._pages.tell({**self._state(run), "operator": {"name": None, "you": False}})
-            for page in self._pages:
-                page.tell(run.seen.frame(run.model, page.layers), f"frame{run.seen.slot}")
             self._pages.tell(self._figures(run), f"figures{run.seen.slot}")
 
     async def commanded(self, page: Page, message: Message) -> Message | None:  # noqa: ARG002

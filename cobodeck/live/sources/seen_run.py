@@ -9,9 +9,10 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from cobodeck.live.charts import chart_message
 from cobodeck.live.clients import Message
 from cobodeck.live.model import RunModel
-from cobodeck.live.stand_in import LAYERS, chart_message, frame_shapes, room_message
+from cobodeck.live.sources.seen_room import SeenRoom, layers
 from cobodeck.pictures.run import NodeSpan, Visits, lanes_of, used_charts
 from cobodeck.project import Catalogue, catalogue
 from cobodeck.record.format import charts_again, trace_line, value
@@ -43,6 +44,7 @@ class SeenRun:
     def __init__(self, texts: Texts | Record, known: Catalogue, slot: int = 0) -> None:
         self.setup: Setup = written_setup(texts, known)
         self._header, self._known, self.slot = texts.header, known, slot
+        self.place = SeenRoom(self.setup)
         self._chart = self.setup.chart
         self._charts: Mapping[str, Chart] = self.setup.library
         self._used = used_charts(self._chart, self._charts)
@@ -52,7 +54,6 @@ class SeenRun:
         self._begun: dict[str, float] = {}
         self._told_begun: dict[str, float] = {}
         self._end_s = self._told_s = 0.0
-        self._shown_ns = -1
         self._message: Message | None = None
 
     @classmethod
@@ -76,19 +77,25 @@ class SeenRun:
             "about": about,
             "tick_hz": self.setup.tick_hz,
             "signals": signals,
-            "layers": [{"name": name, "on": on} for name, on in LAYERS.items()],
+            "layers": layers(),
         }
 
     def charts(self) -> list[Message]:
         """The charts, as they are now."""
         if self._message is None:
-            chart, charts, profile = self._chart, self._charts, self.setup.profile
-            self._message = chart_message(chart, charts, profile, slot=self.slot)
+            self._message = chart_message(
+                self._chart,
+                self._charts,
+                self.setup.profile,
+                interfaces=self._known.interfaces,
+                types=self._known.types,
+                slot=self.slot,
+            )
         return [self._message]
 
     def room(self) -> Message:
         """What does not move."""
-        return room_message(self.setup) | self.slotted
+        return self.place.message() | self.slotted
 
     def replace(self, arguments: Mapping[str, Any]) -> None:
         """Go on with another chart, as the command `Replace` on record has it."""
@@ -98,17 +105,6 @@ class SeenRun:
         self._used = used_charts(self._chart, self._charts)
 
     # what moves
-
-    def moved(self, model: RunModel) -> bool:
-        """Whether there is anything new to show since the last call."""
-        new, self._shown_ns = model.at_ns != self._shown_ns, model.at_ns
-        return new
-
-    def frame(self, model: RunModel, layers: set[str] | None) -> Message:
-        """What moves, as far as these layers show it."""
-        shown = {name for name, on in LAYERS.items() if on} if layers is None else layers
-        shapes = [s for s in frame_shapes(self.setup, model) if s["l"] in shown]
-        return {"t": "frame", "at": model.at_ns / 1e9, "shapes": shapes} | self.slotted
 
     @property
     def slotted(self) -> dict[str, int]:

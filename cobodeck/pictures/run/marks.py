@@ -8,10 +8,10 @@ from typing import Any
 
 from matplotlib.lines import Line2D
 
-from cobodeck.pictures.drawing import USER, Labels, Sheet
+from cobodeck.pictures.drawing import USER, Labels, Sheet, draw
 from cobodeck.pictures.run.run_course import Course, TouchRequest
 from cobodeck.pictures.run.signs import BEHAVIOURS, CONTACT, UNSERVED, time_step
-from cobodeck.pictures.run.tracks import draw_disc, draw_outline, person_of, robot_of
+from cobodeck.pictures.run.tracks import bodies, person_of, robot_of
 from engine.draw import INK
 from hw.scene import Point
 
@@ -63,10 +63,7 @@ def _draw_hits(on: Sheet, course: Course, labels: Labels) -> None:
 
 def _draw_ghosts(on: Sheet, course: Course, times: Sequence[float]) -> None:
     for then in map(course.at, times):
-        if course.footprint is not None:
-            draw_outline(on, then.robot, course.footprint, fill=False, lw=0.6)
-        if then.person is not None:
-            draw_disc(on, then.person, fill=False, lw=0.6)
+        draw(on, bodies(course, then), lw=0.6)
 
 
 def _draw_requests(on: Sheet, course: Course, labels: Labels) -> None:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from cobodeck.pictures.drawing import Sheet, draw_objects, draw_room, draw_tracked_area, sheet
+from cobodeck.pictures.drawing import Sheet, draw, sheet
 from cobodeck.pictures.run.lanes import draw_lanes, height_in
 from cobodeck.pictures.run.marks import draw_marks
 from cobodeck.pictures.run.run_course import Course
 from cobodeck.pictures.run.tracks import bounds_of, draw_tracks
+from cobodeck.shapes import object_shapes, tracked_shapes, wall_shapes
 from engine.draw import GREY
 
 NOWHERE = "no poses are known"
@@ -21,9 +22,8 @@ def run_picture(course: Course) -> Sheet:
         draw_tracks(on, course)
         draw_marks(on, course)
         if course.room is not None:
-            draw_room(on, course.room)
-            draw_tracked_area(on, course.room)
-        draw_objects(on, course.objects, course.end_s)
+            draw(on, [*wall_shapes(course.room), *tracked_shapes(course.room)])
+        draw(on, object_shapes(course.objects, course.end_s))
     else:
         on.axes.set_axis_off()
         on.axes.text(*_MIDDLE, NOWHERE, color=GREY, fontsize=9, ha="center", va="center")

@@ -9,14 +9,12 @@ from typing import Any
 import numpy as np
 import shapely
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, PathPatch
 
-from cobodeck.pictures.drawing import FOAM, USER, Sheet, draw_arm, ring_of
+from cobodeck.pictures.drawing import FOAM, PERSON, USER, Sheet, draw
 from cobodeck.pictures.run.run_course import Course, Instant
 from cobodeck.pictures.run.signs import lane_colours
+from cobodeck.shapes import Shape, arm_shapes, body_shapes, outline_shapes
 from engine.draw import INK
-from hw import USER_RADIUS, Pose2
-from hw.model import Footprint
 from hw.scene import Point
 
 _FINE_M = 0.008
@@ -26,7 +24,6 @@ _ROBOT, _PERSON = 2.4, 1.3
 _LONG_M, _FINEST = 250.0, 0.25
 """Paths longer than this, m, are drawn with thinner lines, down to this share of their width."""
 _DOTS = (0, (1.0, 0.9))
-PERSON_FILL = "#b9cdec"
 
 PlaceOf = Callable[[Instant], Point | None]
 
@@ -133,38 +130,23 @@ def _draw_ends(on: Sheet, course: Course) -> None:
     """Robot and person at their first places, dashed, and at their last."""
     first, last = course.instants[0], course.instants[-1]
     for instant, line in ((first, "--"), (last, "-")):
-        if course.footprint is not None:
-            filled: dict[str, Any] = {"fc": FOAM, "fill": instant is last}
-            draw_outline(on, instant.robot, course.footprint, ls=line, lw=1.0, **filled)
-        if instant is last and course.arm is not None and last.joints is not None:
-            draw_arm(on, last.robot, last.joints, course.arm, zorder=4.1)
-        if instant.person is not None:
-            filled = {"fc": PERSON_FILL, "fill": instant is last}
-            draw_disc(on, instant.person, ls=line, lw=1.0, **filled)
+        draw(on, bodies(course, instant, fill=instant is last), lw=1.0, ls=line)
+    if course.arm is not None and last.joints is not None:
+        draw(on, arm_shapes(last.robot, last.joints, course.arm), zorder=4.1)
     sign: dict[str, Any] = {"lw": 0, "ms": 8}
     if course.footprint is not None:
         robot = Line2D([], [], marker="s", mfc=FOAM, mec=INK, **sign)
         on.explain("robot at the end (start: dashed)", robot)
     if last.person is not None:
-        person = Line2D([], [], marker="o", mfc=PERSON_FILL, mec=USER, **sign)
+        person = Line2D([], [], marker="o", mfc=PERSON, mec=USER, **sign)
         on.explain("person at the end (start: dashed)", person)
 
 
-def draw_outline(on: Sheet, pose: Pose2, shape: Footprint, **style: Any) -> None:
-    """The robot's outline, and a line from its middle to its front."""
-    length, width = shape.half_length, shape.half_width
-    signs = ((1, 1), (-1, 1), (-1, -1), (1, -1))
-    corners = [pose.transform(i * length, j * width) for i, j in signs]
-    on.axes.add_patch(PathPatch(ring_of(corners), ec=INK, zorder=4.0, **style))
-    xs, ys = zip((pose.x, pose.y), pose.transform(length, 0.0), strict=True)
-    on.axes.plot(xs, ys, color=INK, lw=style["lw"], zorder=4.0)
-
-
-def draw_disc(on: Sheet, body: Pose2, **style: Any) -> None:
-    """The person's cylinder from above, with a line in the direction they face."""
-    on.axes.add_patch(Circle((body.x, body.y), USER_RADIUS, ec=USER, zorder=4.0, **style))
-    xs, ys = zip((body.x, body.y), body.transform(USER_RADIUS, 0.0), strict=True)
-    on.axes.plot(xs, ys, color=USER, lw=style["lw"], zorder=4.0)
+def bodies(course: Course, then: Instant, *, fill: bool = False) -> list[Shape]:
+    """The outlines of robot and person, with lines to their fronts."""
+    robot, person = course.footprint, then.person
+    shapes = [] if robot is None else outline_shapes(then.robot, robot, "footprint", fill=fill)
+    return [*shapes, *([] if person is None else body_shapes(person, "person", fill=fill))]
 
 
 def _explain_paths(on: Sheet, course: Course, colours: dict[str | None, str]) -> None:

@@ -95,12 +95,17 @@ def trace_line(found: Mapping[str, Any]) -> list[Any]:
 
 
 def command_text(command: Command) -> str:
-    """An operator's command as JSON; a change of the chart has the texts of the new charts."""
+    """An operator's command as JSON; a change of the chart has the texts of the new charts.
+
+    `by`, who issued it, stands beside its arguments, if that is known.
+    """
     if isinstance(command, Replace):
         arguments = text(replacement(command))
     else:
-        arguments = text({f.name: getattr(command, f.name) for f in fields(command)})  # type: ignore[arg-type]
-    return f'{{"command":"{type(command).__name__}","arguments":{arguments}}}'
+        named = [f.name for f in fields(command) if f.name != "by"]
+        arguments = text({name: getattr(command, name) for name in named})
+    by = f',"by":{quoted(command.by)}' if command.by else ""
+    return f'{{"command":"{type(command).__name__}","arguments":{arguments}{by}}}'
 
 
 def replacement(command: Replace) -> dict[str, Any]:
@@ -123,18 +128,20 @@ def defaults(chart: Chart) -> dict[str, Any]:
     return {p.name: p.default for p in chart.parameters.values() if not p.required}
 
 
-def command_again(name: str, arguments: Mapping[str, Any], replaced: Replaced) -> Command:
+def command_again(
+    name: str, arguments: Mapping[str, Any], replaced: Replaced, by: str = ""
+) -> Command:
     """The recorded command; `replaced` makes the machine for a change of the chart.
 
     Raises:
         Unknown: there is no such command.
     """
     if name == Replace.__name__:
-        return Replace(replaced(arguments))
+        return Replace(replaced(arguments), by=by)
     kind = getattr(commands, name, None)
     if not (isinstance(kind, type) and issubclass(kind, Command)):
         raise Unknown(f"no command {name}")
-    return kind(**arguments)
+    return kind(**arguments, by=by)
 
 
 def charts_again(arguments: Mapping[str, Any]) -> dict[str, Chart]:

@@ -77,7 +77,7 @@ LOG = schema(
 SCENE = schema("foxglove.SceneUpdate", deletions=many({}), entities=many({}))
 VALUE = schema("cobodeck.Value", stamp=INTEGER, value=ANY, repeat=FLAG)
 REFUSED = schema("cobodeck.Refused", signal=TEXT, stamp=ANY, value=ANY, reason=TEXT)
-COMMAND = schema("cobodeck.Command", command=TEXT, arguments=ANY)
+COMMAND = schema("cobodeck.Command", command=TEXT, arguments=ANY, by=TEXT)
 CALL = schema("cobodeck.Call", part=TEXT, what=TEXT, args=ANY, answer=ANY, raised=ANY)
 FAILURE = schema("cobodeck.Failure", part=TEXT, raised=ANY)
 TRACE = schema("cobodeck.Trace", line={"type": "array"})

@@ -60,7 +60,8 @@ class ReplayChecker:
         for found in self.feed.fed.commands:
             try:
                 arguments = value(found["arguments"])
-                command = command_again(found["command"], arguments, self._machine)
+                by = str(found.get("by", ""))
+                command = command_again(found["command"], arguments, self._machine, by)
             except Exception as error:  # noqa: BLE001  an altered message may cause anything
                 self.feed.differ("a command", found.get("command"), repr(error))
             else:

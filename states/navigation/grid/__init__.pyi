@@ -13,6 +13,8 @@ from states.navigation.grid.grid_planners import (
     ThetaStarPlanner as ThetaStarPlanner,
 )
 from states.navigation.grid.inflation import (
+    LETHAL as LETHAL,
+    NO_INFORMATION as NO_INFORMATION,
     Costs as Costs,
     Inflation as Inflation,
 )

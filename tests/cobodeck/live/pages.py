@@ -16,12 +16,13 @@ from cobodeck.live.server import PageServer
 
 TOKEN = "right"
 PATIENCE_S = 20.0
+COMMANDED = Rules(commands=True)
 
 
 class Shown:
     """A source that keeps what it is told."""
 
-    def __init__(self, rules: Rules = Rules(commands=True), size: int = 0) -> None:
+    def __init__(self, rules: Rules = COMMANDED, size: int = 0) -> None:
         self.rules = rules
         self.orders: list[Message] = []
         self.questions: list[Message] = []
@@ -106,5 +107,3 @@ async def until(held: Callable[[], object]) -> None:
     async with asyncio.timeout(PATIENCE_S):
         while not held():
             await asyncio.sleep(0.01)
-
-

@@ -6,6 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cobodeck.pictures.drawing.arm_outline import ARM, HELD
+from cobodeck.pictures.drawing.room_drawing import OBJECT, PLACE
+from cobodeck.pictures.spaces import DROPPED, PATH, colours
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, FancyArrowPatch
 
@@ -14,12 +17,9 @@ from behaviors.escape import escape_candidates, escape_poses, paper_escape
 from behaviors.profile.profile import load_profile
 from cobodeck.__main__ import main
 from cobodeck.evaluate.evaluators import arm_outline
-from cobodeck.pictures.drawing.arm_outline import ARM, HELD
 from cobodeck.pictures.drawing.canvas import form_of, save
 from cobodeck.pictures.drawing.moment import Moment, after, at_start, situation_at, with_next_drive
-from cobodeck.pictures.drawing.room_drawing import OBJECT, PLACE
 from cobodeck.pictures.scene_picture import levels, next_deep, scene_picture
-from cobodeck.pictures.spaces import DROPPED, PATH, colours
 from cobodeck.setup.options import Options
 from cobodeck.setup.setup import open_setup
 from cobodeck.terminal.console import FAILED, OK, USAGE, Problem

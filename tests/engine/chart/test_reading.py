@@ -44,18 +44,21 @@ def operated_alike(seeds: Iterable[int]) -> Counter[str]:
             done.update(act.what for act in acts)
             done["two replacements"] += [act.what for act in acts].count("replace") > 1
         done.update(f"refused {what}" for _, what in refused)
+        done["broken"] += any(e.record[-1] == "breakpoint" for e in case.reading.entries)
     return done
 
 
 def test_the_engine_does_as_the_rules_say_whatever_the_operator_does():
-    done = operated_alike(range(25))
-    for what in ("force", "replace", "two replacements", "pause", "refused force"):
+    done = operated_alike(range(40))
+    for what in (
+        "force", "replace", "two replacements", "pause", "refused force", "step", "break", "broken"
+    ):  # fmt: skip
         assert done[what] >= 5
 
 
 @pytest.mark.slow
 def test_the_engine_does_as_the_rules_say_whatever_the_operator_does_on_3000_charts():
-    done = operated_alike(fewer(range(25, 3025)))
+    done = operated_alike(fewer(range(40, 3040)))
     assert min(done.values()) >= 50
 
 

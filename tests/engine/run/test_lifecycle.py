@@ -151,7 +151,7 @@ def bother(operator: Operator, machine: Machine, chance: random.Random) -> None:
     if what == 0:
         operator.pause()
     elif what == 1:
-        operator.resume()
+        chance.choice((operator.resume, operator.step))()
     elif what == 2:
         operator.lock(chance.choice(paths))
     elif what == 3:
@@ -162,12 +162,17 @@ def bother(operator: Operator, machine: Machine, chance: random.Random) -> None:
         operator.force(path, chance.choice(("done", "failed", "other", "seen", "p", "q")))
     elif what == 5:
         operator.set_level(chance.choice((None, "off", "high", "full")))
+    elif what == 6:
+        operator.attend()
+        operator.break_at(chance.choice(paths))
     else:
-        for path in operator.waiting():
-            if chance.random() < 0.6:
-                operator.consent(path)
-            else:
-                operator.refuse(path)
+        answer(operator, chance)
+
+
+def answer(operator: Operator, chance: random.Random) -> None:
+    """Consent to what waits, or refuse it."""
+    for path in operator.waiting():
+        (operator.consent if chance.random() < 0.6 else operator.refuse)(path)
 
 
 def check_lives(text: str, seed: int, runner: type[ChartRun] = ChartRun) -> None:

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cobodeck.pictures.drawing.arm_outline import ARM, HELD
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex, to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 
 from cobodeck.evaluate.evaluators import arm_outline
-from cobodeck.pictures.drawing.arm_outline import ARM, HELD
 from cobodeck.pictures.drawing.canvas import Sheet, save
 from cobodeck.pictures.run.lanes import rows, thinned
 from cobodeck.pictures.run.run_course import Course, Instant, NodeSpan, TouchRequest

@@ -1,0 +1,119 @@
+"""The room of a run on pages, and what moves in it, by the shapes that pictures have, too."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import replace
+from typing import Any
+
+from cobodeck.live.clients import Message, Pages
+from cobodeck.live.model import RunModel
+from cobodeck.record.format import value
+from cobodeck.setup import Setup
+from cobodeck.shapes import LAYERS, Moment, Surroundings, Trail, room_shapes, shapes_of, wire
+from hw import ArmState, Pose2, Pose3, Scan, Truth, UserPose
+
+FRAME_S = 0.05
+"""Between two frames, s."""
+FIRST_OFF = frozenset({"inflations", "places", "tracked", "costmap", "chase", "escape", "haptic"})
+"""Layers that a page shows only when asked: what nobody needs always, or what takes long."""
+SHOWN = frozenset(LAYERS) - FIRST_OFF
+BOUNDS = [-5.0, -5.0, 5.0, 5.0]
+"""Of the map where there is no room, m."""
+
+
+def layers() -> list[Message]:
+    """All layers, and which are on at first."""
+    return [{"name": name, "on": name in SHOWN} for name in LAYERS]
+
+
+class SeenRoom:
+    """The room of a run; without one there is nothing to draw."""
+
+    def __init__(self, setup: Setup) -> None:
+        scene = setup.scene
+        self._around = (
+            None if scene is None else Surroundings(scene, setup.environment, setup.profile)
+        )
+        self._trail, self._last_ns = Trail(), -1
+
+    def message(self) -> dict[str, Any]:
+        """What does not move."""
+        if self._around is None:
+            return {"t": "room", "bounds": BOUNDS, "shapes": []}
+        outer = list(self._around.scene.room.outer)
+        xs, ys = [x for x, _ in outer], [y for _, y in outer]
+        bounds = [min(xs), min(ys), max(xs), max(ys)]
+        return {"t": "room", "bounds": bounds, "shapes": [*map(wire, room_shapes(self._around))]}
+
+    def moment(self, model: RunModel) -> Moment:
+        """What is known of robot and user now."""
+        if model.at_ns < self._last_ns:
+            self._trail = Trail()
+        if model.at_ns != self._last_ns:
+            self._trail.add(model.at_ns, model.truth or measured(model))
+        self._last_ns = model.at_ns
+        found = self._trail.moment()
+        scan, base = _newest(model, "base.scan", Scan), found.robot
+        scans = () if scan is None or base is None else ((base, scan),)
+        return replace(found, scans=scans, goal=_goal(model))
+
+    def shapes(self, moment: Moment, shown: Collection[str]) -> list[dict[str, Any]]:
+        """What moves, of these layers; may take a while at first."""
+        if self._around is None:
+            return []
+        return [*map(wire, shapes_of(moment, self._around, shown))]
+
+
+def measured(model: RunModel) -> Truth:
+    """Poses as they were measured, of a run whose true state nobody knows."""
+    user, arm = _newest(model, "user.pose", UserPose), _newest(model, "arm.joints", ArmState)
+    return Truth(
+        base=_newest(model, "base.pose", Pose2),
+        body=None if user is None else user.body,
+        head_turn=0.0 if user is None else user.head_yaw - user.body.yaw,
+        joints=None if arm is None else arm.joints,
+        request=_newest(model, "vr.haptic_request", Pose3),
+    )
+
+
+def _newest(model: RunModel, name: str, kind: type) -> Any:
+    sample = model.sample(name)
+    return sample.value if sample is not None and isinstance(sample.value, kind) else None
+
+
+def _goal(model: RunModel) -> Pose2 | None:
+    """The goal of the chart that was entered last and has one."""
+    for path in sorted(model.active, key=lambda path: model.active[path], reverse=True):
+        written = model.data.get(path, {}).get("goal")
+        if written is not None:
+            found = value(json.loads(written))
+            return found if isinstance(found, Pose2) else None
+    return None
+
+
+Seen = Callable[[], Iterable[tuple[SeenRoom, RunModel, int]]]
+"""The rooms that are shown now, each with its run and its slot."""
+
+
+async def tell_frames(pages: Pages, seen: Seen) -> None:
+    """Tell pages what moves, each its layers, as often as it changes; until cancelled."""
+    told: object = None
+    while True:
+        await asyncio.sleep(FRAME_S)
+        asked = {page: SHOWN if page.layers is None else page.layers for page in pages}
+        runs = list(seen())
+        state = [(p.number, p.snapshots, *sorted(shown)) for p, shown in asked.items()]
+        now = [model.at_ns for _, model, _ in runs], state
+        if now == told or not asked:
+            continue
+        told = now
+        wanted = frozenset().union(*asked.values())
+        for room, model, slot in runs:
+            at, moment = model.at_ns / 1e9, room.moment(model)
+            shapes = await asyncio.to_thread(room.shapes, moment, wanted)
+            for page, shown in asked.items():
+                frame = {"t": "frame", "at": at, "shapes": [s for s in shapes if s["l"] in shown]}
+                page.tell(frame | ({"slot": slot} if slot else {}), f"frame{slot}")

@@ -1,0 +1,187 @@
+"""Commands of pages in the process of the run: carried out, refused, on record, replayed."""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cobodeck.live.commands import PageOperator
+from cobodeck.loop.loop import Loop
+from cobodeck.record.read.reader import Record
+from cobodeck.record.read.record_replay import stage_replay
+from cobodeck.record.write.run_recorder import Recorder
+from cobodeck.record.write.start import recorder
+from cobodeck.run.build_run import stage
+from cobodeck.setup.options import Options
+from cobodeck.setup.setup import Setup, open_setup
+from tests.cobodeck.live.folding import AT
+from tests.waiting import until
+
+CHART = """
+chart: steered
+outcomes: [done]
+states:
+  look: {watch: Wait, with: {time: 100 s}, next: {over: again}}
+  again: {watch: Wait, with: {time: 200 s}, next: {over: .done}}
+"""
+
+
+class Answers:
+    """Stands in for the feed."""
+
+    dropped = 0
+
+    def __init__(self) -> None:
+        self.told: list[tuple[str, Any]] = []
+
+    def tell(self, kind: str, value: Any) -> None:
+        self.told.append((kind, value))
+
+    def ack(self, number: int) -> Mapping[str, Any] | None:
+        return next((v for k, v in self.told if k == "ack" and v["id"] == number), None)
+
+
+class Steered:
+    """A run with a page that commands it."""
+
+    def __init__(self, setup: Setup, path: Path, real: bool = False, parts: bool = False) -> None:
+        options = Options(duration_s=60.0)
+        found = recorder(setup, options, path, AT, pytest.fail)
+        assert found is not None
+        self.recorder: Recorder = found
+        self.loop: Loop = stage(setup, options, tap=self.recorder.tap)
+        self.recorder.attend(self.loop)
+        self.answers, self._count = Answers(), 0
+        self.page, self.ours = socket.socketpair()
+        self.operator = PageOperator(setup, self.loop, self.answers, self.ours, real)  # type: ignore[arg-type]
+        self.operator.attend(parts)
+        self.loop.tick()
+
+    def send(self, **order: Any) -> int:
+        self._count += 1
+        told = {"id": self._count, "page": 1, "who": "ann", **order}
+        self.page.sendall(json.dumps(told).encode() + b"\n")
+        return self._count
+
+    def do(self, do: str, **more: Any) -> str:
+        """Command, and tick until there is an answer: empty, or why not."""
+        number = self.send(do=do, **more)
+        until(lambda: self.loop.tick() is None and self.answers.ack(number))
+        self.loop.tick()
+        ack = self.answers.ack(number)
+        assert ack is not None
+        return "" if ack["ok"] else ack["text"]
+
+    @property
+    def active(self) -> list[str]:
+        return self.loop.wired.run.active
+
+    def close(self) -> None:
+        self.page.close()
+        until(lambda: self.ours.fileno() < 0)
+
+    def finish(self) -> Path:
+        self.loop.go(self.loop.now_ns)
+        path = self.recorder.finish({})
+        assert path is not None
+        return path
+
+
+@pytest.fixture
+def steered(tmp_path: Path) -> Iterator[Steered]:
+    chart = tmp_path / "steered.yaml"
+    chart.write_text(CHART)
+    found = Steered(open_setup(str(chart), "study"), tmp_path / "run.mcap")
+    yield found
+    found.recorder.give_up()
+    found.close()
+
+
+@pytest.mark.requirement(48)
+def test_commands_are_carried_out_refused_with_reasons_and_replayed(steered: Steered) -> None:
+    run = steered.loop.wired.run
+    assert steered.do("pause") == ""
+    assert run.paused
+    assert steered.do("resume") == ""
+    assert not run.paused
+    assert steered.do("lock", path="look") == ""
+    assert run.judge.locks == {"look"}
+    assert "nowhere" in steered.do("lock", path="nowhere")
+    assert steered.do("level", level="low") == ""
+    assert "wrong" in steered.do("level", level="wrong")
+    assert "'gone'" in steered.do("force", path="look", outcome="gone")
+    assert steered.do("unlock", path="look") == ""
+    assert "nothing" in steered.do("consent", path="look")
+    assert steered.active == ["look"]
+    assert steered.do("force", path="look", outcome="over") == ""
+    assert steered.active == ["again"]
+    assert "real time" in steered.do("speed", speed=2)
+    assert "no command" in steered.do("fly")
+    assert steered.do("break", path="again") == ""
+
+    record = Record(steered.finish())
+
+    commands = [told for group in record.groups() for told in group.messages("operator")]
+    assert {told["command"] for told in commands} >= {"Pause", "Resume", "SetLock", "ForceOutcome"}
+    assert {told["by"] for told in commands} == {"ann"}
+    replay = stage_replay(record)
+    replay.loop.go(1 << 62)
+    assert replay.difference is None
+
+
+def test_another_chart_goes_on_or_is_refused_with_the_place(steered: Steered) -> None:
+    longer = CHART.replace("200 s", "300 s")
+    assert steered.do("replace", text=longer) == ""
+    assert steered.loop.wired.run.machine.chart.source.text == longer
+    assert "Wat" in steered.do(
+        "replace", text=CHART.replace("again: {watch: Wait", "again: {watch: Wat")
+    )
+    assert "look" in steered.do("replace", text=CHART.replace("100 s", "50 s"))
+    assert steered.do("replace", text="nonsense: [")
+    assert steered.active == ["look"]
+
+
+def test_a_stop_does_not_wait_for_a_tick(steered: Steered) -> None:
+    line = steered.loop.plant.parts["stop_line"]
+    assert line.reason is None
+
+    steered.send(do="stop")
+
+    until(lambda: line.reason is not None)
+    assert "ann" in line.reason
+    assert steered.do("reset") == ""
+    assert line.reason is None
+    steered.loop.tick()
+    assert dict(steered.answers.told)["status"]["stop"] in (True, False)
+
+
+def test_lines_that_are_none_disturb_nothing(steered: Steered) -> None:
+    for line in (b"\xff\xfe\n", b"[]\n", b"{}\n", b"null\n", b'{"do": 5}\n', b"{" * 3000 + b"\n"):
+        steered.page.sendall(line)
+
+    assert steered.do("pause") == ""
+
+
+def test_who_has_control_on_parts_is_missed_also_when_the_server_dies(tmp_path: Path) -> None:
+    for end in (False, True):
+        found = Steered(open_setup(scene="study"), tmp_path / f"{end}.mcap", parts=True)
+        line = found.loop.plant.parts["stop_line"]
+        found.send(do="held", name="ann")
+        if end:
+            found.page.close()
+        until(lambda line=line: line.reason is not None)
+        assert ("ended" in line.reason) is end
+        found.close()
+        found.finish()
+
+
+def test_real_parts_are_not_reset_from_pages(tmp_path: Path) -> None:
+    found = Steered(open_setup(scene="study"), tmp_path / "run.mcap", real=True)
+    assert "console" in found.do("reset")
+    found.close()
+    found.finish()

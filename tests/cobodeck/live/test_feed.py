@@ -1,0 +1,105 @@
+"""A reader that stalls costs the run nothing, and is right again once it reads."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from threading import Thread
+
+from cobodeck.live.feed import Feed, Whole, frames
+from cobodeck.live.model import RunModel
+from cobodeck.record.read.reader import Group
+from cobodeck.setup.options import Options
+from cobodeck.setup.setup import open_setup
+from tests.cobodeck.live.folding import Folding, recorded, require_same
+from tests.waiting import until
+
+BOUND = 20_000
+OPTIONS = Options(tier=0, seed=3)
+
+
+class Reader:
+    """Reads a feed to its end, once it has begun, and folds it."""
+
+    def __init__(self, end: socket.socket) -> None:
+        self._end = end
+        self.model = RunModel()
+        self.kinds: list[str] = []
+        self._thread = Thread(target=lambda: asyncio.run(self._read()), daemon=True)
+
+    def begin(self) -> None:
+        self._thread.start()
+
+    async def _read(self) -> None:
+        stream, writer = await asyncio.open_unix_connection(sock=self._end)
+        async for kind, content in frames(stream):
+            self.kinds.append(kind)
+            if isinstance(content, Group):
+                self.model.add(content)
+            elif isinstance(content, Whole):
+                self.model.renew(content)
+        writer.close()
+
+
+def test_a_stalled_reader_costs_ticks_of_its_own_and_is_right_again() -> None:
+    ours, theirs = socket.socketpair()
+    ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+    feed, folding = Feed(ours, BOUND), Folding()
+    loop, _ = recorded(open_setup(scene="study"), OPTIONS, folding, feed)
+    feed.attend(loop)
+    reader, largest = Reader(theirs), 0
+    while feed.dropped < 100:
+        loop.tick()
+        largest = max(largest, feed.waiting)
+    assert largest < BOUND + 100_000
+    assert reader.kinds == []
+
+    reader.begin()
+    until(lambda: loop.tick() is None and "whole" in reader.kinds)
+    for _ in range(5):
+        loop.tick()
+    until(lambda: reader.model.at_ns == loop.now_ns)
+
+    require_same(reader.model, loop)
+    assert reader.model.active == folding.model.active
+    assert reader.model.newest.keys() == folding.model.newest.keys()
+    loop.wired.run.close()
+    feed.close()
+
+
+def test_a_reader_that_is_gone_ends_the_feed_and_not_the_run() -> None:
+    ours, theirs = socket.socketpair()
+    feed, folding, told = Feed(ours), Folding(), list[str]()
+    loop, recorder = recorded(open_setup(scene="study"), Options(tier=0), folding, feed)
+    recorder._tell = told.append
+    loop.tick()
+    theirs.close()
+
+    until(lambda: loop.tick() is None and feed.error is not None)
+    for _ in range(5):
+        loop.tick()
+
+    assert [line.partition(":")[0] for line in told] == ["no live page any more"]
+    assert folding.model.at_ns == loop.now_ns
+    loop.wired.run.close()
+
+
+def test_a_broken_file_leaves_the_other() -> None:
+    class Broken(Folding):
+        def end_tick(self, now_ns: int) -> None:
+            raise OSError("full")
+
+        def give_up(self, error: Exception | None = None) -> str | None:
+            return None if error is None else f"no record: {error}"
+
+    broken, folding, told = Broken(), Folding(), list[str]()
+    loop, recorder = recorded(open_setup(scene="study"), Options(tier=0), broken, folding)
+    recorder._tell = told.append
+
+    for _ in range(5):
+        loop.tick()
+
+    assert told == ["no record: full"]
+    assert folding.model.at_ns == loop.now_ns
+    assert recorder.finish({}) is None
+    loop.wired.run.close()
