@@ -48,7 +48,7 @@ schema: .venv/installed
 	@$(BIN)/cobodeck schema -o charts/chart.schema.json
 
 # each takes some minutes, best on a machine that has nothing else to do
-BENCHES := engine navigation drives chase arm localization simulation reference realtime stability envelope
+BENCHES := engine navigation drives chase arm localization simulation reference realtime live stability envelope
 bench: .venv/installed-dev
 	@mkdir -p out
 	@for name in $(BENCHES); do \

@@ -187,8 +187,13 @@ def watch_in_terminal(link: FarLink | NearLink) -> int:
             _loop(link, page)
     finally:
         link.close()
-    show("\n".join(_lines(page, colour=False)).rstrip())
+    _leave(page)
     return OK
+
+
+def _leave(page: WatchedPage) -> None:
+    """What was seen last, without the line of keys."""
+    show("\n".join(_lines(page, colour=False)[:-1]).rstrip())
 
 
 def _once(link: FarLink | NearLink, page: WatchedPage) -> int:
@@ -201,7 +206,7 @@ def _once(link: FarLink | NearLink, page: WatchedPage) -> int:
     if not page.is_there:
         complain("it tells nothing")
         return FAILED
-    show("\n".join(_lines(page, colour=False)[:-1]).rstrip())
+    _leave(page)
     return OK
 
 

@@ -99,7 +99,11 @@ class ChartFolder:
     def chart(self, shown: Shown, slot: int) -> Message:
         """The message `chart` of what is shown."""
         if shown not in self._messages:
-            self._messages[shown] = self._message(shown)
+            try:
+                self._messages[shown] = self._message(shown)
+            except Exception as error:  # noqa: BLE001  pages outlive whatever a text brings about
+                told = f"{shown.file} cannot be shown: {type(error).__name__}: {error}"
+                self._messages[shown] = {**_without_picture(shown.file, []), "trouble": told}
         return {**self._messages[shown], "slot": slot}
 
     def listing(self) -> Message:
@@ -121,7 +125,7 @@ class ChartFolder:
             self._good[key] = now
         picture = self._good.get(key, now)
         if picture.chart is None or picture.profile is None:
-            return _without_picture(now)
+            return _without_picture(now.file, _findings(now, {}))
         known = self._reader.known
         found = chart_message(
             picture.chart, picture.charts, picture.profile, interfaces=known.interfaces,
@@ -146,11 +150,10 @@ def _findings(now: ReadChart, drawn: Mapping[str, Any]) -> list[Message]:
     return [{**f, "path": f["path"] if f["path"] in drawn else None} for f in found]
 
 
-def _without_picture(now: ReadChart) -> Message:
+def _without_picture(file: Path, findings: list[Message]) -> Message:
     """The message of a chart that could never be read."""
-    findings = _findings(now, {})
     return {
-        "t": "chart", "name": _name(now.file), "file": str(now.file), "svg": "", "trouble": "",
+        "t": "chart", "name": _name(file), "file": str(file), "svg": "", "trouble": "",
         "nodes": {}, "findings": findings, "unfolded": [], "form": [], "stale": True,
     }  # fmt: skip
 

@@ -18,6 +18,8 @@ from cobodeck.live.charts.chart_folder import ChartFolder, Shown
 from cobodeck.live.charts.started_runs import StartedRuns
 from cobodeck.setup import PROFILE
 from engine.files import did_you_mean
+from hw.people.walking import route, script_names, wanderer
+from hw.scene import scene_names
 
 if TYPE_CHECKING:
     from cobodeck.live.clients import Message, Page, Pages
@@ -66,6 +68,8 @@ class EditedCharts:
             "about": list(ABOUT),
             "profiles": self._profiles,
             "charts": self._folder.names,
+            "scenes": list(scene_names()),
+            "users": [*script_names(), *(source.NAME for source in (route, wanderer))],
         }
 
     def snapshot(self, page: Page) -> Iterable[Message]:
@@ -79,9 +83,7 @@ class EditedCharts:
             while True:
                 await asyncio.sleep(EVERY_S)
                 async with self._turn:
-                    changed = await asyncio.to_thread(self._folder.look)
-                    if changed:
-                        await self._renew(pages)
+                    await self._look(pages)
         finally:
             await self._runs.close()
 
@@ -162,6 +164,13 @@ class EditedCharts:
         for slot, shown in enumerate(slots):
             if shown is not None:
                 yield self._message(shown, slot)
+
+    async def _look(self, pages: Pages) -> None:
+        try:
+            if await asyncio.to_thread(self._folder.look):
+                await self._renew(pages)
+        except Exception as error:  # noqa: BLE001  pages outlive whatever files bring about
+            pages.tell(_said(f"{type(error).__name__}: {error}"))
 
     async def _renew(self, pages: Pages) -> None:
         """Tell each page what is new in its places, then all of them the list of charts."""

@@ -45,7 +45,7 @@ WRONG = [
     (["http://127.0.0.1:1/"], USAGE, "add --tty"),
     (["http://127.0.0.1:1/", "--tty"], FAILED, "no live page there"),
     (["ftp://127.0.0.1:1/", "--tty"], USAGE, "no chart 'ftp:"),
-    (["gone.mcap"], USAGE, "gone.mcap"),
+    pytest.param(["gone.mcap"], USAGE, "gone.mcap", marks=pytest.mark.slow),
     (["--port", "70000"], USAGE, "no port"),
     (["--profile", "tunet", "mine.yaml", "--tty"], OK, ""),  # its findings tell
 ]
@@ -168,6 +168,7 @@ def test_a_chart_is_started_with_its_form_and_ends_with_the_page(folder: Path) -
 
 
 @pytest.mark.realtime
+@pytest.mark.slow
 def test_a_page_is_seen_in_a_terminal_of_its_own_until_q(folder: Path) -> None:
     with serving(str(folder)) as (_, url, _):
         told = in_terminal(["watch", url, "--tty"], b"> mine", b"q")

@@ -180,6 +180,7 @@ CALLS = {
     "schema": "schema",
     "list": "list charts",
     "render": "render chase -o chase.dot",
+    "watch": "watch chase --tty",
     "simulate": "simulate --tier 0 --duration 1",
     "run": "run cobodeck --robot mock --fast --duration 1",
     "observe": "observe nowhere",

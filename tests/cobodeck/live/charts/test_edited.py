@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from cobodeck.__main__ import main
+from cobodeck.live.charts import chart_folder
 from cobodeck.live.charts.chart_folder import PATIENCE, ChartFolder, Shown
 from cobodeck.live.charts.edited import EditedCharts
 from cobodeck.live.charts.file_watch import YOUNG_NS, FileWatch
@@ -182,6 +183,19 @@ def test_a_profile_that_changes_changes_the_picture(folder: Path) -> None:
     save(profile, "profile: [")
     assert charts.look()
     assert shown(charts, str(profile))["stale"]
+
+
+def test_pages_outlive_whatever_a_text_brings_about(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    charts = ChartFolder(folder / "mine.yaml", known())
+
+    def failing(*args: object, **options: object) -> None:
+        raise RecursionError("too deep")
+
+    monkeypatch.setattr(chart_folder, "chart_message", failing)
+
+    assert "mine.yaml cannot be shown: RecursionError: too deep" in shown(charts)["trouble"]
 
 
 def test_findings_are_those_of_validate(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
