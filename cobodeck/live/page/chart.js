@@ -115,9 +115,11 @@ export class Chart {
     this.overlay();
   }
 
-  /** Bold for a second: a transition just taken. */
+  /** Bold for a second: a transition just taken; the outcome of a row is drawn at a box that it ends. */
   taken(path, outcome) {
-    const all = this.ways?.get(`${path}:${outcome}`) ?? [];
+    let at = path;
+    while (at && !this.ways?.has(`${at}:${outcome}`)) at = above(at);
+    const all = this.ways?.get(`${at}:${outcome}`) ?? [];
     for (const g of all) {
       g.classList.add("taken");
       clearTimeout(this.bold.get(g));
