@@ -221,13 +221,13 @@ export class Chart {
   }
 
   /** Shows the box around `path` as large as is readable. */
-  zoomTo(path) {
+  zoomTo(path, most = 1.6) {
     const b = this.bounds(this.shown(path));
     if (!b) return;
     const m = this.svg.querySelector("g.graph").getCTM(), k = m.a / this.view.k;
     const ox = (m.e - this.view.x) / this.view.k, oy = (m.f - this.view.y) / this.view.k;
     const home = this.view.home;
-    this.view.fit(ox + (b.x - 30) * k, oy + (b.y - 30) * k, ox + (b.x + b.width + 30) * k, oy + (b.y + b.height + 30) * k, 1.6);
+    this.view.fit(ox + (b.x - 30) * k, oy + (b.y - 30) * k, ox + (b.x + b.width + 30) * k, oy + (b.y + b.height + 30) * k, most);
     Object.assign(this.view, { home, moved: true });
   }
 
@@ -241,7 +241,7 @@ export class Chart {
       const b = this.bounds(p);
       if (b && b.width * 0.75 < w && b.height * 0.75 < h) at = p;
     }
-    this.zoomTo(at);
+    this.zoomTo(at, 1.15);
   }
 
   placed() {

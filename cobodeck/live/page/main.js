@@ -12,11 +12,12 @@ import { Timeline } from "./timeline.js";
 const LOG = 300;
 
 const app = {
-  hello: { mode: "", signals: [], layers: [] }, state: {}, charts: [], at: 0,
+  figures: [], hello: { mode: "", signals: [], layers: [] }, states: [{}], charts: [], at: 0,
+  get state() { return this.states[0]; },
   get live() { return this.hello.mode === "live"; },
   get seekable() { return this.hello.seek ?? this.hello.mode === "record"; },
-  /** Whether this page may give commands: it holds control. */
-  get steers() { return Boolean(this.live && this.hello.commands && this.state.operator?.you); },
+  /** Whether this page may give commands: it holds control, or nobody does and it knows the token. */
+  get steers() { const o = this.state.operator; return Boolean(this.live && this.hello.commands && (o?.you || (operator.known && !o?.name))); },
   now: () => app.at,
   send: (message) => link.send(message),
   command: (what, more) => operator.command(what, more),
@@ -52,7 +53,7 @@ function picked(path, outcome, slot = 0) {
 const heard = {
   hello(m) {
     const again = app.hello.mode !== "";
-    Object.assign(app, { hello: m, state: {}, at: 0 });
+    Object.assign(app, { hello: m, states: [{}], at: 0, figures: [] });
     document.body.dataset.mode = m.mode;
     document.body.classList.toggle("seekable", app.seekable);
     $("title").textContent = m.title;
@@ -60,7 +61,8 @@ const heard = {
     $("about").title = $("about").textContent;
     $("stop-is").textContent = m.stop_is ?? "a software stop, not a safety device";
     $("profile").replaceChildren(...(m.profiles ?? []).map((p) => el("option", { value: p }, p)));
-    $("second-names").replaceChildren(...(m.charts ?? []).map((c) => el("option", { value: c })));
+    namesOf(m.charts ?? []);
+    $("operator").hidden = m.mode === "record" || (m.mode === "charts" && !m.commands);
     $("speed-label").hidden = m.mode === "live" && (m.real || !m.commands);
     timeline.clear();
     map.layers(m.layers ?? []);
@@ -74,35 +76,44 @@ const heard = {
     const chart = chartOf(m.slot ?? 0);
     chart.show(m);
     if (!m.slot) {
+      $("first").value = m.name;
       $("chart-head").textContent = m.name;
       $("paths").replaceChildren(...Object.keys(m.nodes ?? {}).filter(Boolean).map((p) => el("option", { value: p })));
     }
     listFindings();
     redraw(shown);
   },
-  room: (m) => map.show(m),
+  charts: (m) => namesOf(m.charts),
+  room: (m) => m.slot || map.show(m),
   state(m) {
-    const lost = app.state.at !== undefined && m.at < app.at;
-    app.state = m;
-    app.at = m.at;
-    if (!lost) for (const entry of (m.last ?? []).slice(-1)) app.log(told(entry));
-    timeline.playingAt(m.paused ? 0 : m.speed ?? 0);
+    const slot = m.slot ?? 0, first = app.states[slot]?.at === undefined;
+    app.states[slot] = m;
     redraw(shown);
+    if (slot) return;
+    app.at = m.at;
+    if (first) for (const entry of (m.last ?? []).slice(-3)) app.log(told(entry));
+    timeline.playingAt(m.paused ? 0 : m.speed ?? 0);
   },
   ev(m) {
-    const { t, last, ...changed } = m;
-    Object.assign(app.state, changed);
-    app.at = Math.max(app.at, m.at ?? 0);
+    const { t, last, slot = 0, ...changed } = m;
+    Object.assign(app.states[slot] ??= {}, changed);
+    if (!slot) app.at = Math.max(app.at, m.at ?? 0);
+    if (!last && Object.keys(changed).every((k) => k === "at")) return redraw(moved);
     for (const entry of last ?? []) {
       app.log(told(entry), /error|fault|stop/.test(entry.kind) ? "error" : "");
-      for (const c of app.charts) c.taken(entry.path, entry.outcome ?? entry.text?.split(/[\s→(]/)[0]);
+      const [, child, outcome] = /^(\S+)\.(\S+) → /.exec(entry.kind === "move" ? entry.text : "") ?? [];
+      if (child) app.charts[slot]?.taken(entry.path ? `${entry.path}/${child}` : child, outcome);
     }
-    if ("speed" in m || "paused" in m) timeline.playingAt(app.state.paused ? 0 : app.state.speed ?? 0);
+    if (!slot && ("speed" in m || "paused" in m)) timeline.playingAt(app.state.paused ? 0 : app.state.speed ?? 0);
     redraw(shown);
   },
   frame(m) { if (!m.slot) app.at = m.at; map.frame(m); redraw(moved); },
   health: (m) => { app.health = m; redraw(healthy); },
-  figures: (m) => { (app.figures ??= [])[m.slot ?? 0] = m; redraw(figured); },
+  figures(m) {
+    if ((timeline.range && !m.range) || JSON.stringify(app.figures[m.slot ?? 0]) === JSON.stringify(m)) return;
+    app.figures[m.slot ?? 0] = m;
+    redraw(figured);
+  },
   lanes: (m) => timeline.show(m, false),
   "lanes+": (m) => timeline.show(m, true),
   plot: (m) => signals.show(m),
@@ -121,7 +132,7 @@ let spoken = "";
 function shown() {
   const s = app.state;
   $("fold").textContent = app.charts[0]?.allClosed ? "unfold all" : "fold all";
-  for (const c of app.charts) c.light(s);
+  app.charts.forEach((c, slot) => c.light(app.states[slot] ?? {}));
   if ($("chart-follow").checked && app.hello.mode !== "charts") app.charts[0]?.follow();
   operator.show();
   details.show();
@@ -140,6 +151,17 @@ function moved() {
   $("clock").textContent = seconds(app.at) + (app.hello.until ? ` of ${seconds(app.hello.until)}` : "");
   for (const c of app.charts) c.timed();
   timeline.draw();
+}
+
+/** Charts that can be chosen, by name or as the server tells of them. */
+function namesOf(charts) {
+  $("second-names").replaceChildren(...charts.map((c) => el("option", { value: c.name ?? c })));
+  const told = charts.filter((c) => c.file);
+  $("charts-box").hidden = told.length < 2;
+  $("chart-list").replaceChildren(...told.map((c) => {
+    const found = [c.errors ? `${c.errors} errors` : "", c.warnings ? `${c.warnings} warnings` : ""].filter(Boolean).join(", ");
+    return el("li", {}, el("button", { type: "button", title: c.file, onclick: () => app.send({ t: "show", chart: c.name, slot: 0 }) }, c.name), found ? el("small", { className: c.errors ? "error" : "warning" }, ` ${found}`) : null);
+  }));
 }
 
 function warn() {
@@ -193,6 +215,7 @@ function theme(name) {
   redraw(timeline.draw);
 }
 $("theme").onclick = () => theme(THEMES[(THEMES.indexOf(document.documentElement.style.colorScheme) + 1) % 3]);
+$("legend").open = innerWidth > 700;
 try { theme(localStorage.theme ?? ""); } catch { theme(""); }
 
 $("fold").onclick = () => { for (const c of app.charts) c.foldAll(); redraw(shown); };
@@ -200,6 +223,7 @@ $("chart-fit").onclick = () => { $("chart-follow").checked = false; for (const c
 $("chart-follow").onchange = () => redraw(shown);
 $("find").onchange = () => { const path = $("find").value; if (app.charts[0]?.boxes?.has(path)) { $("chart-follow").checked = false; picked(path, null); app.charts[0].zoomTo(path); } };
 $("profile").onchange = () => app.send({ t: "profile", name: $("profile").value, slot: 0 });
+$("first").onchange = () => app.send({ t: "show", chart: $("first").value.trim(), slot: 0 });
 $("second").onchange = () => {
   const chart = $("second").value.trim() || null;
   if (!chart && app.charts[1]) { app.charts[1].root.remove(); app.charts.length = 1; listFindings(); }
@@ -221,6 +245,6 @@ addEventListener("keydown", (e) => {
 const link = new Link((m) => heard[m.t]?.(m), (up, reason) => {
   $("link").textContent = up ? "connected" : `no connection${reason ? `: ${reason}` : ""}`;
   document.body.classList.toggle("lost", !up);
-  if (!up) { app.state.operator = { name: app.state.operator?.name ?? null, you: false }; operator.known = false; operator.lost(); operator.show(); }
+  if (!up) { app.state.operator = { name: app.state.operator?.name ?? null, you: false }; operator.lost(); operator.show(); }
   warn();
 });

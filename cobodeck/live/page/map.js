@@ -60,7 +60,7 @@ export class RoomMap {
       const key = `${s.l}:${s.c}`;
       if (this.styles.has(key)) continue;
       this.styles.set(key, true);
-      const swatch = el("i", { title: s.c, className: s.k === "cells" && s.c === "chase" ? "rainbow" : "" });
+      const swatch = el("i", { title: s.c === "chase" ? "chase: red the lowest, purple the highest" : s.c, className: s.k === "cells" && s.c === "chase" ? "rainbow" : "" });
       if (!swatch.className) swatch.style.background = `var(--c-${s.c}, var(--ink))`;
       $(`swatch-${s.l}`)?.append(swatch);
     }

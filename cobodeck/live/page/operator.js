@@ -28,11 +28,12 @@ export class Operator {
     return sent;
   }
 
-  acknowledged({ id, ok, text }) {
+  acknowledged({ id, ok, text, url }) {
     const what = this.waiting.get(id) ?? "";
     this.waiting.delete(id);
-    if (ok && !what) this.known = true;
+    if (ok && !id) this.known = true;  // the answer to `auth` has no number
     this.answer(ok, [what, text || (ok ? "done" : "refused")].filter(Boolean).join(": "));
+    if (url && new URL(url).protocol.startsWith("http")) $("answer").append(" ", el("a", { href: url, target: "_blank", rel: "noopener" }, "open its page"));
     this.show();
   }
 
@@ -42,7 +43,7 @@ export class Operator {
     this.app.log(text, ok ? "" : "error");
   }
 
-  lost() { this.waiting.clear(); this.key = ""; }
+  lost() { this.waiting.clear(); Object.assign(this, { known: false, key: "" }); }
 
   /** Buttons for what can be done now. */
   show() {
@@ -50,12 +51,12 @@ export class Operator {
     $("stop").classList.toggle("pulled", Boolean(s.stop));
     $("stop").firstChild.textContent = s.stop ? "STOPPED " : "STOP ";
     const who = s.operator?.name;
-    $("holder").textContent = s.operator?.you ? `You hold control as ${who}.${hello.real ? " Keep this tab in front: half a second without it stops the robot." : ""}` : who ? `${who} holds control.` : "Nobody holds control.";
-    $("auth").hidden = steers || !hello.commands;
-    const key = JSON.stringify([steers, hello.real, hello.mode, s.paused, s.level, s.waiting, s.stop, s.operator, s.ended, this.known, s.speed]);
+    $("holder").textContent = s.operator?.you ? `You hold control as ${who}.${hello.real ? " Keep this tab in front: half a second without it stops the robot." : ""}` : who ? `${who} holds control.` : hello.mode === "live" ? "Nobody holds control." : "";
+    $("auth").hidden = this.known || Boolean(s.operator?.you) || !hello.commands;
+    const key = JSON.stringify([steers, hello.real, hello.mode, s.paused, s.level, s.waiting, s.stop, s.operator, s.ended, this.known, this.app.charts[0]?.message?.form, this.app.charts[0]?.message?.name]);
     if (key === this.key) return;
     this.key = key;
-    $("commands").replaceChildren(...[this.consent(s, steers), this.control(s), ...(steers ? this.tools(s, hello) : [])].filter(Boolean));
+    $("commands").replaceChildren(...[this.consent(s, steers), this.control(s), ...(steers ? this.tools(s, hello) : []), this.known || steers ? this.start() : null].filter(Boolean));
   }
 
   button(text, what, more) { return el("button", { type: "button", onclick: () => this.command(what, more) }, text); }
@@ -69,18 +70,18 @@ export class Operator {
 
   control(s) {
     if (s.operator?.you) return el("p", { className: "row" }, this.button("give control back", "release"));
-    if (!this.known) return null;
+    if (!this.known || !this.app.live) return null;
     return el("p", { className: "row" }, s.operator?.name ? sure(`take over from ${s.operator.name}`, () => this.command("take")) : this.button("take control", "take"));
   }
 
   tools(s, hello) {
-    const level = el("select", { "aria-label": "level of autonomy", onchange: () => this.command("level", { level: level.value }) },
-      ...(hello.levels ?? ["off", "low", "high", "full"]).map((l) => el("option", { value: l, selected: l === s.level }, l)));
+    const level = el("select", { "aria-label": "level of autonomy", onchange: () => this.command("level", { level: level.value || null }) },
+      ...["", "off", "low", "high", "full"].map((l) => el("option", { value: l, selected: l === (s.level ?? "") }, l || "only locks ask")));
     const reset = hello.real ? el("small", {}, "reset: at the console") : sure("reset", () => this.command("reset"));
     return [
       el("p", { className: "row" }, s.paused ? this.button("resume", "resume") : this.button("pause", "pause"), this.button("step", "step"), this.button("acknowledge", "ack"), reset),
       el("p", { className: "row" }, sure("preempt", () => this.command("preempt")), sure("end", () => this.command("end")), el("label", {}, "autonomy ", level)),
-      this.start(), this.replace(),
+      this.replace(),
     ];
   }
 

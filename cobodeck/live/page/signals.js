@@ -52,7 +52,7 @@ export class Signals {
       const canvas = el("canvas", { role: "img", "aria-label": `plot of ${name}` }), words = el("figcaption");
       const shut = el("button", { type: "button", "aria-label": `close ${name}`, onclick: () => this.turn(name, false) }, "×");
       const figure = el("figure", {}, words, shut, canvas);
-      this.plots.set(name, { name, figure, canvas, words, at: [], fields: [], values: [] });
+      this.plots.set(name, { name, figure, canvas, words, parts: [] });
       $("plots").append(figure);
       figure.scrollIntoView({ block: "nearest" });
     } else { this.plots.get(name)?.figure.remove(); this.plots.delete(name); }
@@ -62,12 +62,13 @@ export class Signals {
 
   /** Takes a `plot` message: one list of values for each field; the oldest half goes when there are too many. */
   show(message) {
-    const plot = this.plots.get(message.signal);
+    const plot = this.plots.get(message.signal), slot = message.slot ?? 0;
     if (!plot) return;
-    if (!message.more) Object.assign(plot, { at: [], fields: message.fields, values: message.fields.map(() => []) });
-    for (const t of message.at) plot.at.push(t);
-    message.values.forEach((column, i) => { for (const v of column) plot.values[i]?.push(v); });
-    if (plot.at.length > MOST) { plot.at.splice(0, MOST / 2); for (const v of plot.values) v.splice(0, MOST / 2); }
+    if (!message.more || !plot.parts[slot]) plot.parts[slot] = { at: [], fields: message.fields, values: message.fields.map(() => []) };
+    const part = plot.parts[slot];
+    for (const t of message.at) part.at.push(t);
+    message.values.forEach((column, i) => { for (const v of column) part.values[i]?.push(v); });
+    if (part.at.length > MOST) { part.at.splice(0, MOST / 2); for (const v of part.values) v.splice(0, MOST / 2); }
     redraw(this.draw);
   }
 
@@ -77,10 +78,12 @@ export class Signals {
     const [g, w, h] = prepared(plot.canvas), { timeline } = this.app, [a, b] = timeline.view, left = timeline.left ?? 0;
     if (!w) return;
     const x = (t) => left + ((t - a) / (b - a)) * (w - left);
-    const i0 = Math.max(first(plot.at, a) - 1, 0), i1 = Math.min(first(plot.at, b) + 1, plot.at.length);
-    const lines = plot.values.slice(0, LINES).map((v) => thinned(plot.at, v, i0, i1, (t) => Math.round(x(t))));
+    const lines = plot.parts.flatMap(({ at, fields, values }, slot) => {
+      const i0 = Math.max(first(at, a) - 1, 0), i1 = Math.min(first(at, b) + 1, at.length), i = first(at, this.app.now() + 1e-9) - 1;
+      return fields.slice(0, LINES).map((field, k) => ({ field: slot ? `${field} ²` : field, slot, series: k, now: values[k][i], line: thinned(at, values[k], i0, i1, (t) => Math.round(x(t))) }));
+    });
     let low = Infinity, high = -Infinity;
-    for (const line of lines) for (const c of line) if (c) { low = Math.min(low, c[1]); high = Math.max(high, c[2]); }
+    for (const { line } of lines) for (const c of line) if (c) { low = Math.min(low, c[1]); high = Math.max(high, c[2]); }
     if (low === high) { low -= 0.5; high += 0.5; }
     const y = (v) => h - 8 - ((v - low) / (high - low)) * (h - 16);
     g.font = "11px system-ui, sans-serif";
@@ -89,8 +92,9 @@ export class Signals {
     if (Number.isFinite(low)) { g.fillText(high.toPrecision(4), left - 6, 12); g.fillText(low.toPrecision(4), left - 6, h - 5); }
     g.textAlign = "left";
     g.lineWidth = 1.4;
-    lines.forEach((line, i) => {
-      g.strokeStyle = colour(`series-${i}`);
+    for (const { line, series, slot } of lines) {
+      g.strokeStyle = colour(`series-${series}`);
+      g.setLineDash(slot ? [4, 3] : []);
       g.beginPath();
       let down = false;
       for (const c of line) {
@@ -100,12 +104,11 @@ export class Signals {
         down = true;
       }
       g.stroke();
-    });
-    const now = this.app.now(), i = first(plot.at, now + 1e-9) - 1;
+    }
+    const now = this.app.now();
     g.fillStyle = colour("accent");
     if (now >= a && now <= b) g.fillRect(x(now) - 0.75, 0, 1.5, h);
-    const value = (k) => (i >= 0 && plot.values[k][i] !== null ? ` ${Number(plot.values[k][i]?.toPrecision?.(4) ?? plot.values[k][i])}` : "");
-    const legend = plot.fields.slice(0, LINES).map((f, k) => { const tag = el("span", {}, `${f}${value(k)}`); tag.style.color = `var(--series-${k})`; return tag; });
+    const legend = lines.map(({ field, series, now: v }) => { const tag = el("span", {}, Number.isFinite(v) ? `${field} ${Number(v.toPrecision(4))}` : field); tag.style.color = `var(--series-${series})`; return tag; });
     plot.words.replaceChildren(el("b", {}, plot.name), ...legend);
   }
 }

@@ -35,7 +35,7 @@ export class Timeline {
       if (!had) { set.lanes.set(lane.path, { ...lane, spans: [...lane.spans] }); continue; }
       for (const span of lane.spans) {
         const last = had.spans.at(-1);
-        if (last && last[0] === span[0]) had.spans[had.spans.length - 1] = span; else had.spans.push(span);
+        if (last && last[0] === span[0] && last[1] === null) had.spans[had.spans.length - 1] = span; else had.spans.push(span);
       }
     }
     set.marks.push(...message.marks);
@@ -49,17 +49,18 @@ export class Timeline {
   playingAt(speed) {
     this.playing = speed > 0;
     if (SPEEDS.includes(speed)) $("speed").value = this.speed = speed;
-    $("play").textContent = this.playing ? "⏸" : "▶";
-    $("play").setAttribute("aria-label", this.playing ? "pause" : "play");
+    $("play").textContent = this.playing ? "pause" : "play";
   }
 
   play(on) { this.playingAt(on ? this.speed : 0); this.app.send({ t: "play", speed: on ? this.speed : 0 }); }
 
-  /** Asks for the moment `at`; of what is asked within a frame, the last. */
+  /** Asks for the moment `at`; of what is asked within 60 ms, the last. */
   seek(at) {
     if (!this.app.seekable) return;
     this.sought = Math.min(Math.max(at, this.from), this.to);
-    redraw(this.ask ??= () => { this.app.send({ t: "seek", at: this.sought }); this.app.at = this.sought; this.drawn(); });
+    this.app.at = this.sought;
+    redraw(this.draw);
+    this.asking ||= setTimeout(() => { this.asking = 0; this.app.send({ t: "seek", at: this.sought }); }, 60);
   }
 
   step(way) {

@@ -14,6 +14,7 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from http import HTTPStatus
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Self
 
@@ -22,15 +23,19 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
+from tests.cobodeck.live.pictures import drawn
+
 PAGE = Path(__file__).parents[3] / "cobodeck" / "live" / "page"
 KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
-POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:"
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:"
+)
 TOKEN = "let-me-in"
 UNTIL, HZ = 60.0, 20
-LAYERS = (
-    "room inflations objects places tracked robot arm user zones path goal scan costmap chase"
-    " escape haptic deep trails"
-).split()
+LAYERS = [
+    *("room", "inflations", "objects", "places", "tracked", "robot", "arm", "user", "zones"),
+    *("path", "goal", "scan", "costmap", "chase", "escape", "haptic", "deep", "trails"),
+]
 OFF = {"costmap", "haptic", "trails"}
 SIGNALS = {"user.pose": "UserPose", "base.twist": "Twist2", "base.pose": "Pose2", "scan": "Scan"}
 Message = dict[str, Any]
@@ -57,11 +62,19 @@ COURSE: Course = [
 def nodes_of(svg: str) -> dict[str, Message]:
     """The nodes that a picture shows, with kinds by their colours."""
     found: dict[str, Message] = {}
-    for match in re.finditer(r'<g id="a_s:([^"]*)"><a xlink:title="([^"]*)">\n<\w+ fill="([^"]*)"', svg):
+    for match in re.finditer(
+        r'<g id="a_s:([^"]*)"><a xlink:title="([^"]*)">\n<\w+ fill="([^"]*)"', svg
+    ):
         path, about, fill = match.groups()
         kind = {"#eaf5ea": "do", "#fff6e0": "watch", "#e8f1fb": "use"}.get(fill, "states")
         outcomes = {o: {} for o in re.findall(rf'"(?:a_)?o:{re.escape(path)}:([^"|]+)', svg)}
-        found[path] = {"kind": kind, "about": about, "values": {}, "outcomes": outcomes, "break": False}
+        found[path] = {
+            "kind": kind,
+            "about": about,
+            "values": {},
+            "outcomes": outcomes,
+            "break": False,
+        }
     found["chase/follow/drive/go"] |= {
         "values": {"subsystem": "chase", "goal": "← goal"},
         "outcomes": {"arrived": {}, "no_path": {}, "stuck": {}, "lost": {}},
@@ -86,24 +99,30 @@ def active_at(at: float) -> dict[str, float]:
 
 
 def transitions(start: float, to: float) -> list[Message]:
+    """What is told of each step: the box, and which child ended how and led where."""
+    split = [
+        (at, *before.rsplit("/", 1), outcome, path)
+        for (_, before, outcome), (at, path, _) in pairwise(COURSE)
+    ]
     return [
-        {"at": at, "kind": "transition", "path": before, "text": f"{outcome} → {path}"}
-        for (_, before, outcome), (at, path, _) in zip(COURSE, COURSE[1:], strict=False)
+        {"at": at, "kind": "move", "path": box, "text": f"{child}.{outcome} → {path}"}
+        for at, box, child, outcome, path in split
         if start < at <= to
     ]
 
 
 def room() -> Message:
     outer = [0.0, 0.0, 9.0, 0.0, 9.0, 7.0, 0.0, 7.0]
+    tracked, table = [1, 1, 8, 1, 8, 6, 1, 6], [6, 0.2, 7.4, 0.2, 7.4, 0.9, 6, 0.9]
     inner = [0.4, 0.4, 8.6, 0.4, 8.6, 6.6, 0.4, 6.6]
     return {
         "t": "room",
         "bounds": [0, 0, 9, 7],
         "shapes": [
             {"l": "inflations", "k": "poly", "c": "inflation-1", "p": inner},
-            {"l": "tracked", "k": "poly", "c": "tracked", "p": [1, 1, 8, 1, 8, 6, 1, 6], "fill": True, "a": 0.25},
+            {"l": "tracked", "k": "poly", "c": "tracked", "p": tracked, "fill": True, "a": 0.25},
             {"l": "room", "k": "poly", "c": "wall", "p": outer},
-            {"l": "objects", "k": "poly", "c": "object", "p": [6, 0.2, 7.4, 0.2, 7.4, 0.9, 6, 0.9], "fill": True},
+            {"l": "objects", "k": "poly", "c": "object", "p": table, "fill": True},
             {"l": "objects", "k": "text", "c": "object", "p": [6.05, 1.0], "s": "table"},
             {"l": "places", "k": "disc", "c": "place", "p": [1.0, 6.0], "r": 0.15, "s": "dock"},
         ],
@@ -124,7 +143,9 @@ def frame(at: float) -> Message:
                 weights.append(max(0.0, math.cos(math.atan2(j, i) / 2)) * (2.5 - r))
     wedge = [ux, uy]
     for k in range(-36, 37, 6):
-        wedge += turned(ux, uy, turn, 2.5 * math.cos(math.radians(k)), 2.5 * math.sin(math.radians(k)))
+        wedge += turned(
+            ux, uy, turn, 2.5 * math.cos(math.radians(k)), 2.5 * math.sin(math.radians(k))
+        )
     scan = []
     for k in range(240):
         a = k * math.tau / 240
@@ -133,27 +154,36 @@ def frame(at: float) -> Message:
             ((7 - ry) if math.sin(a) > 0 else -ry) / (math.sin(a) or 1e-9),
         )
         scan += [round(rx + far * math.cos(a), 3), round(ry + far * math.sin(a), 3)]
-    path = [v for k in range(12) for v in (4.5 + 2.4 * math.cos(at / 8 + k / 12), 3.4 + 2.1 * math.sin(at / 8 + k / 12))]
-    tip = turned(rx, ry, yaw, 0.7, 0.25)
+    path = [
+        v
+        for k in range(12)
+        for v in (4.5 + 2.4 * math.cos(at / 8 + k / 12), 3.4 + 2.1 * math.sin(at / 8 + k / 12))
+    ]
+    goal = {"p": path[-2:], "yaw": at / 8 + 1 + math.pi / 2, "r": 0.4}
+    arm = [rx, ry, *turned(rx, ry, yaw, 0.5, 0), *(tip := turned(rx, ry, yaw, 0.7, 0.25))]
+    ways = [k * math.pi / 6 for k in range(12)]
+    poses = [(k, [ux + 2 * math.cos(k), uy + 2 * math.sin(k)]) for k in ways]
+    deep = turned(ux, uy, turn, 0.6, -0.2)
+    chase = {"p": cells, "w": weights, "cell": 0.125, "yaw": turn, "a": 0.75}
     return {
         "t": "frame",
         "at": at,
         "shapes": [
-            {"l": "chase", "k": "cells", "c": "chase", "p": cells, "w": weights, "cell": 0.125, "yaw": turn, "a": 0.75},
+            {"l": "chase", "k": "cells", "c": "chase", **chase},
             {"l": "user", "k": "poly", "c": "view", "p": wedge, "fill": True, "a": 0.3},
             {"l": "zones", "k": "disc", "c": "ring", "p": [ux, uy], "r": 1.5},
             {"l": "scan", "k": "dots", "c": "scan", "p": scan},
             {"l": "path", "k": "line", "c": "path", "p": path},
-            {"l": "goal", "k": "arrow", "c": "goal", "p": path[-2:], "yaw": at / 8 + 1 + math.pi / 2, "r": 0.4},
-            *({"l": "escape", "k": "arrow", "c": "escape", "p": [ux + 2 * math.cos(k * math.pi / 6), uy + 2 * math.sin(k * math.pi / 6)], "yaw": k * math.pi / 6, "r": 0.3} for k in range(12)),
+            {"l": "goal", "k": "arrow", "c": "goal", **goal},
+            *({"l": "escape", "k": "arrow", "c": "escape", "p": p, "yaw": k} for k, p in poses),
             {"l": "robot", "k": "poly", "c": "robot", "p": body, "fill": True, "a": 0.35},
             {"l": "robot", "k": "poly", "c": "robot", "p": body},
-            {"l": "arm", "k": "line", "c": "arm", "p": [rx, ry, *turned(rx, ry, yaw, 0.5, 0), *tip]},
+            {"l": "arm", "k": "line", "c": "arm", "p": arm},
             {"l": "arm", "k": "disc", "c": "held", "p": tip, "r": 0.08, "fill": True},
             {"l": "user", "k": "disc", "c": "user", "p": [ux, uy], "r": 0.25, "fill": True},
-            {"l": "deep", "k": "disc", "c": "deep", "p": turned(ux, uy, turn, 0.6, -0.2), "r": 0.06, "fill": True},
+            {"l": "deep", "k": "disc", "c": "deep", "p": deep, "r": 0.06, "fill": True},
         ],
-    }  # fmt: skip
+    }
 
 
 def turned(x: float, y: float, yaw: float, dx: float, dy: float) -> list[float]:
@@ -176,7 +206,9 @@ def lanes(at: float) -> Message:
             spans.setdefault(top, []).append([since, end if over else None, None])
         spans.setdefault(path, []).append([since, end if over else None, outcome if over else None])
     marks = [m for m in MARKS if m["at"] <= at]
-    listed = [{"path": p, "name": p.rsplit("/", 1)[-1], "spans": s} for p, s in sorted(spans.items())]
+    listed = [
+        {"path": p, "name": p.rsplit("/", 1)[-1], "spans": s} for p, s in sorted(spans.items())
+    ]
     return {"t": "lanes", "lanes": listed, "marks": marks, "from": 0.0, "to": at}
 
 
@@ -197,11 +229,12 @@ class FakePageServer:
     """Serves the page on a port of its own; `received` is what pages sent, newest last."""
 
     def __init__(self, svg: str, mode: str = "live", port: int = 0, at: float = 20.0) -> None:
-        self.svg, self.mode, self.port, self.at, self.speed = svg, mode, port, at, 1.0
+        self.svg, self.mode, self.port, self.at = svg, mode, port, at
+        self.speed = 1.0 if mode == "live" else 0.0
         self.received: list[Message] = []
         self.more: dict[str, Any] = {}
         self.pages: dict[ServerConnection, str] = {}
-        self.holder: ServerConnection | None = None
+        self.holder: Any = None
         self.stopped = False
         self.real = False
         self._loop = asyncio.new_event_loop()
@@ -269,15 +302,15 @@ class FakePageServer:
             await asyncio.sleep(1 / HZ)
             if not self.pages or self.mode == "charts":
                 continue
-            if self.mode == "live" and not self.stopped:
-                self.at = min(self.at + self.speed / HZ, UNTIL)
-            elif self.mode == "record" and self.speed:
+            if not self.stopped:
                 self.at = min(self.at + self.speed / HZ, UNTIL)
             if self.at == last:
                 continue
             await self._tell(frame(self.at))
             if new := transitions(last, self.at):
-                await self._tell({"t": "ev", "at": self.at, "active": active_at(self.at), "last": new})
+                await self._tell(
+                    {"t": "ev", "at": self.at, "active": active_at(self.at), "last": new}
+                )
                 if self.mode == "live":
                     await self._tell(lanes(self.at) | {"t": "lanes+", "marks": []})
             last = self.at
@@ -300,22 +333,21 @@ class FakePageServer:
         }  # fmt: skip
 
     def state(self, page: ServerConnection | None = None) -> Message:
-        name = self.pages.get(self.holder) if self.holder else None
+        name = self.pages.get(self.holder, "ben") if self.holder else None
         return {
-            "t": "state", "at": self.at, "active": active_at(self.at) if self.mode != "charts" else {},
+            "t": "state", "at": self.at, "active": active_at(self.at),
             "last": transitions(self.at - 30, self.at)[-3:],
-            "data": {"": {"deep": "none", "since": "none"}, "chase": {"goal": "x 5.2 m, y 2.1 m, 30 deg"}},
+            "data": {"": {"deep": "none", "since": "none"}, "chase": {"shown": "none"}},
             "waiting": {}, "locks": [], "level": None, "paused": False, "breaks": [],
             "operator": {"name": name, "you": page is not None and page is self.holder},
-            "stop": self.stopped, "faults": [], "ended": None, "speed": 1.0 if self.mode == "live" else 0.0,
+            "stop": self.stopped, "faults": [], "ended": None, "speed": self.speed,
         }  # fmt: skip
 
     async def _talk(self, page: ServerConnection) -> None:
         self.pages[page] = ""
-        begin = [self.hello(), self.chart(), self.state(page)]
+        begin = [self.hello(), self.chart()]
         if self.mode != "charts":
-            if self.mode == "record":
-                self.speed = 0.0
+            begin.append(self.state(page))
             whole = UNTIL if self.mode == "record" else self.at
             begin += [room(), frame(self.at), lanes(whole), self.figures(None), HEALTH]
         try:
@@ -336,7 +368,8 @@ class FakePageServer:
     def figures(self, range_: list[float] | None) -> Message:
         rows = [
             ["Chases", "3"], ["time in Chase", "46.2 s"], ["mean distance to the user", "2.31 m"],
-            ["haptic requests served", "1 of 1"], ["Escapes", "1"], ["nearest to the user", "0.84 m"],
+            ["haptic requests served", "1 of 1"], ["Escapes", "1"],
+            ["nearest to the user", "0.84 m"],
         ]  # fmt: skip
         return {"t": "figures", "rows": rows, "range": range_}
 
@@ -382,6 +415,7 @@ class FakePageServer:
             for other in list(self.pages):
                 await other.send(json.dumps({"t": "ev", "operator": self.state(other)["operator"]}))
             return [ack(True, "you hold control" if self.holder else "given back")]
+        self.holder = self.holder or page
         if page is not self.holder:
             return [ack(False, "somebody else holds control")]
         if message["do"] == "reset":
@@ -393,14 +427,12 @@ class FakePageServer:
 HEALTH = {
     "t": "health", "late": 0, "missed": 1, "tick_p99_ms": 3.4, "dropped": 0, "pages": 1,
     "ages": {"user.pose": 0.011, "base.pose": 0.02, "scan": 0.061},
-    "children": [{"name": "localization", "state": "running"}, {"name": "live server", "state": "running"}],
+    "children": [{"name": "localization", "state": "runs"}, {"name": "server", "state": "runs"}],
     "gates": {"speed gate": "open"},
 }  # fmt: skip
 
 
 def main() -> None:
-    from tests.cobodeck.live.pictures import drawn  # noqa: PLC0415  only to look at
-
     mode = sys.argv[1] if len(sys.argv) > 1 else "live"
     with FakePageServer(drawn("cobodeck", -1), mode, port=8765) as server:
         sys.stdout.write(f"{server.url}\ntoken {TOKEN}\n")

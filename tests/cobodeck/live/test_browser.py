@@ -27,12 +27,13 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture
-def serve(browser: Browser, request: pytest.FixtureRequest) -> Iterator[Any]:
-    """`serve(mode, at=…)` opens the page on a server in this mode; nothing in its console is left."""
+def serve(browser: Browser) -> Iterator[Any]:
+    """`serve(mode, at=…)` opens the page on a server of this mode."""
     servers: list[Server] = []
 
-    def start(mode: str, at: float = 20.0, chart: str = "cobodeck", **size: Any) -> Server:
-        server = FakePageServer(drawn(chart, -1), mode, at=at)
+    def start(mode: str, at: float = 20.0, still: bool = False, **size: Any) -> Server:
+        server = FakePageServer(drawn("cobodeck", -1), mode, at=at)
+        server.stopped = still
         servers.append(server.__enter__())
         browser.open(server.url, **size)
         browser.until_text("#link", "connected")
@@ -71,26 +72,41 @@ def test_the_page_opens_without_errors_and_asks_nobody_else(browser: Browser, se
     browser.until_text("#clock", "of 60.0 s")
     assert browser.text("#title") == "cobodeck"
     assert browser.errors == []
-    assert all(url.startswith((server.url, "data:", f"ws://127.0.0.1:{server.port}/")) for url in browser.urls)
+    assert all(
+        url.startswith((server.url, "data:", f"ws://127.0.0.1:{server.port}/"))
+        for url in browser.urls
+    )
 
 
-def test_what_is_active_lights_up_and_the_transition_taken_is_bold(browser: Browser, serve: Any) -> None:
+def test_what_is_active_lights_up_and_the_transition_taken_is_bold(
+    browser: Browser, serve: Any
+) -> None:
     serve("live", at=22.5)
 
     browser.until(lit(GO))
     browser.until_text(".since", " s")
-    assert browser.see("document.getElementById('a_s:chase/follow/drive').classList.contains('active')")
-    browser.until("document.getElementById('t:chase/follow/drive:arrived').classList.contains('taken')")
+    assert browser.see(
+        "document.getElementById('a_s:chase/follow/drive').classList.contains('active')"
+    )
+    browser.until(
+        "document.getElementById('t:chase/follow/drive:arrived').classList.contains('taken')"
+    )
     browser.until(lit("chase/follow/wait"))
     browser.until(f"!{lit(GO)}")
     browser.until("!document.querySelector('.taken')")
     browser.until_text("#spoken", "chase/follow/wait")
-    browser.until_text("#log", "arrived → chase/follow/wait")
+    browser.until_text("#log", "go.arrived → chase/follow/wait")
 
 
-SEEN = """(() => { const c = document.getElementById('map'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
-  const found = {}; for (let i = 0; i < d.length; i += 4) if (d[i + 3]) { const k = [d[i] >> 4, d[i + 1] >> 4, d[i + 2] >> 4].join(); found[k] = (found[k] ?? 0) + 1; }
+SEEN = """(() => {
+  const map = document.getElementById('map'), found = {};
+  const data = map.getContext('2d').getImageData(0, 0, map.width, map.height).data;
+  for (let i = 0; i < data.length; i += 4) {
+    const key = [data[i] >> 4, data[i + 1] >> 4, data[i + 2] >> 4].join();
+    if (data[i + 3]) found[key] = (found[key] ?? 0) + 1;
+  }
   return found; })()"""
+"""How many pixels of the map have a colour, by its upper halves."""
 
 
 def test_the_map_is_drawn_and_layers_can_be_taken_away(browser: Browser, serve: Any) -> None:
@@ -147,7 +163,10 @@ def test_a_signal_is_plotted_on_click(browser: Browser, serve: Any) -> None:
     browser.click("#signals li:not([hidden]) button")
 
     browser.until_text("#plots figcaption", "yaw")
-    browser.until("document.querySelector('#plots canvas').getContext('2d').getImageData(0, 0, 2000, 80).data.some((v) => v)")
+    browser.until(
+        "document.querySelector('#plots canvas').getContext('2d')"
+        ".getImageData(0, 0, 2000, 80).data.some((v) => v)"
+    )
     assert sent(server, "plot") == [{"t": "plot", "signal": "base.twist", "on": True}]
 
 
@@ -200,8 +219,7 @@ def test_a_stop_that_cannot_be_sent_says_so(browser: Browser, serve: Any) -> Non
 
 
 def test_an_outcome_is_forced_only_with_the_token(browser: Browser, serve: Any) -> None:
-    server = serve("live", at=14.1)
-    server.stopped = True  # its time stands still
+    server = serve("live", at=14.1, still=True)
     browser.until(lit("chase/follow/choose"))
     browser.fill("#find", "chase/follow/choose")
     browser.press("Enter")
@@ -228,7 +246,7 @@ def test_an_outcome_is_forced_only_with_the_token(browser: Browser, serve: Any) 
 def test_a_refusal_of_the_server_is_shown_and_control_is_seen(browser: Browser, serve: Any) -> None:
     server = serve("live")
     in_control(browser)
-    server.holder = None
+    server.holder = object()  # another page
 
     browser.click("text=pause")
 
@@ -236,7 +254,9 @@ def test_a_refusal_of_the_server_is_shown_and_control_is_seen(browser: Browser, 
     server.tell({"t": "ev", "operator": {"name": "ben", "you": False}})
     browser.until_text("#holder", "ben holds control")
     browser.until_text("#commands", "take over from ben")
-    assert not browser.see("[...document.querySelectorAll('#commands button')].some((b) => b.textContent == 'pause')")
+    assert not browser.see(
+        "[...document.querySelectorAll('#commands button')].some((b) => b.textContent == 'pause')"
+    )
 
 
 def test_who_holds_control_beats(browser: Browser, serve: Any) -> None:
@@ -252,10 +272,12 @@ def test_an_outcome_that_waits_is_consented_to(browser: Browser, serve: Any) -> 
     server = serve("live")
     server.tell({"t": "ev", "waiting": {"chase/follow/drive": "far"}})
     browser.until_text("#commands", "chase/follow/drive: far waits for consent")
-    browser.until("document.getElementById('a_o:chase/follow/drive:far').classList.contains('waiting')")
+    browser.until(
+        "document.getElementById('a_o:chase/follow/drive:far').classList.contains('waiting')"
+    )
 
     in_control(browser)
-    browser.click("#commands >> text=consent >> nth=1")
+    browser.click("#commands button:text-is('consent')")
 
     until(lambda: sent(server, "consent"))
     assert sent(server, "consent")[0]["path"] == "chase/follow/drive"
@@ -290,8 +312,9 @@ def test_a_page_comes_back_after_a_restart(browser: Browser, serve: Any) -> None
 
 def finding(**more: Any) -> dict[str, Any]:
     return {
-        "code": "E201", "severity": "error", "message": "no node `parq`", "file": "charts/chase.yaml",
-        "line": 41, "column": 9, "path": "chase/follow/park", "hint": "did you mean `park`?", **more,
+        "code": "E201", "severity": "error", "message": "no node `parq`",
+        "file": "charts/chase.yaml", "line": 41, "column": 9, "path": "chase/follow/park",
+        "hint": "did you mean `park`?", **more,
     }  # fmt: skip
 
 
@@ -313,7 +336,9 @@ def test_the_last_good_picture_stays_while_the_text_is_broken(browser: Browser, 
     browser.until("document.getElementById('banner').hidden")
 
 
-def test_a_saved_chart_is_drawn_anew_and_two_stand_side_by_side(browser: Browser, serve: Any) -> None:
+def test_a_saved_chart_is_drawn_anew_and_two_stand_side_by_side(
+    browser: Browser, serve: Any
+) -> None:
     server = serve("charts")
 
     server.tell(server.chart(svg=drawn("escape", 0), name="escape", nodes={}))
@@ -325,17 +350,43 @@ def test_a_saved_chart_is_drawn_anew_and_two_stand_side_by_side(browser: Browser
     server.tell(server.chart(slot=1))
     browser.until("document.querySelectorAll('.chart svg').length == 2")
     browser.shot(OUT / "page-charts.png")
-    assert browser.see("new Set([...document.querySelectorAll('[id]')].map((e) => e.id)).size == document.querySelectorAll('[id]').length")
-    browser.see("document.getElementById('profile').value = 'paper', document.getElementById('profile').dispatchEvent(new Event('change'))")
+    assert browser.see(
+        "new Set([...document.querySelectorAll('[id]')].map((e) => e.id)).size"
+        " == document.querySelectorAll('[id]').length"
+    )
+    browser.see(
+        "document.getElementById('profile').value = 'paper',"
+        "document.getElementById('profile').dispatchEvent(new Event('change'))"
+    )
     until(lambda: sent(server, "profile"))
 
 
-def test_boxes_fold_and_used_charts_are_drawn_anew_by_the_server(browser: Browser, serve: Any) -> None:
+def test_charts_of_a_folder_are_listed_and_shown(browser: Browser, serve: Any) -> None:
+    server = serve("charts")
+
+    listed = [
+        {"name": n, "file": f"charts/{n}.yaml", "errors": e, "warnings": 0}
+        for n, e in (("chase", 0), ("escape", 2))
+    ]
+    server.tell({"t": "charts", "charts": listed})
+    browser.until_text("#chart-list", "escape 2 errors")
+    browser.click("#chart-list li:nth-child(2) button")
+
+    until(lambda: sent(server, "show"))
+    assert sent(server, "show")[0]["chart"] == "escape"
+
+
+def test_boxes_fold_and_used_charts_are_drawn_anew_by_the_server(
+    browser: Browser, serve: Any
+) -> None:
     server = serve("record")
     browser.until(lit(GO))
     browser.click("#chart-fit")
 
-    browser.see("document.querySelector('[data-fold=\"chase/follow\"]').dispatchEvent(new MouseEvent('click', {bubbles: true}))")
+    browser.see(
+        "document.querySelector('[data-fold=\"chase/follow\"]')"
+        ".dispatchEvent(new MouseEvent('click', {bubbles: true}))"
+    )
 
     browser.until("!document.getElementById('s:chase/follow/drive').getClientRects().length")
     assert browser.see("document.getElementById('a_s:chase/follow').classList.contains('leaf')")
@@ -344,8 +395,12 @@ def test_boxes_fold_and_used_charts_are_drawn_anew_by_the_server(browser: Browse
     nodes = server.chart()["nodes"]
     nodes["haptic"]["kind"] = "use"
     server.tell(server.chart(nodes=nodes, unfolded=["haptic"]))
-    browser.until("document.querySelector('[data-fold=haptic]')")
-    browser.see("document.querySelector('[data-fold=haptic]').dispatchEvent(new MouseEvent('click', {bubbles: true}))")
+    server.tell({"t": "say", "text": "drawn"})
+    browser.until_text("#log", "drawn")
+    browser.see(
+        "document.querySelector('[data-fold=haptic]')"
+        ".dispatchEvent(new MouseEvent('click', {bubbles: true}))"
+    )
     until(lambda: sent(server, "unfold"))
     assert sent(server, "unfold")[0] == {"t": "unfold", "path": "haptic", "on": False, "slot": 0}
 
@@ -360,14 +415,19 @@ def test_a_narrow_window_has_no_scroll_to_the_side(browser: Browser, serve: Any,
     browser.until("document.documentElement.scrollWidth <= 400")
     browser.see("scrollTo(0, document.documentElement.scrollHeight)")
     if mode == "live":
-        browser.until("(({ x, y, right, bottom }) => x >= 0 && y >= 0 && right <= 400 && bottom <= 800)(document.getElementById('stop').getBoundingClientRect())")
+        browser.until(
+            "(({ x, y, right, bottom }) => x >= 0 && y >= 0 && right <= 400 && bottom <= 800)"
+            "(document.getElementById('stop').getBoundingClientRect())"
+        )
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_letters_have_contrast(browser: Browser, serve: Any, scheme: str) -> None:
     server = serve("live", scheme=scheme)
     in_control(browser)
-    server.tell({"t": "ev", "faults": ["base: no answer"], "waiting": {"chase/follow/drive": "far"}})
+    server.tell(
+        {"t": "ev", "faults": ["base: no answer"], "waiting": {"chase/follow/drive": "far"}}
+    )
     server.tell(server.chart(findings=[finding(), finding(code="W3", severity="warning")]))
     browser.until_text("#doing", "base: no answer")
     browser.until_text("#findings", "W3")
@@ -379,13 +439,24 @@ def test_letters_have_contrast(browser: Browser, serve: Any, scheme: str) -> Non
     assert [one for one in seen if one["ratio"] < 4.5] == []
 
 
-def test_a_stalled_page_catches_up_with_one_picture_for_each_frame(browser: Browser, serve: Any) -> None:
+def test_a_stalled_page_catches_up_with_one_picture_for_each_frame(
+    browser: Browser, serve: Any
+) -> None:
     server = serve("record")
     browser.until(lit(GO))
 
-    browser.see("setTimeout(() => { const end = performance.now() + 1500; while (performance.now() < end); }, 0), 1")
+    browser.see(
+        "setTimeout(() => { const end = performance.now() + 1500;"
+        " while (performance.now() < end); }, 0), 1"
+    )
     for number in range(1000):
-        server.tell({"t": "ev", "at": 20.0 + number / 100, "last": [{"at": 20.0, "kind": "x", "path": "", "text": f"line {number}"}]})
+        server.tell(
+            {
+                "t": "ev",
+                "at": 20.0 + number / 100,
+                "last": [{"at": 20.0, "kind": "x", "path": "", "text": f"line {number}"}],
+            }
+        )
         server.tell({"t": "frame", "at": 20.0 + number / 100, "shapes": []})
 
     browser.until_text("#log", "line 999")
@@ -398,7 +469,11 @@ def test_texts_of_the_server_are_texts(browser: Browser, serve: Any) -> None:
     server = serve("live")
 
     server.tell({"t": "say", "text": "<img src=x onerror=document.title='owned'>"})
-    server.tell(server.chart(svg=server.svg.replace("</svg>", "<script>document.title='owned'</script></svg>")))
+    server.tell(
+        server.chart(
+            svg=server.svg.replace("</svg>", "<script>document.title='owned'</script></svg>")
+        )
+    )
     server.tell({"t": "say", "text": "after"})
 
     browser.until_text("#log", "after")
@@ -411,12 +486,15 @@ def test_a_reader_of_the_screen_finds_its_way(browser: Browser, serve: Any) -> N
     browser.until(lit(GO))
 
     unnamed = browser.see(
-        "[...document.querySelectorAll('button, input, select, textarea, canvas, section, aside')].filter((e) => e.type != 'file'"
-        " && !(e.textContent.trim() || e.ariaLabel || e.labels?.length || e.getAttribute('aria-labelledby'))).map((e) => e.outerHTML)"
+        "[...document.querySelectorAll('button, input, select, textarea, canvas, section, aside')]"
+        ".filter((e) => !(e.textContent.trim() || e.ariaLabel || e.labels?.length"
+        " || e.getAttribute('aria-labelledby'))).map((e) => e.outerHTML)"
     )
     assert unnamed == []
     assert browser.see("document.querySelectorAll('header, main, aside').length") == 3
-    assert "active: " in browser.see("document.querySelector('.chart svg').getAttribute('aria-label')")
+    assert "active: " in browser.see(
+        "document.querySelector('.chart svg').getAttribute('aria-label')"
+    )
 
 
 @pytest.mark.parametrize(
@@ -436,5 +514,3 @@ def test_pictures_to_look_at(browser: Browser, serve: Any, name: str, mode: str,
     browser.shot(OUT / f"page-{name}.png")
 
     assert (OUT / f"page-{name}.png").stat().st_size > 20_000
-
-
