@@ -62,7 +62,7 @@ def let_in(browser: Browser, token: str = TOKEN) -> None:
 def in_control(browser: Browser) -> None:
     let_in(browser)
     browser.until_text("#commands", "take control")
-    browser.click("#commands button")
+    browser.click("text=take control")
     browser.until_text("#holder", "You hold control as anna")
 
 
@@ -248,7 +248,7 @@ def test_a_refusal_of_the_server_is_shown_and_control_is_seen(browser: Browser, 
     in_control(browser)
     server.holder = object()  # another page
 
-    browser.click("text=pause")
+    browser.click("#commands button:text-is('pause')")
 
     browser.until_text("#answer.error", "somebody else holds control")
     server.tell({"t": "ev", "operator": {"name": "ben", "you": False}})
