@@ -56,7 +56,7 @@ export class Operator {
     const key = JSON.stringify([steers, hello.real, hello.mode, s.paused, s.level, s.waiting, s.stop, s.operator, s.ended, this.known, this.app.charts[0]?.message?.form, this.app.charts[0]?.message?.name]);
     if (key === this.key) return;
     this.key = key;
-    $("commands").replaceChildren(...[this.consent(s, steers), this.control(s), ...(steers ? this.tools(s, hello) : []), this.known || steers ? this.start() : null].filter(Boolean));
+    $("commands").replaceChildren(...[this.consent(s, steers), this.control(s), ...(steers ? this.tools(s, hello) : []), hello.mode === "charts" && this.known ? this.start() : null].filter(Boolean));
   }
 
   button(text, what, more) { return el("button", { type: "button", onclick: () => this.command(what, more) }, text); }
