@@ -12,17 +12,20 @@ function shape(tag, attributes, text = "") {
 }
 
 const above = (path) => path.slice(0, Math.max(path.lastIndexOf("/"), 0));
+/** Of paths, those that have none of the others inside. */
+export const deepest = (paths) => paths.filter((p) => p && !paths.some((q) => q !== p && within(q, p)));
 const within = (path, box) => box === "" || path === box || path.startsWith(`${box}/`);
 
 export class Chart {
   /** In `root`, the chart of `slot`; `pick(path, outcome)` is called for what is clicked, `now()` gives the time; `send` asks for folding. */
   constructor(root, slot, pick, now, send) {
-    Object.assign(this, { root, slot, pick, now, send, svg: null, message: null, folded: new Set(), state: {}, bold: new Map(), text: "" });
+    Object.assign(this, { root, slot, pick, now, send, svg: null, message: null, folded: new Set(), state: {}, bold: new Map(), text: "", picked: null });
     root.tabIndex = 0;
     this.view = new View(root, () => redraw(this.place));
     this.place = () => this.placed();
     this.tick = () => this.timed();
     root.addEventListener("click", (e) => this.clicked(e));
+    root.addEventListener("keydown", (e) => { if (e.key === "f" && this.picked) this.fold(this.foldable(this.picked)); });
     root.addEventListener("dblclick", (e) => { const g = e.target.closest("[data-path]"); if (g) this.zoomTo(g.dataset.path); });
   }
 
@@ -99,19 +102,18 @@ export class Chart {
     this.state = state;
     if (!this.svg) return;
     for (const g of this.svg.querySelectorAll(".active, .leaf, .waiting, .locked")) g.classList.remove("active", "leaf", "waiting", "locked");
-    const active = Object.keys(state.active ?? {});
-    const leaves = active.filter((p) => p && !active.some((q) => q !== p && within(q, p)));
+    const active = Object.keys(state.active ?? {}), leaves = deepest(active);
     for (const path of active) for (let p = this.shown(path); p; p = above(p)) this.boxes.get(p)?.classList.add("active");
     this.times = new Map();
-    for (const path of leaves) {
+    for (const path of leaves) this.boxes.get(this.shown(path))?.classList.add("leaf");
+    this.doing = deepest(active.filter((p) => this.message.nodes?.[p]?.kind !== "watch"));
+    for (const path of this.doing) {
       const at = this.shown(path);
-      if (!at) continue;
-      this.boxes.get(at).classList.add("leaf");
-      this.times.set(at, { since: state.active[at === path ? path : at] ?? state.active[path], below: at === path ? "" : path.slice(at.length + 1) });
+      if (at) this.times.set(at, { since: state.active[at === path ? path : at] ?? state.active[path], below: at === path ? "" : path.slice(at.length + 1) });
     }
     for (const [path, outcome] of Object.entries(state.waiting ?? {})) for (const g of this.ways.get(`${path}:${outcome}`) ?? [this.boxes.get(this.shown(path))]) g?.classList.add("waiting");
     for (const path of state.locks ?? []) this.boxes.get(path)?.classList.add("locked");
-    this.svg.setAttribute("aria-label", `chart ${this.message.name}; active: ${leaves.join(", ") || "nothing"}`);
+    this.svg.setAttribute("aria-label", `chart ${this.message.name}; active: ${this.doing.join(", ") || "nothing"}`);
     this.overlay();
   }
 
@@ -182,14 +184,25 @@ export class Chart {
 
   closed(path) { return this.folded.has(path) || (this.drawnAnew(path) && !(this.message.unfolded?.includes(path) ?? true)); }
 
+  /** The innermost box around `path` that can be folded. */
+  foldable(path) {
+    let at = path;
+    while (at && !this.inside.has(at) && !this.drawnAnew(at)) at = above(at);
+    return at;
+  }
+
   fold(path) {
+    if (!path) return;
     const on = !this.closed(path);
     if (this.drawnAnew(path)) { this.send({ t: "unfold", path, on: !on, slot: this.slot }); return; }
     if (on) this.folded.add(path); else this.folded.delete(path);
     this.hide();
   }
 
-  get allClosed() { return this.message?.unfolded ? !this.message.unfolded.length : this.folded.size > 0; }
+  get allClosed() {
+    const open = this.message?.unfolded;
+    return open ? !open.length && Object.values(this.message.nodes).some((n) => n.kind === "use") : this.folded.size > 0;
+  }
 
   foldAll(on = !this.allClosed) {
     if (this.message?.unfolded !== undefined) { this.send({ t: "unfold", path: null, on: !on, slot: this.slot }); return; }
@@ -217,6 +230,7 @@ export class Chart {
   mark(path) {
     this.svg?.querySelector(".picked")?.classList.remove("picked");
     const at = path === null ? null : this.shown(path);
+    this.picked = path;
     this.boxes?.get(at)?.classList.add("picked");
   }
 
@@ -234,7 +248,7 @@ export class Chart {
   /** Keeps the deepest box that holds all that is active in view, where letters can be read. */
   follow() {
     if (!this.times?.size || !this.svg) return;
-    const leaf = [...this.times.keys()].find((p) => this.message.nodes?.[p]?.kind !== "watch") ?? [...this.times.keys()][0];
+    const [leaf] = [...this.times].sort(([, a], [, b]) => b.since - a.since)[0];
     let at = leaf;
     const { clientWidth: w, clientHeight: h } = this.root;
     for (let p = leaf; p; p = above(p)) {

@@ -19,6 +19,7 @@ const app = {
   /** Whether this page may give commands: it holds control, or nobody does and it knows the token. */
   get steers() { const o = this.state.operator; return Boolean(this.live && this.hello.commands && (o?.you || (operator.known && !o?.name))); },
   now: () => app.at,
+  moved: () => moved(),
   send: (message) => link.send(message),
   command: (what, more) => operator.command(what, more),
   log(text, kind = "") {
@@ -77,6 +78,7 @@ const heard = {
     chart.show(m);
     if (!m.slot) {
       $("first").value = m.name;
+      if (m.profile) $("profile").value = m.profile;
       $("chart-head").textContent = m.name;
       $("paths").replaceChildren(...Object.keys(m.nodes ?? {}).filter(Boolean).map((p) => el("option", { value: p })));
     }
@@ -133,11 +135,10 @@ function shown() {
   const s = app.state;
   $("fold").textContent = app.charts[0]?.allClosed ? "unfold all" : "fold all";
   app.charts.forEach((c, slot) => c.light(app.states[slot] ?? {}));
-  if ($("chart-follow").checked && app.hello.mode !== "charts") app.charts[0]?.follow();
+  if ($("chart-follow").checked && app.hello.mode !== "charts") for (const c of app.charts) c.follow();
   operator.show();
   details.show();
-  const leaves = Object.keys(s.active ?? {}).filter((p) => p && !Object.keys(s.active).some((q) => q.startsWith(`${p}/`)));
-  const doing = [s.ended ? `ended: ${s.ended}` : "", s.stop ? "stopped" : "", s.paused ? "paused" : "", ...(s.faults ?? []), leaves.filter((p) => app.charts[0]?.message?.nodes?.[p]?.kind !== "watch").join(", ")].filter(Boolean).join(" · ");
+  const doing = [s.ended ? `ended: ${s.ended}` : "", s.stop ? "stopped" : "", s.paused ? "paused" : "", ...(s.faults ?? []), (app.charts[0]?.doing ?? []).join(", ")].filter(Boolean).join(" · ");
   $("doing").textContent = $("doing").title = doing;
   if (doing !== spoken) speak(doing);
   spoken = doing;
@@ -192,7 +193,7 @@ function figured() {
   const [one, two] = app.figures, range = one?.range;
   const beside = new Map(two?.rows ?? []);
   $("figures").replaceChildren(el("p", {}, range ? `of ${seconds(range[0])} – ${seconds(range[1])}` : "of the whole run"),
-    table((one?.rows ?? []).map(([k, v]) => (two ? [k, v, beside.get(k) ?? ""] : [k, v]))));
+    table([...(two ? [["record", 1, 2]] : []), ...(one?.rows ?? []).map(([k, v]) => (two ? [k, v, beside.get(k) ?? ""] : [k, v]))]));
 }
 
 function healthy() {

@@ -59,7 +59,7 @@ export class Timeline {
     if (!this.app.seekable) return;
     this.sought = Math.min(Math.max(at, this.from), this.to);
     this.app.at = this.sought;
-    redraw(this.draw);
+    redraw(this.app.moved);
     this.asking ||= setTimeout(() => { this.asking = 0; this.app.send({ t: "seek", at: this.sought }); }, 60);
   }
 
@@ -71,8 +71,9 @@ export class Timeline {
     if (at !== undefined) this.seek(at);
   }
 
-  /** Asks for the figures of a range; `null`: of all. */
+  /** Asks for the figures of a range, `null`: of all; of a live run, which has none of a part, shows the range alone. */
   take(range) {
+    if (!this.app.seekable) { Object.assign(this, { range: null, window: range }); redraw(this.draw); return; }
     this.range = range;
     $("range-clear").hidden = !range;
     $("range-text").textContent = range ? `${seconds(range[0])} – ${seconds(range[1])}` : "";
@@ -132,7 +133,7 @@ export class Timeline {
   }
 
   drawn() {
-    const lanes = this.sets.flatMap((set, slot) => [...(this.sets.length > 1 ? [{ title: set.title ?? `record ${slot + 1}` }] : []), ...set.lanes.values()]);
+    const lanes = this.sets.flatMap((set, slot) => [...(this.sets.length > 1 ? [{ title: set.title ?? `record ${slot + 1}` }] : []), ...[...set.lanes.values()].map((lane) => ({ ...lane, slot }))]);
     const high = `${TOP + Math.max(lanes.length, 1) * ROW + 4}px`;
     if (this.canvas.style.height !== high) this.canvas.style.height = high;
     const [g, w, h] = prepared(this.canvas), [a, b] = this.view, now = this.app.now();
@@ -143,7 +144,7 @@ export class Timeline {
     this.hits = [];
     this.axis(g, x, a, b, w, h);
     if (this.range) { g.fillStyle = colour("range"); g.fillRect(x(this.range[0]), 0, x(this.range[1]) - x(this.range[0]), h); }
-    lanes.forEach((lane, i) => this.lane(g, lane, TOP + i * ROW, x, left, w, now));
+    lanes.forEach((lane, i) => this.lane(g, lane, TOP + i * ROW, x, left, w, this.app.live ? now : this.sets[lane.slot]?.to));
     for (const [slot, set] of this.sets.entries()) for (const m of set.marks) {
       const at = x(m.at);
       if (at < left || at > w) continue;
@@ -172,7 +173,7 @@ export class Timeline {
 
   lane(g, lane, y, x, left, w, now) {
     g.fillStyle = colour(lane.title ? "accent" : "ink");
-    const name = lane.title ?? lane.name ?? lane.path, deep = lane.title ? 0 : lane.path.split("/").length - 1;
+    const own = lane.path?.split("/").at(-1), name = lane.title ?? (!lane.name || lane.name === own || lane.name === lane.path ? own : `${own}: ${lane.name}`), deep = lane.title ? 0 : lane.path.split("/").length - 1;
     g.save(); g.beginPath(); g.rect(0, y, lane.title ? w : left - 6, ROW); g.clip();
     g.fillText(name, 4 + Math.min(deep, 5) * 8, y + ROW / 2); g.restore();
     let last = -1;

@@ -85,6 +85,8 @@ def test_what_is_active_lights_up_and_the_transition_taken_is_bold(
 
     browser.until(lit(GO))
     browser.until_text(".since", " s")
+    assert browser.see("document.querySelectorAll('.since').length") == 1  # guards have none
+    assert browser.see(lit("chase/danger"))
     assert browser.see(
         "document.getElementById('a_s:chase/follow/drive').classList.contains('active')"
     )
@@ -392,6 +394,14 @@ def test_boxes_fold_and_used_charts_are_drawn_anew_by_the_server(
     assert browser.see("document.getElementById('a_s:chase/follow').classList.contains('leaf')")
     browser.until_text(".since", "drive/go")
     assert browser.see("document.getElementById('s:haptic/serve/drive').getClientRects().length")
+    browser.focus(".chart")
+    browser.press("f")
+    assert browser.see("!document.getElementById('s:chase/follow/drive').getClientRects().length")
+    browser.fill("#find", "chase/follow/drive")
+    browser.press("Enter")
+    browser.focus(".chart")
+    browser.press("f")
+    browser.until("document.getElementById('s:chase/follow/drive').getClientRects().length")
     nodes = server.chart()["nodes"]
     nodes["haptic"]["kind"] = "use"
     server.tell(server.chart(nodes=nodes, unfolded=["haptic"]))
