@@ -1,0 +1,65 @@
+// A page in Chromium, driven line by line: {"do", …} in, {"ok", "value"} out. Ends with its input.
+import { createRequire } from "node:module";
+import { createInterface } from "node:readline";
+
+const [, , place, executablePath] = process.argv;
+const { chromium } = createRequire(`${place}/`)("playwright-core");
+const PATIENCE = 15000;
+const heard = { errors: [], urls: [] };
+let browser, page;
+
+const wait = (ms) => new Promise((done) => setTimeout(done, ms));
+const COUNT = () => {
+  const counts = window.counts = { frames: 0, maps: 0 };
+  const ask = window.requestAnimationFrame.bind(window);
+  (function frame() { counts.frames += 1; ask(frame); })();
+  const draw = CanvasRenderingContext2D.prototype.drawImage;
+  CanvasRenderingContext2D.prototype.drawImage = function (...all) { counts.maps += 1; return draw.apply(this, all); };
+};
+
+const jobs = {
+  async open({ url, width, height, scheme }) {
+    await page?.context().close();
+    Object.assign(heard, { errors: [], urls: [] });
+    const context = await browser.newContext({ viewport: { width, height }, colorScheme: scheme });
+    page = await context.newPage();
+    page.setDefaultTimeout(PATIENCE);
+    page.on("console", (m) => { if (m.type() === "error" || m.type() === "warning") heard.errors.push(m.text()); });
+    page.on("pageerror", (e) => heard.errors.push(String(e.stack ?? e)));
+    page.on("request", (r) => heard.urls.push(r.url()));
+    await page.addInitScript(COUNT);
+    await page.goto(url);
+  },
+  heard: async () => heard,
+  see: ({ js }) => page.evaluate(js),
+  async until({ js }) {
+    for (const end = Date.now() + PATIENCE; Date.now() < end; await wait(20)) if (await page.evaluate(js)) return true;
+    throw new Error(`in vain: ${js}; errors: ${heard.errors.join("; ")}`);
+  },
+  click: ({ on }) => page.click(on),
+  fill: ({ on, text }) => page.fill(on, text),
+  focus: ({ on }) => page.focus(on),
+  press: ({ key }) => page.keyboard.press(key),
+  resize: ({ width, height }) => page.setViewportSize({ width, height }),
+  scheme: ({ scheme }) => page.emulateMedia({ colorScheme: scheme }),
+  async drag({ on, from, to }) {
+    const box = await page.locator(on).boundingBox();
+    const at = ([x, y]) => [box.x + x * box.width, box.y + y * box.height];
+    await page.mouse.move(...at(from));
+    await page.mouse.down();
+    await page.mouse.move(...at(to), { steps: 5 });
+    await page.mouse.up();
+  },
+  shot: ({ file }) => page.screenshot({ path: file, timeout: PATIENCE }),
+};
+
+try {
+  browser = await chromium.launch({ executablePath, timeout: 60000, args: ["--disable-dev-shm-usage", "--disable-gpu"] });
+  console.log(JSON.stringify({ ok: true, value: "ready" }));
+  for await (const line of createInterface({ input: process.stdin })) {
+    const job = JSON.parse(line);
+    try { console.log(JSON.stringify({ ok: true, value: (await jobs[job.do](job)) ?? null })); }
+    catch (error) { console.log(JSON.stringify({ ok: false, value: String(error) })); }
+  }
+} finally { await browser?.close(); }
+process.exit(0);
