@@ -1,0 +1,11 @@
+from cobodeck.review.run_events import (
+    RunEvents as RunEvents,
+    events_of as events_of,
+)
+from cobodeck.review.state_statistics import (
+    RunsReviewed as RunsReviewed,
+    review as review,
+)
+from cobodeck.review.statistics_table import (
+    statistics_text as statistics_text,
+)
