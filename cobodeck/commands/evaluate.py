@@ -2,9 +2,10 @@
 
 `states RECORD…`: visits, times, waits, outcomes and agreement of each node of their charts.
 
-`paper` is section 5 of the paper, with its figures, tests and claims. Three conditions on `study`, as the paper has them: between requests the robot stays near the person
-(Chase) or is parked in the corner or near the center. A claim that does not hold is an answer: the
-exit code is 1 only if a run failed.
+`paper` is section 5 of the paper, with its figures, tests and claims. Three conditions on `study`,
+as the paper has them: between requests the robot stays near the person (Chase) or is parked in the
+corner or near the center. A claim that does not hold is an answer: the exit code is 1 only if a run
+failed.
 """
 
 from __future__ import annotations
@@ -44,7 +45,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "what", choices=("paper", "states"), help="section 5 of the paper; states of recorded runs"
     )
     parser.add_argument(
-        "records", nargs="*", type=Path, metavar="RECORD", help="of `states`: X.mcap, or trace files"
+        "records",
+        nargs="*",
+        type=Path,
+        metavar="RECORD",
+        help="for `states`: X.mcap, or trace file",
     )
     parser.add_argument(
         "--requests", type=positive, default=100, metavar="N", help="per condition; default 100"

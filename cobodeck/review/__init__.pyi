@@ -1,3 +1,6 @@
+from cobodeck.review.chart_coverage import (
+    edge_counts as edge_counts,
+)
 from cobodeck.review.run_events import (
     RunEvents as RunEvents,
     events_of as events_of,

@@ -15,7 +15,7 @@ from cobodeck.project import catalogue
 from cobodeck.record.format import charts_again, trace_line, value
 from cobodeck.record.read import Group, Record, written_setup
 from cobodeck.terminal import Problem, is_record
-from engine.chart import Chart, Node
+from engine.chart import LEAVES, Chart, Node
 from engine.files import mistake, unreadable
 from engine.run import TraceRecord
 
@@ -110,18 +110,24 @@ def _of_trace_file(file: Path) -> RunEvents:
 
 def names_of(chart: Chart, library: Mapping[str, Chart]) -> Iterator[tuple[str, str]]:
     """The path of each node that names a state or a chart, and that name."""
-    yield from _names(chart.root, "", library, (chart.name,))
+    for path, node in nodes_of_chart(chart, library):
+        if node.form in LEAVES:
+            yield path, node.target
 
 
-def _names(
+def nodes_of_chart(chart: Chart, library: Mapping[str, Chart]) -> Iterator[tuple[str, Node]]:
+    """All nodes of a chart but its root, and those of the charts that it uses, by path."""
+    yield from _below(chart.root, "", library, (chart.name,))
+
+
+def _below(
     node: Node, path: str, library: Mapping[str, Chart], inside: tuple[str, ...]
-) -> Iterator[tuple[str, str]]:
+) -> Iterator[tuple[str, Node]]:
     for child in node.children:
         below = f"{path}/{child.name}" if path else child.name
-        if child.form in ("do", "watch", "use"):
-            yield below, child.target
+        yield below, child
         used = library.get(child.target) if child.form == "use" else None
         if used is None:
-            yield from _names(child, below, library, inside)
+            yield from _below(child, below, library, inside)
         elif used.name not in inside:
-            yield from _names(used.root, below, library, (*inside, used.name))
+            yield from _below(used.root, below, library, (*inside, used.name))

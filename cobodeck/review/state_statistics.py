@@ -131,7 +131,7 @@ def _transitions(visits: Iterable[NodeVisit]) -> Iterable[TransitionStatistics]:
 
 
 def quantile(ordered: Sequence[float], share: float) -> float:
-    """The quantile of ascending numbers, of which there is one at least, by linear interpolation."""
+    """The quantile of one or more ascending numbers, by linear interpolation."""
     place = share * (len(ordered) - 1)
     below = int(place)
     above = min(below + 1, len(ordered) - 1)

@@ -1,5 +1,7 @@
 from cobodeck.testing.edge_coverage import (
     EdgeCoverage as EdgeCoverage,
+    edges_of as edges_of,
+    taken as taken,
 )
 from cobodeck.testing.stub_parts import (
     Parts as Parts,

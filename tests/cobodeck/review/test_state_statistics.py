@@ -73,7 +73,12 @@ def test_a_consent_agrees_and_its_wait_is_told_apart_from_the_visit(sim: ChartTe
 
     (visit,) = drives(sim)
 
-    assert (visit.ended, visit.led, visit.asked, visit.agreed) == ("arrived", "park", "arrived", True)
+    assert (visit.ended, visit.led, visit.asked, visit.agreed) == (
+        "arrived",
+        "park",
+        "arrived",
+        True,
+    )
     assert visit.lasted_s == pytest.approx(1.0, abs=0.1)
     assert visit.waited_ns / 1e9 == pytest.approx(0.5, abs=0.1)
 
@@ -152,7 +157,9 @@ def test_quantiles_are_those_of_numpy(values: list[float], share: float) -> None
     assert quantile(sorted(values), share) == pytest.approx(float(np.quantile(values, share)))
 
 
-def test_a_record_and_its_trace_file_agree(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_record_and_its_trace_file_agree(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     options = Options(tier=0, seed=4, duration_s=120.0)
     result = recorded(Path("run.mcap"), options)
     sink = open_free(Path("run.trace.jsonl"), trace_file.ENDING)
