@@ -38,7 +38,7 @@ from hw import missing
 if TYPE_CHECKING:
     from cobodeck.loop import Clock, Loop
     from cobodeck.record.write import Recorder
-    from cobodeck.run import RunResult
+    from cobodeck.run import RunResult, Shadow
     from cobodeck.setup import Options, Setup
     from hw.connection import Connection
 
@@ -121,6 +121,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-skip", action="store_true", help="compute every signal in every tick")
     parser.add_argument(
         "--frozen-base", action="store_true", help="the base does not move; for trying tests"
+    )
+    parser.add_argument(
+        "--shadow",
+        type=word,
+        metavar="CHART",
+        help="a second chart that sees the same signals and decides beside, commanding nothing",
     )
     parser.add_argument("--json", action="store_true", help="for programs")
 
@@ -283,6 +289,21 @@ def _setup(args: argparse.Namespace) -> Setup:
     return setup
 
 
+def _shadow_of(args: argparse.Namespace, setup: Setup, options: Options) -> Shadow | None:
+    """The second chart that decides beside the run; None without one.
+
+    Raises:
+        Problem: there are no signals to be seen.
+    """
+    if getattr(args, "shadow", None) is None:
+        return None
+    if options.tier == 0:
+        raise Problem("--shadow: a second chart sees the same signals; --tier 0 has none")
+    from cobodeck.run import Shadow
+
+    return Shadow(setup.beside(args.shadow), complain)
+
+
 def _run(
     setup: Setup,
     args: argparse.Namespace,
@@ -293,6 +314,7 @@ def _run(
 ) -> RunResult:
     from cobodeck.run import simulate
 
+    shadow = _shadow_of(args, setup, options)
     recorder = _recorder(args, setup, options, clock, began)
     progress = ProgressLine("simulate")
     aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # states may print
@@ -306,6 +328,7 @@ def _run(
                 partial(_looked_after, blocked_s, options.connection is not None),
                 _show_error,
                 recorder,
+                shadow,
             )
     finally:
         progress.done()

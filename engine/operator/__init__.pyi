@@ -7,3 +7,8 @@ from engine.operator.commands import (
 from engine.operator.operator import (
     Operator as Operator,
 )
+from engine.operator.place import (
+    Place as Place,
+    place_of as place_of,
+    set_place as set_place,
+)

@@ -121,6 +121,12 @@ class Recorder:
         """A part has raised outside of any call."""
         self._guarded(lambda: self._log("failures", schemas.FAILURE, failure_text(part, error)))
 
+    def shadow(self, at_ns: int, path: str, ran: str, shadow: str) -> None:
+        """At this instant a shadow has decided otherwise than the chart that runs."""
+        told = f'"at_ns":{at_ns},"path":{text(path)},"ran":{text(ran)},"shadow":{text(shadow)}'
+        self._now = at_ns
+        self._guarded(lambda: self._log("shadow", schemas.SHADOW, f"{{{told}}}"))
+
     def watch(self, now_ns: int) -> None:
         """Write the truth before the chart decides, and the safety chain's cycles up to now."""
         self._now = now_ns

@@ -121,7 +121,7 @@ def test_counts_stand_in_the_picture_and_add_no_colour(
         (["paper_chase", "--coverage", "RUN"], "cobodeck ran, without paper_chase"),
         (["RUN", "--coverage", "RUN"], "is drawn on a CHART"),
         (["--scene", "lab_a", "--coverage", "RUN"], "is drawn on a CHART"),
-        (["chase", "--coverage", "none.mcap"], "none.mcap: error[Y01] cannot be read"),
+        (["chase", "--coverage", "none.mcap"], "none.mcap: cannot be read"),
     ],
 )
 def test_what_cannot_be_counted_is_said(
