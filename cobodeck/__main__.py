@@ -32,6 +32,7 @@ COMMANDS = {
     "observe": "watch a real robot, and stop it",
     "replay": "do a recorded run again, and check it",
     "recover": "save what is whole of a record that was cut off",
+    "case": "write a test that plays a moment of a recorded run",
     "compare": "tell how two recorded runs differ",
     "space": "measure how much of a room or map the robot can use",
     "reach": "tell how high the arm reaches",

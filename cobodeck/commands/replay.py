@@ -13,7 +13,18 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal import FAILED, OK, Problem, ProgressLine, complain, new_record, show, show_json, table, word
+from cobodeck.terminal import (
+    FAILED,
+    OK,
+    Problem,
+    ProgressLine,
+    complain,
+    new_record,
+    show,
+    show_json,
+    table,
+    word,
+)
 
 if TYPE_CHECKING:
     from cobodeck.loop import Loop, ValueTap

@@ -1,3 +1,6 @@
+from cobodeck.review.case_file import (
+    write_case as write_case,
+)
 from cobodeck.review.chart_coverage import (
     edge_counts as edge_counts,
 )

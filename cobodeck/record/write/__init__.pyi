@@ -1,3 +1,7 @@
+from cobodeck.record.write.excerpt import (
+    CASE as CASE,
+    write_excerpt as write_excerpt,
+)
 from cobodeck.record.write.record_recovery import (
     Extent as Extent,
     extent as extent,
