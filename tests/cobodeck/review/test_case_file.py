@@ -1,4 +1,4 @@
-"""A test written from a record passes with the code that made it, and fails once it decides else."""
+"""A test written from a record passes with the code that made it, and fails once that differs."""
 
 from __future__ import annotations
 
