@@ -52,13 +52,21 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="RECORD",
         help="how often these runs took each edge of CHART",
     )
+    parser.add_argument(
+        "--foxglove",
+        type=Path,
+        metavar="LAYOUT.json",
+        help="instead of a picture, a layout with which the Foxglove app shows RECORD",
+    )
     room.arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Draw."""
     if args.chart is not None and is_record(args.chart):
-        return _draw_run(args)
+        return _draw_run(args) if args.foxglove is None else _write_layout(args)
+    if args.foxglove is not None:
+        raise Problem("--foxglove is for records of runs, X.mcap")
     if args.start_s is not None or args.end_s is not None:
         raise Problem("--from and --to are for records of runs, X.mcap")
     if args.coverage and (args.chart is None or args.scene is not None):
@@ -102,6 +110,20 @@ def _draw_chart(args: argparse.Namespace) -> int:
     output.parent.mkdir(parents=True, exist_ok=True)
     output.write_bytes(data)
     show(str(output))
+    return OK
+
+
+def _write_layout(args: argparse.Namespace) -> int:
+    """Write a layout for the Foxglove app."""
+    from cobodeck.record.read import Record
+    from cobodeck.record.write import foxglove_layout
+
+    record = Record(Path(args.chart))
+    record.require_ticks()
+    topics = {told.topic for group in record.groups() for told in group.told}
+    args.foxglove.parent.mkdir(parents=True, exist_ok=True)
+    args.foxglove.write_text(foxglove_layout(topics), encoding="utf-8")
+    show(str(args.foxglove))
     return OK
 
 

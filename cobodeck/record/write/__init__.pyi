@@ -2,6 +2,9 @@ from cobodeck.record.write.excerpt import (
     CASE as CASE,
     write_excerpt as write_excerpt,
 )
+from cobodeck.record.write.foxglove_layout import (
+    foxglove_layout as foxglove_layout,
+)
 from cobodeck.record.write.record_recovery import (
     Extent as Extent,
     extent as extent,

@@ -36,11 +36,12 @@ from hw.safety import CycleReader
 
 
 class RunDescription(NamedTuple):
-    """The header as JSON values; attached texts by name; the scene for viewers."""
+    """The header as JSON values; attached texts by name; scene and fixed frames for viewers."""
 
     header: Mapping[str, Any]
     attachments: Mapping[str, bytes]
     scene: str | None = None
+    frames: str | None = None
 
 
 Describe = Callable[[Loop], RunDescription]
@@ -85,10 +86,12 @@ class Recorder:
 
     def _begin(self) -> None:
         assert self._loop is not None, "nothing is attended"
-        header, attachments, scene = self._describe(self._loop)
+        header, attachments, scene, frames = self._describe(self._loop)
         self._file.begin(header, attachments)
         if scene is not None:
             self._log("scene", schemas.SCENE, scene)
+        if frames is not None:
+            self._log("frames", schemas.FRAMES, frames)
 
     def tap(self, name: str, part: Any) -> Any:
         """A wrapper of a part that records each call by a state."""

@@ -20,7 +20,7 @@ from cobodeck.record.format import (
 )
 from cobodeck.record.read import Record
 from cobodeck.record.write.run_recorder import Describe, Recorder, RunDescription
-from cobodeck.record.write.scenery import scene_update
+from cobodeck.record.write.scenery import fixed_frames, scene_update
 from cobodeck.setup import Options, Setup
 from cobodeck.terminal import ENDING, USAGE, Problem
 
@@ -38,7 +38,7 @@ def recorder(
 
     def describe(loop: Loop) -> RunDescription:
         found = header(setup, options, loop, sys.argv, _utc(at))
-        return RunDescription(found, attachments(setup), _walls(setup))
+        return RunDescription(found, attachments(setup), _walls(setup), _frames(setup))
 
     named = path or FOLDER / (default_name(setup, options, at) + ENDING)
     return _opened(named, path is None, describe, tell)
@@ -53,7 +53,7 @@ def replay_recorder(
         Problem: the file exists.
     """
     found = header_of_replay(record.header, setup, sys.argv, _utc(at))
-    about = RunDescription(found, record.attachments, _walls(setup))
+    about = RunDescription(found, record.attachments, _walls(setup), _frames(setup))
     return _opened(path, False, lambda _: about, tell)
 
 
@@ -75,3 +75,7 @@ def _utc(at: datetime) -> str:
 def _walls(setup: Setup) -> str | None:
     scene = setup.scene
     return None if scene is None else scene_update(scene, setup.robot.footprint)
+
+
+def _frames(setup: Setup) -> str | None:
+    return fixed_frames(setup.robot.sensing) if setup.scans else None
