@@ -39,7 +39,7 @@ COMMANDS = {
     "localize": "run the localization on a recorded log",
     "calibrate": "find where tracking, trackers and scanners are, from a log",
     "new": "begin a project of your own",
-    "evaluate": "repeat the paper's evaluation and judge its claims",
+    "evaluate": "tell statistics of recorded runs, or repeat the paper's evaluation",
     "campaign": "run all combinations of settings, people and seeds",
     "bench": "measure run time against error",
     "doctor": "tell whether this machine is fit",

@@ -2,9 +2,6 @@ from cobodeck.record.write.excerpt import (
     CASE as CASE,
     write_excerpt as write_excerpt,
 )
-from cobodeck.record.write.foxglove_layout import (
-    foxglove_layout as foxglove_layout,
-)
 from cobodeck.record.write.record_recovery import (
     Extent as Extent,
     extent as extent,
@@ -16,4 +13,7 @@ from cobodeck.record.write.run_recorder import (
 from cobodeck.record.write.start import (
     recorder as recorder,
     replay_recorder as replay_recorder,
+)
+from cobodeck.record.write.viewer_layout import (
+    foxglove_layout as foxglove_layout,
 )

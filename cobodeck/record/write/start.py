@@ -38,7 +38,9 @@ def recorder(
 
     def describe(loop: Loop) -> RunDescription:
         found = header(setup, options, loop, sys.argv, _utc(at))
-        return RunDescription(found, attachments(setup), _walls(setup), _frames(setup))
+        return RunDescription(
+            found, attachments(setup), _walls(setup), fixed_frames(setup.robot.sensing)
+        )
 
     named = path or FOLDER / (default_name(setup, options, at) + ENDING)
     return _opened(named, path is None, describe, tell)
@@ -53,7 +55,9 @@ def replay_recorder(
         Problem: the file exists.
     """
     found = header_of_replay(record.header, setup, sys.argv, _utc(at))
-    about = RunDescription(found, record.attachments, _walls(setup), _frames(setup))
+    about = RunDescription(
+        found, record.attachments, _walls(setup), fixed_frames(setup.robot.sensing)
+    )
     return _opened(path, False, lambda _: about, tell)
 
 
@@ -75,7 +79,3 @@ def _utc(at: datetime) -> str:
 def _walls(setup: Setup) -> str | None:
     scene = setup.scene
     return None if scene is None else scene_update(scene, setup.robot.footprint)
-
-
-def _frames(setup: Setup) -> str | None:
-    return fixed_frames(setup.robot.sensing) if setup.scans else None

@@ -33,12 +33,12 @@ SCENES: dict[str, tuple[dict[str, Any], Options]] = {
 
 
 def beside(
-    options: Options, other: str | None = None, sets: tuple[str, ...] = (), **given: Any
+    options: Options, other: str | None = None, changed: tuple[str, ...] = (), **given: Any
 ) -> tuple[RunResult, Shadow, list[str]]:
     """A run with a shadow: its own chart, `other`, or its own with other values."""
     with noting():
         setup = open_setup(**given)
-        shadowed = open_setup(**{**given, "sets": [*given.get("sets", ()), *sets]})
+        shadowed = open_setup(**{**given, "sets": [*given.get("sets", ()), *changed]})
         chart = shadowed if other is None else setup.beside(other)
         said: list[str] = []
         shadow = Shadow(chart, said.append)
@@ -66,7 +66,7 @@ def test_the_same_chart_decides_the_same_and_the_run_is_as_without(name: str) ->
 def test_another_value_differs_where_it_matters_and_is_set_to_the_runs_place_again() -> None:
     given, options = SCENES["lab_a"]
 
-    result, shadow, _ = beside(options, sets=("charts.chase.near=2.9 m",), **given)
+    result, shadow, _ = beside(options, changed=("charts.chase.near=2.9 m",), **given)
 
     assert shadow.ended is None
     assert shadow.rows
