@@ -77,14 +77,14 @@ def set_place(run: ChartRun, place: Place) -> None:
         if box.status != RUNNING:
             box.status, box.entered = RUNNING, run.board.ticks
             run.entered[box] = None
-            _set_entry(run, box, place)
             if box.box.keeps:
                 run.queue.insert(box)
+        _set_entry(run, box, place)
         _set_content(run, box, place)
     for node in targets:
         if node.status not in ACTIVE:
             run.queue.choose(node)
-            _set_entry(run, node, place)
+        _set_entry(run, node, place)
     run.outcome, run.over = None, False
     run.life.early = True
 
