@@ -20,7 +20,7 @@ from cobodeck.setup import Setup, open_setup
 from engine import TickGrid
 from engine.files import mistake
 from engine.files.declared import with_own_files
-from engine.operator import Place, set_place
+from engine.operator import ChartPlace, set_place
 from hw.connection import load_connection
 
 __tracebackhide__ = True  # a failing test shows its own line
@@ -38,7 +38,7 @@ class CaseStart:
 
     at_ns: int
     paused_ns: int = 0
-    place: Place | None = None
+    place: ChartPlace | None = None
 
     def as_values(self) -> dict[str, Any]:
         """For metadata; values of the chart as in a record."""
@@ -50,7 +50,7 @@ class CaseStart:
     def of_values(cls, values: Mapping[str, Any]) -> CaseStart:
         """What `as_values` has made values of."""
         place = values["place"]
-        found = None if place is None else Place(*value(_parsed(place)))
+        found = None if place is None else ChartPlace(*value(_parsed(place)))
         return cls(values["at_ns"], values["paused_ns"], found)
 
 

@@ -8,7 +8,7 @@ from engine.operator.operator import (
     Operator as Operator,
 )
 from engine.operator.place import (
-    Place as Place,
+    ChartPlace as ChartPlace,
     place_of as place_of,
     set_place as set_place,
 )

@@ -30,7 +30,7 @@ ACTIVE = (CHOSEN, RUNNING, WAITING, RETRYING, PUT_OFF)
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ChartPlace:
     """Where a run is.
 
     Attributes:
@@ -47,12 +47,12 @@ class Place:
     data: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
-def place_of(run: ChartRun) -> Place:
+def place_of(run: ChartRun) -> ChartPlace:
     """Where a run is between two ticks."""
     active = [node for node in run.nodes.values() if node.status in ACTIVE]
     nodes = dict.fromkeys(n for node in active for n in (*reversed(_around(node)), node))
     boxes = [node for node in nodes if isinstance(node, BoxNode)]
-    return Place(
+    return ChartPlace(
         {node.path: node.since for node in nodes},
         {node.path: node.tries for node in nodes if node.tries},
         {box.path: dict(box.kept) for box in boxes if box.kept},
@@ -64,7 +64,7 @@ def place_of(run: ChartRun) -> Place:
     )
 
 
-def set_place(run: ChartRun, place: Place) -> None:
+def set_place(run: ChartRun, place: ChartPlace) -> None:
     """Let `run` go on from `place` with its next tick, as far as its chart has the same nodes.
 
     Of an active node that it lacks, the innermost node around it counts that it has. The outputs
@@ -99,7 +99,7 @@ def _around(node: RunNode) -> list[BoxNode]:
     return found
 
 
-def _targets(run: ChartRun, place: Place) -> list[RunNode]:
+def _targets(run: ChartRun, place: ChartPlace) -> list[RunNode]:
     """The innermost nodes of the place that the run's chart has."""
     known = [run.nodes[path] for path in place.active if path in run.nodes]
     outer = {box for node in known for box in _around(node)}
@@ -121,7 +121,7 @@ def _leave(run: ChartRun, targets: list[RunNode], around: Collection[RunNode]) -
         node.status, node.step, node.deadline = IDLE, None, NEVER_NS
 
 
-def _set_entry(run: ChartRun, node: RunNode, place: Place) -> None:
+def _set_entry(run: ChartRun, node: RunNode, place: ChartPlace) -> None:
     """Let a node have been entered when it was, with the tries that it had."""
     node.since = place.active.get(node.path)
     node.tries = place.tries.get(node.path, 0)
@@ -131,7 +131,7 @@ def _set_entry(run: ChartRun, node: RunNode, place: Place) -> None:
         run.life.set_deadline(node, node.since + timeout)
 
 
-def _set_content(run: ChartRun, box: BoxNode, place: Place) -> None:
+def _set_content(run: ChartRun, box: BoxNode, place: ChartPlace) -> None:
     """The values and the kept outcomes of a box."""
     values = place.data.get(box.path, {})
     run.life.data |= {c: values[key] for key, c in box.box.cells.items() if key in values}
