@@ -1,14 +1,17 @@
-"""Repeat an evaluation: `paper` is section 5 of the paper, with its figures, tests and claims.
+"""Repeat an evaluation, or evaluate runs that were recorded.
 
-Three conditions on `study`, as the paper has them: between requests the robot stays near the person
-(Chase) or is parked in the corner or near the center. A claim that does not hold is an answer: the
-exit code is 1 only if a run failed.
+`states RECORD…`: visits, times, waits, outcomes and agreement of each node of their charts.
+
+`paper` is section 5 of the paper, with its figures, tests and claims. Three conditions on `study`,
+as the paper has them: between requests the robot stays near the person (Chase) or is parked in the
+corner or near the center. A claim that does not hold is an answer: the exit code is 1 only if a run
+failed.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from datetime import date
 from pathlib import Path
@@ -30,6 +33,7 @@ from cobodeck.terminal import (
 
 if TYPE_CHECKING:
     from cobodeck.paper import EvaluationPlan
+    from cobodeck.review import RunEvents
 
 RUNS = "runs"
 """Folder below DIR in which the figures of all runs are kept."""
@@ -37,7 +41,16 @@ RUNS = "runs"
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.add_argument("what", choices=("paper",), help="section 5 of the paper")
+    parser.add_argument(
+        "what", choices=("paper", "states"), help="section 5 of the paper; states of recorded runs"
+    )
+    parser.add_argument(
+        "records",
+        nargs="*",
+        type=Path,
+        metavar="RECORD",
+        help="for `states`: X.mcap, or trace file",
+    )
     parser.add_argument(
         "--requests", type=positive, default=100, metavar="N", help="per condition; default 100"
     )
@@ -76,6 +89,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run all, judge, report."""
+    if args.what == "states":
+        return _evaluate_states(args)
+    if args.records:
+        raise Problem(f"{args.records[0]}: `paper` makes its own runs; records are for `states`")
     from cobodeck.paper import EvaluationPlan, evaluate
 
     if args.parts_requests < 0:
@@ -97,6 +114,34 @@ def run(args: argparse.Namespace) -> int:
     else:
         show(_text(result, files))
     return OK
+
+
+def _evaluate_states(args: argparse.Namespace) -> int:
+    """Tell the statistics of the nodes of recorded runs."""
+    from cobodeck.review import events_of, review, statistics_text
+
+    if not args.records:
+        raise Problem("name the records of which to tell statistics, `evaluate states X.mcap …`")
+    progress = ProgressLine("evaluate")
+    try:
+        found = review(_with_progress(args.records, events_of, progress))
+    finally:
+        progress.done()
+    if args.json:
+        rows = {"states": found.states, "classes": found.classes}
+        told = {name: [one.as_json() for one in some] for name, some in rows.items()}
+        show_json({"runs": found.runs, "operated": found.operated, **told})
+    else:
+        show(statistics_text(found))
+    return OK
+
+
+def _with_progress(
+    files: list[Path], read: Callable[[Path], RunEvents], progress: ProgressLine
+) -> Iterator[RunEvents]:
+    for number, file in enumerate(files):
+        progress.at(file.name, number / len(files))
+        yield read(file)
 
 
 @contextmanager

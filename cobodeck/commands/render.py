@@ -6,13 +6,23 @@ A chart is drawn with the values that a run by the same profile uses.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 
 from cobodeck.pictures import render_scene as room
-from cobodeck.project import catalogue, chart_file, load_beside, misfits, reached, replacements
+from cobodeck.project import (
+    Catalogue,
+    catalogue,
+    chart_file,
+    load_beside,
+    misfits,
+    reached,
+    replacements,
+)
 from cobodeck.setup import profile_with, with_values
 from cobodeck.terminal import FAILED, OK, Problem, complain, instant, is_record, show
 from engine import text
+from engine.chart import Chart
 from engine.draw import FILE_FORMS, CannotRender, dot, mermaid, nodes_shown, render
 from engine.files import did_you_mean
 
@@ -35,15 +45,32 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     for option, what in (("--from", "start"), ("--to", "end")):
         about = f"{what} of what is drawn of RECORD; default: its own"
         parser.add_argument(option, dest=f"{what}_s", type=instant, metavar="S", help=about)
+    parser.add_argument(
+        "--coverage",
+        nargs="+",
+        type=Path,
+        metavar="RECORD",
+        help="how often these runs took each edge of CHART",
+    )
+    parser.add_argument(
+        "--foxglove",
+        type=Path,
+        metavar="LAYOUT.json",
+        help="instead of a picture, a layout with which the Foxglove app shows RECORD",
+    )
     room.arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Draw."""
     if args.chart is not None and is_record(args.chart):
-        return _draw_run(args)
+        return _draw_run(args) if args.foxglove is None else _write_layout(args)
+    if args.foxglove is not None:
+        raise Problem("--foxglove is for records of runs, X.mcap")
     if args.start_s is not None or args.end_s is not None:
         raise Problem("--from and --to are for records of runs, X.mcap")
+    if args.coverage and (args.chart is None or args.scene is not None):
+        raise Problem("--coverage is drawn on a CHART; name one")
     if args.scene is not None:
         return room.draw_scene(args)
     if args.chart is None:
@@ -64,16 +91,18 @@ def _draw_chart(args: argparse.Namespace) -> int:
         sources = {str(file): library.sources[str(file)]}
         raise Problem(f"{file} is no chart\n{text(library.findings, sources)}".rstrip(), FAILED)
     depth = None if args.depth < 0 else args.depth
-    shown = nodes_shown(chart.name, library, LEVELS if depth is None else depth, {})
-    if shown > LARGEST:
-        raise Problem(f"a picture of {shown} nodes; at most {LARGEST}, choose a smaller --depth")
+    nodes = nodes_shown(chart.name, library, LEVELS if depth is None else depth, {})
+    if nodes > LARGEST:
+        raise Problem(f"a picture of {nodes} nodes; at most {LARGEST}, choose a smaller --depth")
     profile = profile_with(args.profile, args.sets)
     used = reached({chart.name}, library)
     for told in (*replacements(library, known, used), *misfits(library, known, used)):
         complain(told)
     charts = with_values(profile, library, used)
     write = mermaid if form == "mmd" else dot
-    written = write(charts[chart.name], charts, depth, constants=profile.constants)
+    shown = charts[chart.name]
+    counts = _counts(args.coverage, shown, charts, known) if args.coverage else None
+    written = write(shown, charts, depth, constants=profile.constants, counts=counts)
     try:
         data = written.encode() if form in TEXT_FORMS else render(written, form)  # type: ignore[arg-type]
     except CannotRender as error:
@@ -84,9 +113,35 @@ def _draw_chart(args: argparse.Namespace) -> int:
     return OK
 
 
+def _write_layout(args: argparse.Namespace) -> int:
+    """Write a layout for the Foxglove app."""
+    from cobodeck.record.read import Record
+    from cobodeck.record.write import foxglove_layout
+
+    record = Record(Path(args.chart))
+    record.require_ticks()
+    topics = {told.topic for group in record.groups() for told in group.told}
+    args.foxglove.parent.mkdir(parents=True, exist_ok=True)
+    args.foxglove.write_text(foxglove_layout(topics), encoding="utf-8")
+    show(str(args.foxglove))
+    return OK
+
+
+def _counts(
+    files: list[Path], chart: Chart, charts: Mapping[str, Chart], known: Catalogue
+) -> dict[tuple[str, str], int]:
+    """How often the recorded runs took each edge of a chart."""
+    from cobodeck.record.read import Record
+    from cobodeck.review import edge_counts
+
+    return edge_counts(chart, charts, map(Record, files), known, complain)
+
+
 def _draw_run(args: argparse.Namespace) -> int:
     if args.scene is not None:
         raise Problem(f"{args.chart}: a record has its own room; leave out --scene")
+    if args.coverage:
+        raise Problem(f"--coverage is drawn on a CHART, and {args.chart} is a record")
     from cobodeck.pictures.run import draw_run
 
     return draw_run(Path(args.chart), args.output, args.start_s, args.end_s)

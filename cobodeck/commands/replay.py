@@ -13,12 +13,25 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal import FAILED, OK, ProgressLine, complain, new_record, show, show_json, table
+from cobodeck.terminal import (
+    FAILED,
+    OK,
+    Problem,
+    ProgressLine,
+    complain,
+    new_record,
+    show,
+    show_json,
+    table,
+    word,
+)
 
 if TYPE_CHECKING:
-    from cobodeck.loop import Loop
+    from cobodeck.loop import Loop, ValueTap
     from cobodeck.record.read import Record, Replay, ReplayMismatch
     from cobodeck.record.write import Recorder
+    from cobodeck.run import Shadow
+    from cobodeck.setup import Setup
 
 FOR_EVER_NS = 1 << 61
 
@@ -32,6 +45,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--record", type=new_record, metavar="X.mcap", help="record the replay as well"
     )
+    parser.add_argument(
+        "--shadow",
+        type=word,
+        metavar="CHART",
+        help="a second chart that sees the recorded signals and decides beside",
+    )
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
@@ -40,19 +59,28 @@ def run(args: argparse.Namespace) -> int:
     from cobodeck.project import catalogue
     from cobodeck.record.read import Record, setup_of, stage_replay
     from cobodeck.record.write import replay_recorder
+    from cobodeck.run import one_in_the_other
     from cobodeck.setup import warm_up
 
     record = Record(args.file)
     if args.check:
         record.require_intact()
     setup = setup_of(record, catalogue(own=args.own))
+    shadow = _shadow_of(args, record, setup)
     if record.header["options"]["tier"]:
         warm_up(setup, setup.machine())
     recorder = None
     if args.record is not None:
         recorder = replay_recorder(record, setup, args.record, datetime.now(), complain)
-    replay = stage_replay(record, setup, None if recorder is None else recorder.tap)
+    taps: list[ValueTap] = [one.tap for one in (shadow, recorder) if one is not None]
+    replay = stage_replay(record, setup, one_in_the_other(taps))
+    if shadow is not None:
+        shadow.attend(replay.loop, setup.localizing, eager=record.header["options"]["eager"])
+        if recorder is not None:
+            shadow.note = recorder.shadow
     figures, file = _run_to_end(replay, record, recorder)
+    if shadow is not None:
+        figures = {**figures, "shadow": shadow.figures()}
     found = _found(replay, record, figures, file)
     if args.json:
         show_json(found)
@@ -60,6 +88,24 @@ def run(args: argparse.Namespace) -> int:
         show(_summary(replay, record, found))
     failed = (args.check and not found["equal"]) or (args.record is not None and file is None)
     return FAILED if failed else OK
+
+
+def _shadow_of(args: argparse.Namespace, record: Record, setup: Setup) -> Shadow | None:
+    """The chart that decides beside what was recorded; None without one.
+
+    Raises:
+        Problem: there are no signals to be seen.
+    """
+    if args.shadow is None:
+        return None
+    if not record.header["options"]["tier"]:
+        raise Problem(f"--shadow: {record.path} is of --tier 0, and has no signals to be seen")
+    from cobodeck.record.read import texts_of
+    from cobodeck.run import Shadow
+    from engine.files import instead
+
+    with instead(texts_of(record)):
+        return Shadow(setup.beside(args.shadow), complain)
 
 
 def _run_to_end(
@@ -124,6 +170,8 @@ def _found(
 
 
 def _summary(replay: Replay, record: Record, found: Mapping[str, Any]) -> str:
+    from cobodeck.run import shadow_rows
+
     h, figures = record.header, found["figures"]
     where = f"in {h['scene']['name']}" if h["scene"] else f"on {h['robot']}"
     counts = f"{found['ticks']} ticks, {found['calls']} calls of parts"
@@ -134,6 +182,7 @@ def _summary(replay: Replay, record: Record, found: Mapping[str, Any]) -> str:
         ("replayed", f"{counts}, {found['records']} records of the trace"),
         *_result(replay.difference),
         ("trace", found["trace_sha256"][:16]),
+        *shadow_rows(figures),
         *((("record", found["record_file"]),) if found["record_file"] else ()),
     ]
     return f"{record.path}\n\n{table(rows)}"

@@ -94,6 +94,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="WORDS",
         help="run a real robot although " + " or ".join(map(repr, WORDS.values())),
     )
+    parser.add_argument(
+        "--shadow",
+        type=word,
+        metavar="CHART",
+        help="a second chart that sees the same signals and decides beside, commanding nothing",
+    )
     parser.add_argument("--json", action="store_true", help="for programs")
 
 

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from cobodeck.live import LivePage
     from cobodeck.loop import Clock, Loop
     from cobodeck.record.write import Recorder
-    from cobodeck.run import RunResult
+    from cobodeck.run import RunResult, Shadow
     from cobodeck.setup import Options, Setup
     from hw.connection import Connection
 
@@ -125,6 +125,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-skip", action="store_true", help="compute every signal in every tick")
     parser.add_argument(
         "--frozen-base", action="store_true", help="the base does not move; for trying tests"
+    )
+    parser.add_argument(
+        "--shadow",
+        type=word,
+        metavar="CHART",
+        help="a second chart that sees the same signals and decides beside, commanding nothing",
     )
     parser.add_argument("--json", action="store_true", help="for programs")
 
@@ -311,6 +317,21 @@ def _setup(args: argparse.Namespace) -> Setup:
     return setup
 
 
+def _shadow_of(args: argparse.Namespace, setup: Setup, options: Options) -> Shadow | None:
+    """The second chart that decides beside the run; None without one.
+
+    Raises:
+        Problem: there are no signals to be seen.
+    """
+    if getattr(args, "shadow", None) is None:
+        return None
+    if options.tier == 0:
+        raise Problem("--shadow: a second chart sees the same signals; --tier 0 has none")
+    from cobodeck.run import Shadow
+
+    return Shadow(setup.beside(args.shadow), complain)
+
+
 def _run(
     setup: Setup,
     args: argparse.Namespace,
@@ -321,6 +342,7 @@ def _run(
 ) -> RunResult:
     from cobodeck.run import simulate
 
+    shadow = _shadow_of(args, setup, options)
     page = _page(args, setup, options)
     result = None
     try:
@@ -342,6 +364,7 @@ def _run(
                     partial(_looked_after, blocked_s, devices, page),
                     _show_error,
                     recorder,
+                    shadow,
                 )
         finally:
             progress.done()

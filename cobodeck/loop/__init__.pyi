@@ -21,6 +21,11 @@ from cobodeck.loop.plant import (
 from cobodeck.loop.sample_router import (
     Inlet as Inlet,
 )
+from cobodeck.loop.stand_in import (
+    Answers as Answers,
+    Overheard as Overheard,
+    StandIn as StandIn,
+)
 from cobodeck.loop.stopwatch import (
     PHASES as PHASES,
     Stopwatch as Stopwatch,

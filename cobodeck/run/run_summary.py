@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
+from cobodeck.run.shadow import shadow_rows
 from cobodeck.run.topics import COMPANY, ESCAPES, REQUESTS, TOPICS
 from cobodeck.terminal import table
 from engine.files import written_text
@@ -48,6 +49,7 @@ def summary(
         ("errors", _errors(f["errors"])),
         *((("refused samples", _faults(f["refused_samples"])),) if f["refused_samples"] else ()),
         ("outcome", _outcome(f, ended_by)),
+        *shadow_rows(f),
         ("trace", f"{f['trace_sha256'][:16]} in {f['trace_file'] or '-'}"),
         *((("record", f["record_file"]),) if f["record_file"] else ()),
     ]

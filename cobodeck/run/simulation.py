@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,9 +21,10 @@ from cobodeck.evaluate import (
     shown_figures,
 )
 from cobodeck.fitness import require
-from cobodeck.loop import Clock, Loop, Wired
+from cobodeck.loop import Clock, Loop, ValueTap, Wired
 from cobodeck.project import reached
 from cobodeck.run.build_run import localizing, stage
+from cobodeck.run.shadow import Shadow
 from cobodeck.setup import FULL, Options, Setup, warm_up
 from engine.run import Raised
 from engine.signals import Usage
@@ -69,7 +70,7 @@ class RunResult:
         return self.wired.board.usage()
 
 
-def simulate(
+def simulate(  # noqa: PLR0913  one call says all there is to say about a run
     setup: Setup,
     options: Options,
     progress: Callable[[str, float | None], None] | None = None,
@@ -77,6 +78,7 @@ def simulate(
     around: Callable[[Loop], AbstractContextManager[object]] = nullcontext,
     tell: Callable[[Raised], None] | None = None,
     recorder: Recorder | None = None,
+    shadow: Shadow | None = None,
 ) -> RunResult:
     """Run until the user is done, the chart has ended, or the time is up.
 
@@ -88,9 +90,10 @@ def simulate(
         around: a context in which the loop runs, such as one that ends it on a signal.
         tell: called with each error of states and parts, as it occurs.
         recorder: records the run; its file is completed at the end.
+        shadow: decides beside the run, and commands nothing.
     """
     try:
-        loop = _staged(setup, options, clock, recorder)
+        loop = _staged(setup, options, clock, recorder, shadow)
     except BaseException:
         if recorder is not None:
             recorder.give_up()
@@ -103,6 +106,8 @@ def simulate(
         with around(loop):
             end_ns = loop.go(round(options.duration_s * 1e9), _with_share(loop, options, progress))
         figures = figures_of(setup, options, loop, end_ns / 1e9, begin.since())
+        if shadow is not None:
+            figures["shadow"] = shadow.figures()
     finally:
         file = None if recorder is None else recorder.finish(figures)
     return RunResult(figures, loop, file)
@@ -125,12 +130,39 @@ def _with_share(
     return report
 
 
-def _staged(setup: Setup, options: Options, clock: Clock | None, recorder: Recorder | None) -> Loop:
+def _staged(
+    setup: Setup,
+    options: Options,
+    clock: Clock | None,
+    recorder: Recorder | None,
+    shadow: Shadow | None,
+) -> Loop:
     if options.tier:
         require("simulate", setup=setup)
         setup = localizing(setup, options)
         warm_up(setup, setup.machine())  # before devices are opened and clocks run
-    return stage(setup, options, clock=clock, tap=None if recorder is None else recorder.tap)
+        if shadow is not None:
+            warm_up(shadow.setup, shadow.setup.machine())
+    taps: list[ValueTap] = [one.tap for one in (shadow, recorder) if one is not None]
+    loop = stage(setup, options, clock=clock, tap=one_in_the_other(taps))
+    if shadow is not None:
+        shadow.attend(loop, setup.localizing, eager=options.eager)
+        if recorder is not None:
+            shadow.note = recorder.shadow
+    return loop
+
+
+def one_in_the_other(taps: Sequence[ValueTap]) -> ValueTap | None:
+    """A tap that wraps a part by each of these, the first one innermost; None without any."""
+    if not taps:
+        return None
+
+    def tap(name: str, part: Any) -> Any:
+        for one in taps:
+            part = one(name, part)
+        return part
+
+    return tap
 
 
 def figures_of(

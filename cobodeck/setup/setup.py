@@ -180,6 +180,19 @@ class Setup:
         needed = {name for leaf in leaves for name in leaf.interface.needed}
         return Uses(frozenset(commands), frozenset(roots(known, needed)), welcome)
 
+    def beside(self, chart: str) -> Setup:
+        """The same setup with another chart, by name or file, and no inputs of its own.
+
+        Raises:
+            Problem: the chart cannot run; FileError: a file is wrong.
+        """
+        given, connection = self.given, self.connection
+        robot = given["robot"] if connection is None else connection
+        profile, sets = given["profile"], given["set"]
+        return open_setup(
+            chart, given["scene"], profile, self.tick_hz, robot, known=self.catalogue, sets=sets
+        )
+
     def machine(self, parameters: Mapping[str, Any] | None = None) -> Machine:
         """The chart with its parameters and inputs, ready to run; without parameters built once.
 

@@ -145,8 +145,8 @@ def _outcomes(vertex: Vertex) -> list[str]:
     return [*(outcome for outcome in [*left, *passed] if outcome != "error"), *timeout]
 
 
-def taken(machine: Machine, records: Iterable[TraceRecord]) -> set[Event]:
-    """The edges, by path and outcome, that were taken according to the trace of a run."""
+def taken(machine: Machine, records: Iterable[TraceRecord]) -> Counter[Event]:
+    """How often each edge, by path and outcome, was taken according to the trace of a run."""
     reading = _Reading(machine)
     for record in records:
         if record.subject in machine.vertices:  # else it is of a chart that was replaced
@@ -159,13 +159,13 @@ class _Reading:
     """Reads a trace, one record after the other.
 
     Attributes:
-        found: the edges taken so far.
+        found: the edges taken so far, and how often.
         open: the outcomes of which it is not known yet what they lead to, by path.
         entries: how often each node was entered since its box was.
     """
 
     def __init__(self, machine: Machine) -> None:
-        self.found: set[Event] = set()
+        self.found: Counter[Event] = Counter()
         self.open: dict[str, str] = {}
         self.entries: Counter[str] = Counter()
         self._vertices = machine.vertices
@@ -177,7 +177,7 @@ class _Reading:
             self._enter(vertex)
         elif kind == "move":
             inner = f"{path}/{detail[0]}" if path else detail[0]
-            self.found.add((inner, detail[1]))
+            self.found[inner, detail[1]] += 1
             self.open.pop(inner, None)
         elif kind == "outcome":
             self._close(vertex, detail[0])

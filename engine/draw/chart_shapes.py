@@ -19,10 +19,16 @@ Declared = tuple[tuple[str, tuple[str, ...]], ...]
 
 
 class OutcomeLabel(NamedTuple):
-    """An outcome as written at an edge or in a row."""
+    """An outcome as written at an edge or in a row; `taken`: how often, None if not counted."""
 
     text: str
     cause: Cause = ""
+    taken: int | None = None
+
+    @property
+    def shown(self) -> str:
+        """The text, and how often it was taken."""
+        return self.text if self.taken is None else f"{self.text} ×{self.taken}"
 
 
 class Ending(NamedTuple):
@@ -54,6 +60,12 @@ class Pin:
     def cause(self) -> Cause:
         """The cause that all of its outcomes share, else ""."""
         return common(label.cause for label in self.labels)
+
+    @property
+    def taken(self) -> int | None:
+        """How often its outcomes were taken; None if they are not counted."""
+        counts = [label.taken for label in self.labels if label.taken is not None]
+        return sum(counts) if counts else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,13 +161,15 @@ class Picture:
     """A chart as shapes and edges.
 
     `declared`: parameters, inputs and data of the chart, by heading. `passed_on` maps a row's path
-    and outcome to those of the container that it ends.
+    and outcome to those of the container that it ends. `counted`: outcomes say how often each
+    was taken.
     """
 
     root: BoxShape
     declared: Declared
     edges: tuple[Edge, ...]
     passed_on: Mapping[tuple[str, str], tuple[str, str]]
+    counted: bool = False
 
     def route(self, path: str, outcome: str) -> Iterator[Edge]:
         """The edges that an outcome of the node at `path` follows, through pins to the end."""

@@ -23,7 +23,7 @@ from engine.draw.markup import (
     text,
     tooltip,
 )
-from engine.draw.picture import picture
+from engine.draw.picture import Counts, picture
 from engine.draw.style import CAUSES, FILLS, FRAME, GREY, INK, KINDS, LIT_FRAME, PAGE, RED
 from engine.draw.wording import NONE
 from engine.literals import Constant
@@ -38,6 +38,8 @@ _HEADER = f"""\
     fontname="Helvetica,Arial,sans-serif", fontsize=9, fontcolor="{GREY}"]"""
 
 
+TAKEN, NEVER_TAKEN = "1.8", "0.5"
+"""Widths of edges where it was counted how often they were taken, points."""
 _FREE = "|"  # no outcome, so no pin is called so
 
 
@@ -60,6 +62,7 @@ def dot(
     active: Active | None = None,
     constants: Mapping[str, Constant] = NONE,
     unfolded: Collection[str] = (),
+    counts: Counts | None = None,
 ) -> str:
     """`chart` as DOT text; the same chart gives the same text.
 
@@ -74,8 +77,9 @@ def dot(
         active: what to highlight.
         constants: what `$name.name` stands for; the others are shown by their names.
         unfolded: paths of further `use` nodes that are expanded.
+        counts: how often outcomes were taken, by path and outcome; what never was is marked.
     """
-    shown = picture(chart, library, depth, constants, unfolded)
+    shown = picture(chart, library, depth, constants, unfolded, counts)
     return "\n".join(_Writer(shown, active or Active()).lines()) + "\n"
 
 
@@ -88,7 +92,7 @@ class _Writer:
 
     def __init__(self, shown: Picture, active: Active) -> None:
         self.root = shown.root
-        self.declared = shown.declared
+        self.declared, self.counted = shown.declared, shown.counted
         self.edges: dict[str, list[Edge]] = {}
         for edge in shown.edges:
             self.edges.setdefault(edge.within, []).append(edge)
@@ -103,7 +107,7 @@ class _Writer:
         yield _HEADER
         for line in self.box(self.root, 0):
             yield f"  {line}"
-        yield f"  label=<{legend()}>; labelloc=b"
+        yield f"  label=<{legend(self.counted)}>; labelloc=b"
         yield "}"
 
     def box(self, box: BoxShape, level: int) -> Iterator[str]:
@@ -226,6 +230,8 @@ class _Writer:
         look = {"color": CAUSES[cause]} if cause else {}
         if cause == "timeout":
             look["style"] = "dotted"
+        if edge.pin.taken is not None:
+            look["penwidth"] = TAKEN if edge.pin.taken else NEVER_TAKEN
         if edge in self.taken:
             look["penwidth"] = "3"
         return look

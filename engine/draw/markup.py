@@ -94,12 +94,14 @@ def _pin(number: int, pin: Pin) -> str:
 
 def outcomes_label(labels: Iterable[OutcomeLabel], width: int = PIN_WIDTH) -> str:
     """Outcomes as written in a pin or in a row."""
-    lines = packed(labels, width, lambda label: label.text)
+    lines = packed(labels, width, lambda label: label.shown)
     return "<BR/>".join(" | ".join(map(_outcome, line)) for line in lines)
 
 
 def _outcome(label: OutcomeLabel) -> str:
-    shown = text(label.text)
+    shown = text(label.shown)
+    if label.taken == 0:
+        shown = f"<S>{shown}</S>"
     if label.cause == "timeout":
         return f"<I>{shown}</I>"
     return f'<FONT COLOR="{CAUSES[label.cause]}">{shown}</FONT>' if label.cause else shown
@@ -188,8 +190,8 @@ def _ending(ending: Ending) -> str:
     return _small(shown)
 
 
-def legend() -> str:
-    """The meaning of the colours and arrows, in two lines."""
+def legend(counted: bool = False) -> str:
+    """The meaning of the colours and arrows, in two lines; a third one says what is `counted`."""
     causes = [
         f'<FONT COLOR="{KINDS["do"][0]}">action</FONT>',
         f'<FONT COLOR="{AMBER}">monitor → outcome it causes</FONT>',
@@ -199,7 +201,11 @@ def legend() -> str:
         f'<FONT COLOR="{RED}">error</FONT>',
     ]
     data = f'<FONT COLOR="{GREY}">parameter: value  ·  input ← data  ·  output → data</FONT>'
-    lines = "  ·  ".join(causes), data
+    lines = ["  ·  ".join(causes), data]
+    if counted:
+        lines.append(
+            f'<FONT COLOR="{GREY}">×3: taken 3 times  ·  <S>×0</S>, thin: never taken</FONT>'
+        )
     return _small("".join(f'{line}<BR ALIGN="LEFT"/>' for line in lines))
 
 

@@ -20,7 +20,7 @@ from engine.draw.chart_shapes import (
     Pin,
     TableShape,
 )
-from engine.draw.picture import picture
+from engine.draw.picture import Counts, picture
 from engine.draw.style import CAUSES, FILLS, FRAME, GREY, INK, KINDS, RED, Cause
 from engine.draw.wording import NONE, noted
 from engine.literals import Constant
@@ -50,9 +50,10 @@ def mermaid(
     library: Mapping[str, Chart],
     depth: int | None = 0,
     constants: Mapping[str, Constant] = NONE,
+    counts: Counts | None = None,
 ) -> str:
     """`chart` as a Mermaid flowchart; arguments as for `engine.draw.dot_text.dot`."""
-    return "\n".join(_Writer(picture(chart, library, depth, constants)).lines()) + "\n"
+    return "\n".join(_Writer(picture(chart, library, depth, constants, counts=counts)).lines()) + "\n"
 
 
 class _Writer:
@@ -162,12 +163,12 @@ def _row_lines(row: LeafShape | TableShape) -> Iterator[str]:
 
 def _ending(ending: Ending) -> str:
     if all(label.text == ending.outcome for label in ending.labels):
-        return f"→ {_text(ending.outcome)}"
+        return f"→ {_outcomes(ending.labels)}"
     return f"{_outcomes(ending.labels)} → {_text(ending.outcome)}"
 
 
 def _outcomes(labels: Iterable[OutcomeLabel]) -> str:
-    return " #124; ".join(_text(label.text) for label in labels)
+    return " #124; ".join(_text(label.shown) for label in labels)
 
 
 def _small(note: str) -> str:

@@ -34,6 +34,8 @@ from engine.draw.wording import (
 from engine.literals import Constant
 
 Outcomes = dict[str, Cause]
+Counts = Mapping[tuple[str, str], int]
+"""How often the outcomes of nodes were taken, by path and outcome."""
 
 
 def picture(
@@ -42,6 +44,7 @@ def picture(
     depth: int | None = 0,
     constants: Mapping[str, Constant] = NONE,
     unfolded: Collection[str] = (),
+    counts: Counts | None = None,
 ) -> Picture:
     """The shapes and edges of `chart`.
 
@@ -51,11 +54,12 @@ def picture(
         depth: how many levels of `use` are expanded; `None`: all.
         constants: what `$name.name` stands for; the others are shown by their names.
         unfolded: paths of further `use` nodes that are expanded.
+        counts: if given, they stand behind the outcomes that they have.
     """
-    painter = _Painter(library, constants, unfolded)
+    painter = _Painter(library, constants, unfolded, counts or {})
     root = painter.root(chart, depth)
     declared = tuple(declared_by(chart, constants))
-    return Picture(root, declared, tuple(painter.edges), painter.passed_on)
+    return Picture(root, declared, tuple(painter.edges), painter.passed_on, counts is not None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,8 +92,10 @@ class _Painter:
         library: Mapping[str, Chart],
         constants: Mapping[str, Constant],
         unfolded: Collection[str],
+        counts: Counts,
     ) -> None:
-        self.library, self.constants, self.unfolded = library, constants, unfolded
+        self.library, self.constants = library, constants
+        self.unfolded, self.counts = unfolded, counts
         self.edges: list[Edge] = []
         self.passed_on: dict[tuple[str, str], tuple[str, str]] = {}
 
@@ -124,6 +130,7 @@ class _Painter:
             body, inner = node, scope
         elif used is None or used.name in scope.inside or self.folded(path, scope):
             labels = {o: _leaf_label(node, o, parent, scope.values) for o in node.next}
+            labels = self.counted(path, labels)
             leaf = LeafShape(path, node.name, node.form, target_of(node), notes, node.about)
             pins = _pins(node, path, labels, node.next)
             return _Member(node, replace(leaf, pins=pins), labels, node.next)
@@ -134,7 +141,7 @@ class _Painter:
             values = values_of(used, node.parameters, scope.values)
             inner = _Scope(values, depth, (*scope.inside, used.name))
         members = self.members(body, path, inner)
-        labels = _own_outcomes(node, body, members, scope.values)
+        labels = self.counted(path, _own_outcomes(node, body, members, scope.values))
         targets = {o: node.next.get(o, "" if parent.keeps else f".{o}") for o in labels}
         about = node.about or (used.about if used else "")
         pins = _pins(body, path, labels, targets)
@@ -150,6 +157,10 @@ class _Painter:
 
     def folded(self, path: str, scope: _Scope) -> bool:
         return scope.depth == 0 and path not in self.unfolded
+
+    def counted(self, path: str, labels: Mapping[str, OutcomeLabel]) -> dict[str, OutcomeLabel]:
+        """The labels of the outcomes of the node at `path`, with how often each was taken."""
+        return {o: label._replace(taken=self.counts.get((path, o))) for o, label in labels.items()}
 
     def table(
         self, body: Node, path: str, members: list[_Member], pins: tuple[Pin, ...]

@@ -8,3 +8,8 @@ from engine.operator.commands import (
 from engine.operator.operator import (
     Operator as Operator,
 )
+from engine.operator.place import (
+    ChartPlace as ChartPlace,
+    place_of as place_of,
+    set_place as set_place,
+)

@@ -130,7 +130,7 @@ class RunQueue:
         node.wake = self.board.chart_now + max(wait, 1)
         node.mask, node.silence = 0, None
         node.step = None
-        self._insert(node)
+        self.insert(node)
 
     def ask(self, node: RunNode, outcome: str, writes: Writes) -> None:
         """Let `node` wait for consent; the other actions of its `any` are not stepped meanwhile."""
@@ -138,7 +138,7 @@ class RunQueue:
         node.waiting, node.answer = (outcome, writes), None
         node.wake = EVERY_TICK
         node.step = None
-        self._insert(node)
+        self.insert(node)
         parent = node.parent
         if parent is not None and parent.box.form == "any" and not parent.box.keeps:
             self.waiting.append(node)
@@ -147,7 +147,8 @@ class RunQueue:
 
     # -- the list --------------------------------------------------------------------------------
 
-    def _insert(self, node: RunNode) -> None:
+    def insert(self, node: RunNode) -> None:
+        """Add a node in the order of stepping."""
         self.nodes = sorted((*self.nodes, node), key=turn_of)
         if self.waiting:
             self._freeze()

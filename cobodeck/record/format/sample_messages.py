@@ -145,11 +145,15 @@ _WRITERS: Mapping[str, Callable[[Any], Callable[[str, str], str]]] = {
 
 
 class SampleReader:
-    """Reads the samples of one signal; a repeat gives the same object as the sample before."""
+    """Reads the samples of one signal; a repeat gives the same object as the sample before.
+
+    If it is the first one, as in a part of a record, it is read like any other.
+    """
 
     def __init__(self, name: str) -> None:
         self._name = name
         self._last: Any = None
+        self._begun = False
 
     def read(self, kind: str, data: bytes) -> Sample:
         """The sample of a message.
@@ -163,10 +167,10 @@ class SampleReader:
         else:
             message = json.loads(data)
             stamp = message["stamp"] if kind == "cobodeck.Value" else _stamp(kind, message)
-            again = message.get("repeat", False)
+            again = self._begun and message.get("repeat", False)
             found = None if again else _READERS[kind](message)
-        if not again:
-            self._last = found
+        if not (again and self._begun):
+            self._last, self._begun = found, True
         return Sample(self._name, stamp, self._last)
 
 

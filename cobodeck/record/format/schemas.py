@@ -80,6 +80,7 @@ REFUSED = schema("cobodeck.Refused", signal=TEXT, stamp=ANY, value=ANY, reason=T
 COMMAND = schema("cobodeck.Command", command=TEXT, arguments=ANY, by=TEXT)
 CALL = schema("cobodeck.Call", part=TEXT, what=TEXT, args=ANY, answer=ANY, raised=ANY)
 FAILURE = schema("cobodeck.Failure", part=TEXT, raised=ANY)
+SHADOW = schema("cobodeck.Shadow", at_ns=INTEGER, path=TEXT, ran=TEXT, shadow=TEXT)
 TRACE = schema("cobodeck.Trace", line={"type": "array"})
 CYCLE = schema(
     "cobodeck.SafetyCycle",

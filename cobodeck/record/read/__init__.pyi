@@ -23,6 +23,12 @@ from cobodeck.record.read.record_replay import (
 from cobodeck.record.read.replayed_person import (
     recalled as recalled,
 )
+from cobodeck.record.read.replayed_plant import (
+    RECORD as RECORD,
+    Recorded as Recorded,
+    RecordedClock as RecordedClock,
+)
 from cobodeck.record.read.sample_feed import (
+    RecordFeed as RecordFeed,
     ReplayMismatch as ReplayMismatch,
 )

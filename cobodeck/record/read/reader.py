@@ -136,6 +136,15 @@ class Record:
         except Exception:  # noqa: BLE001  from mcap, wrong lengths, or invalid JSON
             return None
 
+    def metadata(self, name: str) -> Mapping[str, Any] | None:
+        """Metadata before the first tick; None if there is none of this name."""
+        for found in self._records():
+            if isinstance(found, MetadataValues) and found.name == name:
+                return found.values
+            if isinstance(found, RecordedMessage):
+                break
+        return None
+
     def require_ticks(self) -> None:
         """Check that the record has ticks.
 

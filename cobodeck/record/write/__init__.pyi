@@ -1,3 +1,7 @@
+from cobodeck.record.write.excerpt import (
+    CASE as CASE,
+    write_excerpt as write_excerpt,
+)
 from cobodeck.record.write.record_recovery import (
     Extent as Extent,
     extent as extent,
@@ -14,4 +18,7 @@ from cobodeck.record.write.start import (
     recorder as recorder,
     replay_recorder as replay_recorder,
     unkept_recorder as unkept_recorder,
+)
+from cobodeck.record.write.viewer_layout import (
+    foxglove_layout as foxglove_layout,
 )

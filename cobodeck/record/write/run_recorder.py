@@ -35,11 +35,12 @@ from hw.safety import CycleReader
 
 
 class RunDescription(NamedTuple):
-    """The header as JSON values; attached texts by name; the scene for viewers."""
+    """The header as JSON values; attached texts by name; scene and fixed frames for viewers."""
 
     header: Mapping[str, Any]
     attachments: Mapping[str, bytes]
     scene: str | None = None
+    frames: str | None = None
 
 
 Describe = Callable[[Loop], RunDescription]
@@ -86,10 +87,12 @@ class Recorder:
 
     def _begin(self) -> None:
         assert self._loop is not None, "nothing is attended"
-        header, attachments, scene = self._describe(self._loop)
+        header, attachments, scene, frames = self._describe(self._loop)
         self._each(lambda file: file.begin(header, attachments))
         if scene is not None:
             self._log("scene", schemas.SCENE, scene)
+        if frames is not None:
+            self._log("frames", schemas.FRAMES, frames)
 
     def tap(self, name: str, part: Any) -> Any:
         """A wrapper of a part that records each call by a state."""
@@ -121,6 +124,12 @@ class Recorder:
     def failed(self, part: str, error: BaseException) -> None:
         """A part has raised outside of any call."""
         self._guarded(lambda: self._log("failures", schemas.FAILURE, failure_text(part, error)))
+
+    def shadow(self, at_ns: int, path: str, ran: str, shadow: str) -> None:
+        """At this instant a shadow has decided otherwise than the chart that runs."""
+        told = f'"at_ns":{at_ns},"path":{text(path)},"ran":{text(ran)},"shadow":{text(shadow)}'
+        self._now = at_ns
+        self._guarded(lambda: self._log("shadow", schemas.SHADOW, f"{{{told}}}"))
 
     def watch(self, now_ns: int) -> None:
         """Write the truth before the chart decides, and the safety chain's cycles up to now."""

@@ -6,8 +6,8 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from hw import USER_RADIUS
-from hw.model import Footprint
+from hw import USER_RADIUS, Pose3
+from hw.model import Footprint, Sensing
 from hw.scene import Point, Scene
 
 LOOP = 1
@@ -37,6 +37,22 @@ def scene_update(scene: Scene, footprint: Footprint) -> str:
         _entity("person", "user", cylinders=[person]),
     ]
     return json.dumps({"deletions": [], "entities": entities}, separators=(",", ":"))
+
+
+def fixed_frames(sensing: Sensing) -> str | None:
+    """A foxglove.FrameTransforms with where the scanners are on the robot; None without any."""
+    found = [_transform(name, model.mount.pose) for name, model in sensing.lidars.items()]
+    return json.dumps({"transforms": found}, separators=(",", ":")) if found else None
+
+
+def _transform(name: str, at: Pose3) -> dict[str, Any]:
+    return {
+        "timestamp": NOW,
+        "parent_frame_id": "base_link",
+        "child_frame_id": name,
+        "translation": {"x": at.x, "y": at.y, "z": at.z},
+        "rotation": {"x": at.qx, "y": at.qy, "z": at.qz, "w": at.qw},
+    }
 
 
 def _entity(name: str, frame: str, **primitives: list[Any]) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from cobodeck.record.read import Record
 from cobodeck.record.write.mcap_file import McapFile
 from cobodeck.record.write.run_file import RunFile
 from cobodeck.record.write.run_recorder import Describe, Recorder, RunDescription
-from cobodeck.record.write.scenery import scene_update
+from cobodeck.record.write.scenery import fixed_frames, scene_update
 from cobodeck.setup import Options, Setup
 from cobodeck.terminal import ENDING, USAGE, Problem
 
@@ -60,7 +60,9 @@ def unkept_recorder(
 def _describing(setup: Setup, options: Options, at: datetime) -> Describe:
     def describe(loop: Loop) -> RunDescription:
         found = header(setup, options, loop, sys.argv, _utc(at))
-        return RunDescription(found, attachments(setup), _walls(setup))
+        return RunDescription(
+            found, attachments(setup), _walls(setup), fixed_frames(setup.robot.sensing)
+        )
 
     return describe
 
@@ -74,7 +76,9 @@ def replay_recorder(
         Problem: the file exists.
     """
     found = header_of_replay(record.header, setup, sys.argv, _utc(at))
-    about = RunDescription(found, record.attachments, _walls(setup))
+    about = RunDescription(
+        found, record.attachments, _walls(setup), fixed_frames(setup.robot.sensing)
+    )
     file = _opened(path, False, tell)
     return None if file is None else Recorder([file], lambda _: about, tell)
 

@@ -1,0 +1,181 @@
+"""Writes a test that plays a moment of a recorded run, and asserts what followed on record.
+
+It is played from the entry of a node that is active at that moment, with the chart set to where it
+was: from the latest entry from which today's code decides what is on record, at worst from the
+start of the run. States that were entered before begin their work anew there.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from cobodeck.loop import Ticked
+from cobodeck.project import Catalogue
+from cobodeck.record.format import Sink
+from cobodeck.record.read import Record, Replay, ReplayMismatch, setup_of, stage_replay
+from cobodeck.record.write import write_excerpt
+from cobodeck.review.run_events import traced
+from cobodeck.run import Decision, decisions_of
+from cobodeck.terminal import FAILED, Problem
+from cobodeck.testing import CASE_ENDING, CaseStart, RecordedCase, told
+from engine.operator import place_of
+
+FOLLOWING = 3
+"""So many instants with decisions after the moment are played."""
+BEFORE_NS = 3_000_000_000
+"""Samples from so long before the start, ns, are given: what is estimated from them is ready."""
+
+TEXT = '''"""What followed {at} s of {record}: {chart}, played from {start} s on.
+
+`cobodeck case` wrote it; the samples are in {data} beside it. It fails once the chart, the
+profile or a state decides otherwise.
+"""
+
+from pathlib import Path
+
+from cobodeck.testing import RecordedCase
+
+FOLLOWED = [
+{lines}
+]
+
+
+def test_what_followed_{name}() -> None:
+    RecordedCase(Path(__file__).with_name("{data}")).assert_followed(FOLLOWED)
+'''
+
+
+class CaseWritten(NamedTuple):
+    """The test, the samples beside it, from when on it plays, s, and what it asserts."""
+
+    test: Path
+    data: Path
+    start_s: float
+    followed: list[str]
+
+
+def write_case(record: Record, at_s: float, output: Path | None, known: Catalogue) -> CaseWritten:
+    """Write a test of the moment `at_s`, s in the run, and the samples beside it.
+
+    Raises:
+        Problem: nothing follows, a file exists, or today's code does not decide what is on record.
+        FileError: the record cannot be read.
+    """
+    record.require_ticks()
+    if not record.header["options"]["tier"]:
+        raise Problem(f"{record.path} is of --tier 0, where states end by chance")
+    at_ns = round(at_s * 1e9)
+    decisions, end_ns = _following(record, at_ns)
+    name = re.sub(r"\W", "_", f"{record.path.name.partition('.')[0]}_{at_s:g}s")
+    test = output or Path(f"test_{name}.py")
+    data = test.with_name(test.stem.removeprefix("test_") + CASE_ENDING)
+    for file in (test, data):
+        if file.exists():
+            raise Problem(f"{file}: exists; name another file with -o")
+    for start in _starts(record, at_ns, end_ns, known):
+        expected = told(one for one in decisions if one.at_ns > start.at_ns or start.place is None)
+        _write_data(record, data, start, end_ns)
+        if told(RecordedCase(data, known).play()) == expected:
+            break
+        data.unlink()
+    else:
+        raise Problem(f"{record.path}: today's code does not decide what is on record", FAILED)
+    test.write_text(_text(record, at_s, start, data, name, expected), encoding="utf-8")
+    return CaseWritten(test, data, start.at_ns / 1e9, expected)
+
+
+def _following(record: Record, at_ns: int) -> tuple[list[Decision], int]:
+    """All decisions up to the end of what follows, and that instant."""
+    found: list[Decision] = []
+    instants: dict[int, None] = {}
+    last_ns = 0
+    for group in record.groups():
+        if group.ticked.kind == "end":
+            break
+        last_ns = group.ticked.at_ns
+        with record.understood(group):
+            new = [one for one in decisions_of(traced(group)) if one.kind != "data"]
+        found += new
+        instants |= {one.at_ns: None for one in new if one.at_ns > at_ns}
+        if len(instants) == FOLLOWING:
+            return found, last_ns
+    if not instants:
+        raise Problem(
+            f"{record.path}: nothing is decided after {at_ns / 1e9:g} s, up to its end at "
+            f"{last_ns / 1e9:.3f} s; name an earlier --at"
+        )
+    return found, last_ns
+
+
+def _starts(record: Record, at_ns: int, end_ns: int, known: Catalogue) -> Iterator[CaseStart]:
+    """Where to begin: the latest entries first, at last the start of the run."""
+    replay = stage_replay(record, setup_of(record, known))
+    seen = _Places(replay, at_ns)
+    replay.loop.taps = (*replay.loop.taps, seen)
+    replay.loop.go(end_ns)
+    if seen.difference is not None:
+        raise Problem(f"{record.path}: today's code differs {seen.difference}", FAILED)
+    yield from reversed(seen.entries())
+    yield CaseStart(0)
+
+
+@dataclass(slots=True)
+class _Places:
+    """A tap that notes where a replay is after each tick with an entry, up to an instant."""
+
+    replay: Replay
+    until_ns: int
+    _found: dict[int, CaseStart] = field(default_factory=dict)
+    _read: int = 0
+    _last: CaseStart | None = None
+    difference: ReplayMismatch | None = None
+
+    def failed(self, part: str, error: BaseException) -> None:
+        """Do nothing."""
+
+    def tick(self, ticked: Ticked) -> None:
+        """Note where the run is."""
+        run = self.replay.loop.wired.run
+        if ticked.kind != "end":  # closing, which the record has later, calls parts
+            self.difference = self.replay.difference
+        if ticked.at_ns > self.until_ns or run.over or run.paused or run.trace.end == self._read:
+            return
+        self._read = run.trace.end
+        at_ns, paused_ns = ticked.at_ns, run.board.paused_ns
+        self._last = self._found[at_ns] = CaseStart(at_ns, paused_ns, place_of(run))
+
+    def entries(self) -> list[CaseStart]:
+        """The instants of the entries of what was active at the end, in order."""
+        if self._last is None or self._last.place is None:
+            return []
+        paused_ns = self._last.paused_ns
+        times = {since + paused_ns for since in self._last.place.active.values() if since}
+        return [self._found[at] for at in sorted(times) if at in self._found]
+
+
+def _write_data(record: Record, data: Path, start: CaseStart, end_ns: int) -> None:
+    sink = Sink(data)
+    write_excerpt(record, sink, max(0, start.at_ns - BEFORE_NS), end_ns, start.as_values())
+    if sink.error is None:
+        sink.finish()
+    if sink.error is not None:
+        sink.remove()
+        raise Problem(f"{data}: {sink.error.strerror}", FAILED)
+
+
+def _text(
+    record: Record, at_s: float, start: CaseStart, data: Path, name: str, expected: list[str]
+) -> str:
+    return TEXT.format(
+        at=f"{at_s:g}",
+        record=record.path.name,
+        chart=record.header["chart"],
+        start=f"{start.at_ns / 1e9:.3f}",
+        data=data.name,
+        name=name,
+        lines="\n".join(f'    "{line}",' for line in expected),
+    )

@@ -1,0 +1,77 @@
+"""How often recorded runs have taken the edges of a chart, to be drawn on it.
+
+The chart is counted wherever a run has used it. A chart may have changed since a run: an edge
+counts if it led where it leads now.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+
+from cobodeck.project import Catalogue
+from cobodeck.record.read import Record, setup_of
+from cobodeck.review.run_events import nodes_of_chart, traced
+from cobodeck.terminal import FAILED, Problem
+from cobodeck.testing import edges_of, taken
+from engine.chart import Chart
+from engine.machine import Box, Machine
+from engine.run import TraceRecord
+
+
+def edge_counts(
+    chart: Chart,
+    library: Mapping[str, Chart],
+    records: Iterable[Record],
+    known: Catalogue,
+    tell: Callable[[str], object],
+) -> dict[tuple[str, str], int]:
+    """How often the edges of `chart` were taken, by path and outcome; 0: never.
+
+    Args:
+        chart: as it is now.
+        library: the charts that it uses.
+        records: of the runs.
+        known: what charts may name.
+        tell: called with a remark on each chart that was another when it ran.
+
+    Raises:
+        Problem: a run did not use the chart, or cannot be read with the present states.
+    """
+    nodes = dict(nodes_of_chart(chart, library))
+    counts = {(path, outcome): 0 for path, node in nodes.items() for outcome in node.next}
+    for record in records:
+        setup = setup_of(record, known)
+        machine = setup.machine()
+        places = _places(machine, chart.name)
+        if not places:
+            raise Problem(f"{record.path}: {setup.chart.name} ran, without {chart.name}", FAILED)
+        then = setup.library[chart.name]
+        if then.source.text != chart.source.text:
+            tell(f"{record.path}: {chart.name} was another; edges count that led where they lead")
+        found = taken(machine, _records(record))
+        for (path, outcome), (_, edge) in edges_of(machine):
+            for inner in filter(None, (_inside(path, place) for place in places)):
+                if inner in nodes and nodes[inner].next.get(outcome, "") == edge.target:
+                    event = inner, outcome
+                    counts[event] = counts.get(event, 0) + found[path, outcome]
+    return counts
+
+
+def _places(machine: Machine, chart: str) -> list[str]:
+    """The paths at which a machine runs this chart."""
+    boxes = (v for v in machine.vertices.values() if isinstance(v, Box))
+    used = [box.path for box in boxes if box.path and box.chart == chart]
+    return ["", *used] if machine.chart.name == chart else used
+
+
+def _inside(path: str, place: str) -> str:
+    """A path as seen from the chart at `place`; "" if it is not inside."""
+    if not place:
+        return path
+    return path.removeprefix(f"{place}/") if path.startswith(f"{place}/") else ""
+
+
+def _records(record: Record) -> Iterator[TraceRecord]:
+    for group in record.groups():
+        with record.understood(group):
+            yield from traced(group)
