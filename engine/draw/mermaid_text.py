@@ -53,7 +53,8 @@ def mermaid(
     counts: Counts | None = None,
 ) -> str:
     """`chart` as a Mermaid flowchart; arguments as for `engine.draw.dot_text.dot`."""
-    return "\n".join(_Writer(picture(chart, library, depth, constants, counts=counts)).lines()) + "\n"
+    shown = picture(chart, library, depth, constants, counts=counts)
+    return "\n".join(_Writer(shown).lines()) + "\n"
 
 
 class _Writer:

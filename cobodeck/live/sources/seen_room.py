@@ -12,7 +12,7 @@ from cobodeck.live.clients import Message, Pages
 from cobodeck.live.model import RunModel
 from cobodeck.record.format import value
 from cobodeck.setup import Setup
-from cobodeck.shapes import LAYERS, Moment, Surroundings, Trail, room_shapes, shapes_of, wire
+from cobodeck.shapes import LAYERS, Backdrop, Moment, MomentTrail, room_shapes, shapes_of, wire
 from hw import ArmState, Pose2, Pose3, Scan, Truth, UserPose
 
 FRAME_S = 0.05
@@ -20,6 +20,8 @@ FRAME_S = 0.05
 FIRST_OFF = frozenset({"inflations", "places", "tracked", "costmap", "chase", "escape", "haptic"})
 """Layers that a page shows only when asked: what nobody needs always, or what takes long."""
 SHOWN = frozenset(LAYERS) - FIRST_OFF
+CHASE_CELL = 0.1
+"""Side of the Chase cells on pages, m: those of the profile are ten times as many bytes."""
 BOUNDS = [-5.0, -5.0, 5.0, 5.0]
 """Of the map where there is no room, m."""
 
@@ -35,9 +37,11 @@ class SeenRoom:
     def __init__(self, setup: Setup) -> None:
         scene = setup.scene
         self._around = (
-            None if scene is None else Surroundings(scene, setup.environment, setup.profile)
+            None
+            if scene is None
+            else Backdrop(scene, setup.environment, setup.profile, chase_cell=CHASE_CELL)
         )
-        self._trail, self._last_ns = Trail(), -1
+        self._trail, self._last_ns = MomentTrail(), -1
 
     def message(self) -> dict[str, Any]:
         """What does not move."""
@@ -51,7 +55,7 @@ class SeenRoom:
     def moment(self, model: RunModel) -> Moment:
         """What is known of robot and user now."""
         if model.at_ns < self._last_ns:
-            self._trail = Trail()
+            self._trail = MomentTrail()
         if model.at_ns != self._last_ns:
             self._trail.add(model.at_ns, model.truth or measured(model))
         self._last_ns = model.at_ns

@@ -11,7 +11,8 @@ from typing import Any
 
 from cobodeck.record.format import TOPIC, Sink
 from cobodeck.record.read import Group, Record, RecordedMessage
-from cobodeck.record.write.mcap_file import McapFile, WriteBytes
+from cobodeck.record.write.mcap_file import McapFile
+from cobodeck.record.write.run_file import WriteBytes
 
 CASE = "case"
 """The name of the metadata of an excerpt."""
