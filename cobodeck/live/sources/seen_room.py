@@ -36,11 +36,9 @@ class SeenRoom:
 
     def __init__(self, setup: Setup) -> None:
         scene = setup.scene
-        self._around = (
-            None
-            if scene is None
-            else Backdrop(scene, setup.environment, setup.profile, chase_cell=CHASE_CELL)
-        )
+        self._around: Backdrop | None = None
+        if scene is not None:
+            self._around = Backdrop(scene, setup.environment, setup.profile, chase_cell=CHASE_CELL)
         self._trail, self._last_ns = MomentTrail(), -1
 
     def message(self) -> dict[str, Any]:
