@@ -121,6 +121,7 @@ def socket_of(url: str) -> str:
 
 
 @pytest.mark.realtime
+@pytest.mark.slow
 def test_a_save_is_drawn_a_start_needs_the_token_and_ctrl_c_ends_it(folder: Path) -> None:
     with serving(str(folder)) as (running, url, token):
         with connect(socket_of(url)) as page:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from typing import Any
 
 import pytest
@@ -17,10 +18,16 @@ from cobodeck.record.write.run_recorder import Recorder
 from cobodeck.record.write.start import unkept_recorder
 from cobodeck.run.build_run import stage
 from cobodeck.setup.options import Options
-from cobodeck.setup.setup import Setup
+from cobodeck.setup.setup import Setup, open_setup
 from engine.run.trace import encode
 
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+
+
+@cache
+def study() -> Setup:
+    """The study's scene; runs do not change it."""
+    return open_setup(scene="study")
 
 
 class Folding:

@@ -19,7 +19,7 @@ from cobodeck.record.write.start import recorder
 from cobodeck.run.build_run import stage
 from cobodeck.setup.options import Options
 from cobodeck.setup.setup import Setup, open_setup
-from tests.cobodeck.live.folding import AT
+from tests.cobodeck.live.folding import AT, study
 from tests.waiting import until
 
 CHART = """
@@ -92,11 +92,16 @@ class Steered:
         return path
 
 
-@pytest.fixture
-def steered(tmp_path: Path) -> Iterator[Steered]:
-    chart = tmp_path / "steered.yaml"
+@pytest.fixture(scope="module")
+def setup(tmp_path_factory: pytest.TempPathFactory) -> Setup:
+    chart = tmp_path_factory.mktemp("steered") / "steered.yaml"
     chart.write_text(CHART)
-    found = Steered(open_setup(str(chart), "study"), tmp_path / "run.mcap")
+    return open_setup(str(chart), "study")
+
+
+@pytest.fixture
+def steered(setup: Setup, tmp_path: Path) -> Iterator[Steered]:
+    found = Steered(setup, tmp_path / "run.mcap")
     yield found
     found.recorder.give_up()
     found.close()
@@ -169,7 +174,7 @@ def test_lines_that_are_none_disturb_nothing(steered: Steered) -> None:
 
 def test_who_has_control_on_parts_is_missed_also_when_the_server_dies(tmp_path: Path) -> None:
     for end in (False, True):
-        found = Steered(open_setup(scene="study"), tmp_path / f"{end}.mcap", parts=True)
+        found = Steered(study(), tmp_path / f"{end}.mcap", parts=True)
         line = found.loop.plant.parts["stop_line"]
         found.send(do="held", name="ann")
         if end:
@@ -181,7 +186,7 @@ def test_who_has_control_on_parts_is_missed_also_when_the_server_dies(tmp_path: 
 
 
 def test_real_parts_are_not_reset_from_pages(tmp_path: Path) -> None:
-    found = Steered(open_setup(scene="study"), tmp_path / "run.mcap", real=True)
+    found = Steered(study(), tmp_path / "run.mcap", real=True)
     assert "console" in found.do("reset")
     found.close()
     found.finish()

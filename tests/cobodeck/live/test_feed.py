@@ -10,8 +10,7 @@ from cobodeck.live.feed import Feed, Whole, frames
 from cobodeck.live.model import RunModel
 from cobodeck.record.read.reader import Group
 from cobodeck.setup.options import Options
-from cobodeck.setup.setup import open_setup
-from tests.cobodeck.live.folding import Folding, recorded, require_same
+from tests.cobodeck.live.folding import Folding, recorded, require_same, study
 from tests.waiting import until
 
 BOUND = 20_000
@@ -45,7 +44,7 @@ def test_a_stalled_reader_costs_ticks_of_its_own_and_is_right_again() -> None:
     ours, theirs = socket.socketpair()
     ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
     feed, folding = Feed(ours, BOUND), Folding()
-    loop, _ = recorded(open_setup(scene="study"), OPTIONS, folding, feed)
+    loop, _ = recorded(study(), OPTIONS, folding, feed)
     feed.attend(loop)
     reader, largest = Reader(theirs), 0
     while feed.dropped < 100:
@@ -70,7 +69,7 @@ def test_a_stalled_reader_costs_ticks_of_its_own_and_is_right_again() -> None:
 def test_a_reader_that_is_gone_ends_the_feed_and_not_the_run() -> None:
     ours, theirs = socket.socketpair()
     feed, folding, told = Feed(ours), Folding(), list[str]()
-    loop, recorder = recorded(open_setup(scene="study"), Options(tier=0), folding, feed)
+    loop, recorder = recorded(study(), Options(tier=0), folding, feed)
     recorder._tell = told.append
     loop.tick()
     theirs.close()
@@ -93,7 +92,7 @@ def test_a_broken_file_leaves_the_other() -> None:
             return None if error is None else f"no record: {error}"
 
     broken, folding, told = Broken(), Folding(), list[str]()
-    loop, recorder = recorded(open_setup(scene="study"), Options(tier=0), broken, folding)
+    loop, recorder = recorded(study(), Options(tier=0), broken, folding)
     recorder._tell = told.append
 
     for _ in range(5):

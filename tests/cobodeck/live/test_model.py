@@ -6,11 +6,10 @@ from hypothesis import Phase, given, settings, strategies as some
 
 from cobodeck.loop.loop import Ticked
 from cobodeck.setup.options import Options
-from cobodeck.setup.setup import open_setup
 from engine.operator import Operator
-from tests.cobodeck.live.folding import Folding, recorded, require_same
+from tests.cobodeck.live.folding import Folding, recorded, require_same, study
+from tests.repeats import examples
 
-SETUP = open_setup(scene="study")
 UNSHRUNK = (Phase.explicit, Phase.reuse, Phase.generate)
 
 
@@ -31,13 +30,13 @@ class Comparing:
 
 def compared(options: Options) -> tuple[Comparing, object]:
     comparing = Comparing(folding := Folding())
-    loop, _ = recorded(SETUP, options, folding)
+    loop, _ = recorded(study(), options, folding)
     comparing.loop = loop
     loop.taps = (*loop.taps, comparing)
     return comparing, loop
 
 
-@settings(max_examples=4, deadline=None, phases=UNSHRUNK)
+@settings(max_examples=examples(12, least=2), deadline=None, phases=UNSHRUNK)
 @given(seed=some.integers(0, 10_000))
 def test_active_nodes_and_data_are_those_of_the_run_at_every_tick(seed: int) -> None:
     comparing, loop = compared(Options(tier=0, seed=seed, duration_s=8.0))
@@ -59,7 +58,7 @@ COMMANDS = some.lists(
 )
 
 
-@settings(max_examples=4, deadline=None, phases=UNSHRUNK)
+@settings(max_examples=examples(12, least=2), deadline=None, phases=UNSHRUNK)
 @given(seed=some.integers(0, 10_000), commands=COMMANDS)
 def test_so_they_are_when_an_operator_interferes(
     seed: int, commands: list[tuple[int, str]]

@@ -13,17 +13,17 @@ from cobodeck.live.sources.recorded import RecordSource, SeenRecord
 from cobodeck.record.write.start import recorder
 from cobodeck.run.simulation import simulate
 from cobodeck.setup.options import Options
-from cobodeck.setup.setup import open_setup
-from tests.cobodeck.live.folding import AT
+from tests.cobodeck.live.folding import AT, study
 from tests.cobodeck.live.pages import Client, client, run, serving
+from tests.repeats import examples
 
-OPTIONS = Options(duration_s=14.0)
+OPTIONS = Options(duration_s=8.0)
 
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = tmp_path_factory.mktemp("seen") / "run.mcap"
-    setup = open_setup(scene="study")
+    setup = study()
     simulate(setup, OPTIONS, recorder=recorder(setup, OPTIONS, found, AT, pytest.fail))
     return found
 
@@ -33,8 +33,8 @@ def seen(path: Path) -> SeenRecord:
     return SeenRecord(path)
 
 
-@settings(max_examples=6, deadline=None)
-@given(times=some.lists(some.integers(0, 15 * 10**9), min_size=1, max_size=4))
+@settings(max_examples=examples(24, least=3), deadline=None)
+@given(times=some.lists(some.integers(0, 9 * 10**9), min_size=1, max_size=4))
 def test_any_instant_is_what_all_before_it_leads_to(seen: SeenRecord, times: list[int]) -> None:
     for at_ns in times:
         seen.seek(at_ns)
@@ -54,14 +54,14 @@ def test_a_page_plays_seeks_plots_and_asks_for_a_range(path: Path) -> None:
             page = Client(socket)
             hello = await page.hear("hello")
             assert (hello["mode"], hello["commands"]) == ("record", False)
-            assert hello["until"] == pytest.approx(14.0)
+            assert hello["until"] == pytest.approx(8.0)
             assert (await page.hear("chart", slot=1))["nodes"]["chase"]["kind"]
             await page.tell(t="seek", at=5.0)
             state = await page.hear("state", at=5.0)
             assert "chase" in state["active"]
             assert (await page.hear("state", at=5.0))["slot"] == 1
             await page.tell(t="play", speed=100)
-            while (await page.hear("ev"))["at"] < 13.9:
+            while (await page.hear("ev"))["at"] < 7.9:
                 pass
             await page.tell(t="plot", signal="base.pose", on=True)
             plot = await page.hear("plot")

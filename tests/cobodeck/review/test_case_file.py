@@ -14,7 +14,7 @@ from cobodeck.setup.options import Options
 from cobodeck.testing.recorded_case import RecordedCase
 from tests.cobodeck.review.runs import recorded
 
-AT_S = 6.0
+AT_S = 3.0
 PROFILE = "profile: mine\nbase: tuned\ncharts:\n  chase:\n    near: {near}\n"
 
 
@@ -24,10 +24,11 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("case")
     (folder / "mine.yaml").write_text(PROFILE.format(near="3.4 m"))
     path = folder / "run.mcap"
-    recorded(path, Options(duration_s=10.0), scene="lab_a", profile=str(folder / "mine.yaml"))
+    recorded(path, Options(duration_s=5.0), scene="lab_a", profile=str(folder / "mine.yaml"))
     return path
 
 
+@pytest.mark.slow
 def test_a_case_passes_and_fails_once_a_parameter_is_another(
     run: Path, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -78,7 +79,7 @@ def test_a_case_is_small_and_begins_in_the_middle(run: Path, folder: Path) -> No
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["RUN", "--at", "9.99"], "nothing is decided after 9.99 s"),
+        (["RUN", "--at", "4.99"], "nothing is decided after 4.99 s"),
         (["RUN", "--at", "1", "-o", "x.txt"], "a test is a file FILE.py"),
         (["RUN", "--at", "1", "-o", "test_there.py"], "test_there.py: exists"),
         (["none.mcap", "--at", "1"], "none.mcap: cannot be read"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -10,17 +11,19 @@ import pytest
 from mcap.reader import make_reader
 
 from cobodeck.__main__ import main
-from cobodeck.project import catalogue
+from cobodeck.project import catalogue, chart_file
 from cobodeck.record.read.reader import Record
 from cobodeck.record.read.record_replay import stage_replay
+from cobodeck.record.write.start import recorder
 from cobodeck.run.shadow import Shadow
 from cobodeck.run.simulation import RunResult, simulate
 from cobodeck.setup.options import Options
-from cobodeck.setup.setup import Setup, open_setup
+from cobodeck.setup.setup import open_setup
 from engine.files.text import noting
+from tests.cobodeck.review.runs import AT
 
 SCENES: dict[str, tuple[dict[str, Any], Options]] = {
-    "lab_a": ({"scene": "lab_a"}, Options(duration_s=12.0, seed=1)),
+    "lab_a": ({"scene": "lab_a"}, Options(duration_s=8.0, seed=1)),
     "lab_b": ({"scene": "lab_b"}, Options(duration_s=12.0, user="random", seed=5)),
     "study": ({"scene": "study"}, Options(duration_s=12.0, requests=1)),
     "all sensors": ({"scene": "study"}, Options(duration_s=8.0, tier=2, seed=2)),
@@ -33,48 +36,65 @@ SCENES: dict[str, tuple[dict[str, Any], Options]] = {
 
 
 def beside(
-    options: Options, other: str | None = None, changed: tuple[str, ...] = (), **given: Any
+    name: str,
+    other: str | None = None,
+    changed: tuple[str, ...] = (),
+    record: Path | None = None,
 ) -> tuple[RunResult, Shadow, list[str]]:
     """A run with a shadow: its own chart, `other`, or its own with other values."""
+    given, options = SCENES[name]
     with noting():
         setup = open_setup(**given)
         shadowed = open_setup(**{**given, "sets": [*given.get("sets", ()), *changed]})
         chart = shadowed if other is None else setup.beside(other)
         said: list[str] = []
         shadow = Shadow(chart, said.append)
-        return simulate(setup, options, shadow=shadow), shadow, said
+        kept = record and recorder(setup, options, record, AT, said.append)
+        return simulate(setup, options, recorder=kept, shadow=shadow), shadow, said
 
 
-def alone(options: Options, **given: Any) -> RunResult:
+@cache
+def alone(name: str) -> str:
+    """The trace's hash of the same run without a shadow."""
+    given, options = SCENES[name]
     with noting():
-        return simulate(open_setup(**given), options)
+        return str(simulate(open_setup(**given), options).figures["trace_sha256"])
 
 
 @pytest.mark.parametrize("name", SCENES)
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_the_same_chart_decides_the_same_and_the_run_is_as_without(name: str) -> None:
-    given, options = SCENES[name]
-
-    result, shadow, said = beside(options, **given)
+    result, shadow, said = beside(name)
 
     assert said == []
     assert shadow.rows == []
     assert shadow.decided == shadow.same > 0
-    assert result.figures["trace_sha256"] == alone(options, **given).figures["trace_sha256"]
+    assert result.figures["trace_sha256"] == alone(name)
 
 
-def test_another_value_differs_where_it_matters_and_is_set_to_the_runs_place_again() -> None:
-    given, options = SCENES["lab_a"]
+def test_another_value_differs_where_it_matters_and_is_set_to_the_runs_place_again(
+    tmp_path: Path,
+) -> None:
+    """What differed is on record, and a replay ignores it."""
+    path = tmp_path / "run.mcap"
+    result, shadow, said = beside("lab_a", changed=("charts.chase.near=2.9 m",), record=path)
 
-    result, shadow, _ = beside(options, changed=("charts.chase.near=2.9 m",), **given)
-
+    assert said == []
     assert shadow.ended is None
     assert shadow.rows
     assert all(row.ran != row.shadow for row in shadow.rows)
     assert shadow.rows[0].path.startswith("chase")
     assert 0 < shadow.same < shadow.decided  # after a difference it is beside the run again
-    assert result.figures["trace_sha256"] == alone(options, **given).figures["trace_sha256"]
-    assert result.figures["shadow"]["differed"] == len(shadow.rows)
+    assert result.figures["trace_sha256"] == alone("lab_a")
+    assert result.figures["shadow"]["differed"] == len(shadow.rows) == len(on_record(path))
+    replay = stage_replay(Record(path))
+    replay.loop.go(1 << 61)
+    assert replay.difference is None, str(replay.difference)
+
+
+def on_record(path: Path) -> list[dict[str, Any]]:
+    with path.open("rb") as file:
+        return [json.loads(m.data) for _, _, m in make_reader(file).iter_messages(["shadow"])]
 
 
 OTHER = """
@@ -86,32 +106,31 @@ states:
 """
 
 
+@pytest.mark.slow
 def test_a_chart_with_fewer_nodes_is_compared_as_far_as_it_has_them(folder: Path) -> None:
     Path("alike.yaml").write_text(OTHER)
-    given, options = SCENES["lab_a"]
 
-    result, shadow, said = beside(options, "alike.yaml", **given)
+    result, shadow, said = beside("lab_a", "alike.yaml")
 
     assert said == []
     assert shadow.same > 0
-    assert result.figures["trace_sha256"] == alone(options, **given).figures["trace_sha256"]
+    assert result.figures["trace_sha256"] == alone("lab_a")
 
 
 def test_a_shadow_that_raises_ends_and_the_run_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    given, options = SCENES["lab_a"]
-
     def fail(self: Shadow, now_ns: int, **_: object) -> None:
         raise RuntimeError("it has broken")
 
     monkeypatch.setattr(Shadow, "_step", fail)
-    result, shadow, said = beside(options, **given)
+    result, shadow, said = beside("lab_a")
 
     assert said == ["the shadow has ended: RuntimeError: it has broken"]
     assert shadow.ended == "RuntimeError: it has broken"
     assert result.figures["errors"] == []
-    assert result.figures["trace_sha256"] == alone(options, **given).figures["trace_sha256"]
+    assert result.figures["trace_sha256"] == alone("lab_a")
 
 
+@pytest.mark.slow
 def test_differences_are_on_record_and_the_same_afterwards(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -126,8 +145,7 @@ def test_differences_are_on_record_and_the_same_afterwards(
 
     assert main([*asked, "--shadow", "other.yaml", "--record", "run.mcap"]) == 0
     figures = json.loads(capsys.readouterr().out)["shadow"]
-    with Path("run.mcap").open("rb") as file:
-        rows = [json.loads(m.data) for _, _, m in make_reader(file).iter_messages(["shadow"])]
+    rows = on_record(Path("run.mcap"))
 
     assert figures["differed"] == len(rows) > 0
     assert set(rows[0]) == {"at_ns", "path", "ran", "shadow"}
@@ -139,27 +157,7 @@ def test_differences_are_on_record_and_the_same_afterwards(
 
 
 def catalogue_file(name: str) -> str:
-    from cobodeck.project import chart_file
-
     return str(chart_file(name, catalogue(own=False)))
-
-
-def test_a_replay_ignores_what_a_shadow_has_left_on_record(tmp_path: Path) -> None:
-    from cobodeck.record.write.start import recorder
-    from tests.cobodeck.review.runs import AT
-
-    given, options = SCENES["lab_a"]
-    path = tmp_path / "run.mcap"
-    with noting():
-        setup: Setup = open_setup(**given)
-        shadow = Shadow(open_setup(**given, sets=["charts.chase.near=2.9 m"]), print)
-        simulate(setup, options, recorder=recorder(setup, options, path, AT, print), shadow=shadow)
-
-    replay = stage_replay(Record(path))
-    replay.loop.go(1 << 61)
-
-    assert shadow.rows
-    assert replay.difference is None, str(replay.difference)
 
 
 @pytest.mark.parametrize(

@@ -32,6 +32,7 @@ from hw.scene.objects import Thing
 from hw.scene.scene import load_scene
 from states.navigation.grid.grid_planners import ThetaStarPlanner
 from states.navigation.grid.inflation import LETHAL, NO_INFORMATION
+from tests.repeats import examples
 
 LAB = replace(load_scene("lab_a"), objects=(Thing("chair", (9.0, 8.0)),))
 ROBOT = load_robot(LAB.robot)
@@ -88,7 +89,7 @@ def is_sound(shape: MapShape) -> bool:
 
 @pytest.mark.parametrize("place", PLACES)
 @given(moments)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=examples(16, least=4), deadline=None)
 def test_every_shape_is_finite_and_about_the_room(place: Backdrop, moment: Moment) -> None:
     for shape in shapes_of(moment, place, LAYERS):
         assert is_sound(shape), shape
@@ -118,7 +119,7 @@ def test_a_full_moment_has_all_layers_that_move() -> None:
 
 
 @given(st.sets(st.sampled_from(LAYERS)), st.sampled_from(PLACES))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(24, least=6), deadline=None)
 def test_the_layers_made_are_those_asked_for(layers: set[str], place: Backdrop) -> None:
     every = shapes_of(FULL, place, LAYERS)
 
@@ -174,6 +175,7 @@ shapes = st.builds(
 
 
 @given(shapes)
+@settings(max_examples=examples(100))
 def test_what_is_read_from_the_wire_is_the_shape_to_the_millimetre(shape: MapShape) -> None:
     sent = json.loads(json.dumps(wire(shape), allow_nan=False))
 
@@ -255,7 +257,7 @@ def test_chase_cells_are_those_of_the_policy_by_what_they_are_worth(place: Backd
 
 
 @given(users, poses)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_a_zone_is_a_wedge_of_72_degrees_and_2_5_m_with_a_ring_of_1_5_m(
     user: UserPose, robot: Pose2
 ) -> None:
@@ -268,7 +270,7 @@ def test_a_zone_is_a_wedge_of_72_degrees_and_2_5_m_with_a_ring_of_1_5_m(
 
 
 @given(poses, st.tuples(*[angle] * 6))
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=examples(24, least=6), deadline=None)
 def test_the_arms_outlines_are_as_far_from_its_links_as_their_radii(
     base: Pose2, joints: tuple[float, ...]
 ) -> None:

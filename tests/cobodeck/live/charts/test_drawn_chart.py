@@ -28,6 +28,7 @@ from engine.files.finding import Finding, Place
 from engine.machine.machine import Machine
 from engine.operator.commands import outcomes_of, output_types
 from tests.engine.random_charts import charts, library
+from tests.repeats import examples
 
 CHARTS = [file.stem for file in shipped_charts()]
 
@@ -64,7 +65,7 @@ def test_the_picture_is_that_of_render(name: str, profile: str, depth: int, tmp_
     assert shown["svg"].encode() == out.read_bytes()
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", CHARTS)
 def test_each_node_has_its_shape(name: str) -> None:
     shown = message(name)
@@ -74,7 +75,7 @@ def test_each_node_has_its_shape(name: str) -> None:
     assert shown["nodes"].keys() == ids
 
 
-@settings(derandomize=True, deadline=None, max_examples=8)
+@settings(derandomize=True, deadline=None, max_examples=examples(24, least=4))
 @given(charts())
 def test_each_node_of_any_chart_has_its_shape(value: Any) -> None:
     found = library(value)
@@ -96,7 +97,7 @@ def test_used_charts_unfold_one_by_one() -> None:
     assert not any(path.startswith("escape/") for path in ids)
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", CHARTS)
 def test_what_is_told_of_outcomes_can_be_forced(name: str) -> None:
     """The same as the machine of a run allows, which is made without this code."""
