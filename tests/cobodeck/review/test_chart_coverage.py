@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from cobodeck.__main__ import main
-from cobodeck.project import catalogue, open_chart
+from cobodeck.project import Catalogue, catalogue, open_chart
 from cobodeck.record.read.reader import Record
 from cobodeck.review.chart_coverage import edge_counts
 from cobodeck.setup.options import Options
@@ -19,7 +21,7 @@ from engine.draw import dot, mermaid
 from engine.files.text import noting
 from tests.cobodeck.review.runs import recorded
 
-LOGIC = Options(tier=0, seed=4, duration_s=300.0)
+LOGIC = Options(tier=0, seed=4, duration_s=150.0)
 
 
 @pytest.fixture(scope="module")
@@ -35,11 +37,16 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Counter[tuple[s
     return path, moves
 
 
-def counted(path: Path, name: str, runs: int = 1) -> dict[tuple[str, str], int]:
+@cache
+def known() -> Catalogue:
+    return catalogue(own=False)
+
+
+@cache
+def counted(path: Path, name: str, runs: int = 1) -> Mapping[tuple[str, str], int]:
     said: list[str] = []
-    known = catalogue(own=False)
-    chart, library = open_chart(name, known)
-    found = edge_counts(chart, library, [Record(path)] * runs, known, said.append)
+    chart, library = open_chart(name, known())
+    found = edge_counts(chart, library, [Record(path)] * runs, known(), said.append)
     assert said == []
     return found
 
@@ -72,15 +79,15 @@ def test_a_changed_chart_counts_where_it_leads_as_it_did(
     run: tuple[Path, Counter[tuple[str, str]]],
 ) -> None:
     path, _ = run
-    known, said = catalogue(own=False), list[str]()
-    chart, library = open_chart("cobodeck", known)
+    said: list[str] = []
+    chart, library = open_chart("cobodeck", known())
     child = next(c for c in chart.root.children if c.name == "chase")
     elsewhere = replace(child, next={**child.next, "haptic_request": "escape"})
     source = replace(chart.source, text=chart.source.text + "\n")
     others = [elsewhere if c is child else c for c in chart.root.children]
     changed = replace(chart, root=replace(chart.root, children=tuple(others)), source=source)
 
-    found = edge_counts(changed, library, [Record(path)], known, said.append)
+    found = edge_counts(changed, library, [Record(path)], known(), said.append)
     before = counted(path, "cobodeck")
 
     assert "cobodeck was another" in said[0]
@@ -105,8 +112,7 @@ def test_counts_stand_in_the_picture_and_add_no_colour(
     assert struck
     assert all(text is not None and text.endswith("×0") for text in struck)
 
-    known = catalogue(own=False)
-    chart, library = open_chart("cobodeck", known)
+    chart, library = open_chart("cobodeck", known())
     plain, marked = dot(chart, library), dot(chart, library, counts=counted(path, "cobodeck"))
     assert set(re.findall("#[0-9a-f]{6}", marked)) == set(re.findall("#[0-9a-f]{6}", plain))
     times = f"#{ord('×')};"  # as Mermaid has it

@@ -160,7 +160,7 @@ def test_quantiles_are_those_of_numpy(values: list[float], share: float) -> None
 def test_a_record_and_its_trace_file_agree(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    options = Options(tier=0, seed=4, duration_s=120.0)
+    options = Options(tier=0, seed=4, duration_s=60.0)
     result = recorded(Path("run.mcap"), options)
     sink = open_free(Path("run.trace.jsonl"), trace_file.ENDING)
     trace_file.write(sink, open_setup(), result)

@@ -23,7 +23,7 @@ from engine.files.text import noting
 from tests.cobodeck.review.runs import AT
 
 SCENES: dict[str, tuple[dict[str, Any], Options]] = {
-    "lab_a": ({"scene": "lab_a"}, Options(duration_s=8.0, seed=1)),
+    "lab_a": ({"scene": "lab_a"}, Options(duration_s=4.0, seed=1)),
     "lab_b": ({"scene": "lab_b"}, Options(duration_s=12.0, user="random", seed=5)),
     "study": ({"scene": "study"}, Options(duration_s=12.0, requests=1)),
     "all sensors": ({"scene": "study"}, Options(duration_s=8.0, tier=2, seed=2)),
