@@ -125,6 +125,7 @@ def test_a_dead_end_is_told_and_played(project: Path, capsys: pytest.CaptureFixt
 @pytest.mark.parametrize(
     ("end", "told"), [("seen: .bad", "bad"), ("seen: stuck", "stuck")], ids=["ends", "stuck"]
 )
+@pytest.mark.slow
 def test_further_tries_are_played_too(
     project: Path, capsys: pytest.CaptureFixture[str], end: str, told: str
 ) -> None:

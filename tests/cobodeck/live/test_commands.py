@@ -139,6 +139,7 @@ def test_commands_are_carried_out_refused_with_reasons_and_replayed(steered: Ste
     assert replay.difference is None
 
 
+@pytest.mark.slow
 def test_another_chart_goes_on_or_is_refused_with_the_place(steered: Steered) -> None:
     longer = CHART.replace("200 s", "300 s")
     assert steered.do("replace", text=longer) == ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import Phase, given, settings, strategies as some
 
 from cobodeck.loop.loop import Ticked
@@ -60,6 +61,7 @@ COMMANDS = some.lists(
 
 @settings(max_examples=examples(12, least=2), deadline=None, phases=UNSHRUNK)
 @given(seed=some.integers(0, 10_000), commands=COMMANDS)
+@pytest.mark.slow
 def test_so_they_are_when_an_operator_interferes(
     seed: int, commands: list[tuple[int, str]]
 ) -> None:

@@ -35,6 +35,7 @@ def seen(path: Path) -> SeenRecord:
 
 @settings(max_examples=examples(24, least=3), deadline=None)
 @given(times=some.lists(some.integers(0, 9 * 10**9), min_size=1, max_size=4))
+@pytest.mark.slow
 def test_any_instant_is_what_all_before_it_leads_to(seen: SeenRecord, times: list[int]) -> None:
     for at_ns in times:
         seen.seek(at_ns)

@@ -14,6 +14,7 @@ from cobodeck.setup.options import Options
 from cobodeck.testing.recorded_case import RecordedCase
 from tests.cobodeck.review.runs import recorded
 
+pytestmark = pytest.mark.slow
 AT_S = 3.0
 PROFILE = "profile: mine\nbase: tuned\ncharts:\n  chase:\n    near: {near}\n"
 
@@ -28,7 +29,6 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.slow
 def test_a_case_passes_and_fails_once_a_parameter_is_another(
     run: Path, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -51,7 +51,6 @@ def test_a_case_passes_and_fails_once_a_parameter_is_another(
         profile.write_text(before)
 
 
-@pytest.mark.slow
 def test_the_file_is_a_test_of_pytest(run: Path, folder: Path) -> None:
     assert main(["case", str(run), "--at", str(AT_S)]) == 0
     (test,) = Path().glob("test_*.py")

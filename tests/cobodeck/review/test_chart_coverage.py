@@ -21,6 +21,7 @@ from engine.draw import dot, mermaid
 from engine.files.text import noting
 from tests.cobodeck.review.runs import recorded
 
+pytestmark = pytest.mark.slow
 LOGIC = Options(tier=0, seed=4, duration_s=150.0)
 
 

@@ -157,6 +157,7 @@ def test_quantiles_are_those_of_numpy(values: list[float], share: float) -> None
     assert quantile(sorted(values), share) == pytest.approx(float(np.quantile(values, share)))
 
 
+@pytest.mark.slow
 def test_a_record_and_its_trace_file_agree(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

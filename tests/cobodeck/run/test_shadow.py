@@ -62,7 +62,7 @@ def alone(name: str) -> str:
 
 
 @pytest.mark.parametrize("name", SCENES)
-@pytest.mark.few(1)
+@pytest.mark.slow
 def test_the_same_chart_decides_the_same_and_the_run_is_as_without(name: str) -> None:
     result, shadow, said = beside(name)
 
@@ -72,6 +72,7 @@ def test_the_same_chart_decides_the_same_and_the_run_is_as_without(name: str) ->
     assert result.figures["trace_sha256"] == alone(name)
 
 
+@pytest.mark.slow
 def test_another_value_differs_where_it_matters_and_is_set_to_the_runs_place_again(
     tmp_path: Path,
 ) -> None:
@@ -117,6 +118,7 @@ def test_a_chart_with_fewer_nodes_is_compared_as_far_as_it_has_them(folder: Path
     assert result.figures["trace_sha256"] == alone("lab_a")
 
 
+@pytest.mark.slow
 def test_a_shadow_that_raises_ends_and_the_run_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(self: Shadow, now_ns: int, **_: object) -> None:
         raise RuntimeError("it has broken")

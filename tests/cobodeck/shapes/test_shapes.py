@@ -87,6 +87,7 @@ def is_sound(shape: MapShape) -> bool:
     return near and weighed and shares and (shape.kind == "disc") == (shape.radius is not None)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("place", PLACES)
 @given(moments)
 @settings(max_examples=examples(16, least=4), deadline=None)
@@ -102,6 +103,7 @@ def test_what_stands_still_is_finite_and_in_the_room() -> None:
     assert all(map(is_sound, found))
 
 
+@pytest.mark.slow
 def test_pictures_have_a_look_for_every_shape() -> None:
     every = [*room_shapes(PLACES[2]), *shapes_of(FULL, PLACES[2], LAYERS)]
     on = sheet(LAB.room.bounds, "all", [])

@@ -52,6 +52,7 @@ def message(name: str, profile: str = "tuned", **options: Any) -> dict[str, Any]
     return chart_message(chart, applied, load_profile(profile), **given)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("name", "profile", "depth"), [("cobodeck", "tuned", 0), ("paper_chase", "paper", -1)]
 )
@@ -65,7 +66,7 @@ def test_the_picture_is_that_of_render(name: str, profile: str, depth: int, tmp_
     assert shown["svg"].encode() == out.read_bytes()
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", CHARTS)
 def test_each_node_has_its_shape(name: str) -> None:
     shown = message(name)
@@ -77,6 +78,7 @@ def test_each_node_has_its_shape(name: str) -> None:
 
 @settings(derandomize=True, deadline=None, max_examples=examples(24, least=4))
 @given(charts())
+@pytest.mark.slow
 def test_each_node_of_any_chart_has_its_shape(value: Any) -> None:
     found = library(value)
     nodes = seen_nodes(found["main"], found, {})
@@ -86,6 +88,7 @@ def test_each_node_of_any_chart_has_its_shape(value: Any) -> None:
     assert {seen.path for seen in nodes} == set(re.findall(r' id="(?:a_)?s:([^"]*)"', svg))
 
 
+@pytest.mark.slow
 def test_used_charts_unfold_one_by_one() -> None:
     chart, applied, _ = loaded("cobodeck")
     svg, trouble = picture_of(chart, applied, load_profile("tuned"), {"chase"})
@@ -97,7 +100,7 @@ def test_used_charts_unfold_one_by_one() -> None:
     assert not any(path.startswith("escape/") for path in ids)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", CHARTS)
 def test_what_is_told_of_outcomes_can_be_forced(name: str) -> None:
     """The same as the machine of a run allows, which is made without this code."""

@@ -121,6 +121,7 @@ def test_a_file_that_is_half_written_is_waited_for(folder: Path) -> None:
     assert not shown(charts)["stale"]
 
 
+@pytest.mark.slow
 def test_a_deleted_file_keeps_its_picture_and_says_that_it_is_gone(folder: Path) -> None:
     charts = ChartFolder(folder / "mine.yaml", known())
     before = shown(charts)
@@ -134,6 +135,7 @@ def test_a_deleted_file_keeps_its_picture_and_says_that_it_is_gone(folder: Path)
     assert "No such file" in shown(charts)["findings"][0]["message"]
 
 
+@pytest.mark.slow
 def test_a_used_chart_that_changes_is_drawn_anew(folder: Path) -> None:
     (folder / "mine.yaml").write_text(
         "chart: mine\noutcomes: [done]\nstates:\n  a: {use: other, next: {done: .done}}\n"
@@ -166,6 +168,7 @@ def test_a_folder_without_charts_is_refused(tmp_path: Path) -> None:
         ChartFolder(tmp_path, known())
 
 
+@pytest.mark.slow
 def test_a_profile_that_changes_changes_the_picture(folder: Path) -> None:
     profile = folder / "own.yaml"
     profile.write_text("profile: own\nbase: tuned\ncharts: {mine: {wait: 5 s}}\n")
@@ -275,6 +278,7 @@ def test_a_page_is_told_of_a_save_and_another_one_that_shows_another_chart_is_no
     served(folder, play, pages=2)
 
 
+@pytest.mark.slow
 def test_two_charts_stand_side_by_side_each_with_its_profile(folder: Path) -> None:
     async def play(source: EditedCharts, pages: FakePages) -> None:
         (page,) = pages
@@ -293,6 +297,7 @@ def test_two_charts_stand_side_by_side_each_with_its_profile(folder: Path) -> No
     served(folder, play)
 
 
+@pytest.mark.slow
 def test_used_charts_are_unfolded_one_by_one_and_all(folder: Path) -> None:
     text = "chart: mine\noutcomes: [done]\nstates:\n"
     text += "  a: {use: other, next: {done: b}}\n  b: {use: other, next: {done: .done}}\n"

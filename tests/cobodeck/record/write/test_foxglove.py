@@ -126,6 +126,7 @@ def messages(path: Path) -> list[tuple[str, str, str, bytes, int]]:
         ]
 
 
+@pytest.mark.slow
 def test_messages_are_of_foxgloves_schemas(run: Path) -> None:
     seen = set()
     for topic, schema, encoding, data, _ in messages(run):
@@ -157,6 +158,7 @@ def test_a_misfit_would_be_seen() -> None:
     assert "turned: unknown" in found
 
 
+@pytest.mark.slow
 def test_scans_are_foxgloves_messages_with_their_times(run: Path) -> None:
     scans = [(data, at) for _, schema, _, data, at in messages(run) if schema.endswith("LaserScan")]
     assert scans
@@ -171,6 +173,7 @@ def test_scans_are_foxgloves_messages_with_their_times(run: Path) -> None:
         assert len(ranges) == 541
 
 
+@pytest.mark.slow
 def test_every_frame_leads_to_the_map(run: Path) -> None:
     parents: dict[str, str] = {}
     used: set[str] = set()
@@ -193,11 +196,13 @@ def test_every_frame_leads_to_the_map(run: Path) -> None:
             frame = parents[frame]
 
 
+@pytest.mark.slow
 def test_times_go_on(run: Path) -> None:
     times = [at for *_, at in messages(run)]
     assert times == sorted(times)
 
 
+@pytest.mark.slow
 def test_a_layout_names_what_is_in_the_record(
     run: Path, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
