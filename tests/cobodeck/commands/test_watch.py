@@ -47,7 +47,9 @@ WRONG = [
     (["ftp://127.0.0.1:1/", "--tty"], USAGE, "no chart 'ftp:"),
     pytest.param(["gone.mcap"], USAGE, "gone.mcap", marks=pytest.mark.slow),
     (["--port", "70000"], USAGE, "no port"),
-    (["--profile", "tunet", "mine.yaml", "--tty"], OK, ""),  # its findings tell
+    pytest.param(  # its findings tell
+        ["--profile", "tunet", "mine.yaml", "--tty"], OK, "", marks=pytest.mark.slow
+    ),
 ]
 
 

@@ -173,6 +173,7 @@ def test_lines_that_are_none_disturb_nothing(steered: Steered) -> None:
     assert steered.do("pause") == ""
 
 
+@pytest.mark.slow
 def test_who_has_control_on_parts_is_missed_also_when_the_server_dies(tmp_path: Path) -> None:
     for end in (False, True):
         found = Steered(study(), tmp_path / f"{end}.mcap", parts=True)

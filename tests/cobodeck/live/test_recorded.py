@@ -48,6 +48,7 @@ def test_any_instant_is_what_all_before_it_leads_to(seen: SeenRecord, times: lis
     assert seen.model.newest == folded.newest
 
 
+@pytest.mark.slow
 def test_a_page_plays_seeks_plots_and_asks_for_a_range(path: Path) -> None:
     async def main() -> None:
         source = await asyncio.to_thread(RecordSource.of, [path, path])

@@ -165,7 +165,7 @@ def catalogue_file(name: str) -> str:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--shadow", "nothing"], "nothing"),
+        pytest.param(["--shadow", "nothing"], "nothing", marks=pytest.mark.slow),
         (["--tier", "0", "--shadow", "cobodeck"], "--tier 0 has none"),
     ],
 )

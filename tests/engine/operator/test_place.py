@@ -42,7 +42,7 @@ def ticked(bench: Bench, ends: dict[str, str]) -> list[tuple[str, str, tuple[obj
     return [(r.kind, r.subject, r.detail) for r in records if r.kind in ("outcome", "move")]
 
 
-@pytest.mark.few(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("first", range(0, 120, 40))
 def test_both_decide_the_same_from_then_on(first: int) -> None:
     compared = 0

@@ -201,6 +201,7 @@ def test_pages_outlive_whatever_a_text_brings_about(
     assert "mine.yaml cannot be shown: RecursionError: too deep" in shown(charts)["trouble"]
 
 
+@pytest.mark.slow
 def test_findings_are_those_of_validate(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = folder / "mine.yaml"
     file.write_text(WRONG + "  a: {use: chase, next: {fault: .done}}\n  b: {do: Nothing}\n")
