@@ -187,6 +187,7 @@ def test_runs_with_any_commands_at_any_time_are_replayed_equally(errands: Path) 
     assert set(done) == set(KINDS)
 
 
+@pytest.mark.slow
 def test_a_record_says_who_issued_a_command(errands: Path) -> None:
     path = errands / "run.mcap"
     acts: dict[float, Act] = {
