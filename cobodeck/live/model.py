@@ -17,6 +17,7 @@ from cobodeck.record.read import Group, RecordedMessage
 from engine.chart import AUTONOMY
 from hw import Sample, Truth
 
+REQUEST = f"{TOPIC}vr.haptic_request"
 NEWEST = 200
 """So many lines of what happened last are kept."""
 STATE = (
@@ -65,6 +66,7 @@ class RunModel:
             topic = told.topic
             if topic.startswith(TOPIC):
                 self.newest[topic] = told
+                self.requests += topic == REQUEST
             elif topic == "truth":
                 self._truth = told
             elif topic in _FOLDED:
@@ -102,8 +104,8 @@ class RunModel:
         setattr(self, key, held)
         self._changed.add(key)
 
-    def _say(self, at_ns: int, kind: str, path: str, text: str) -> None:
-        self.last.append({"at": at_ns / 1e9, "kind": kind, "path": path, "text": text})
+    def _say(self, at_ns: int, kind: str, path: str, text: str, **more: str) -> None:
+        self.last.append({"at": at_ns / 1e9, "kind": kind, "path": path, "text": text, **more})
         self._said += 1
         self._changed.add("last")
 
@@ -125,7 +127,8 @@ class RunModel:
             child, outcome, target = detail
             self.transitions += 1
             self._answered(f"{path}/{child}" if path else child, below=True)
-            self._say(at_ns, "move", path, f"{child}.{outcome} → {target}")
+            told = f"{child}.{outcome} → {target}"
+            self._say(at_ns, "move", path, told, child=child, outcome=outcome)
         elif kind == "data":
             key, held = detail
             self.data.setdefault(path, {})[key] = json.dumps(held, ensure_ascii=False)
@@ -208,6 +211,8 @@ class RunModel:
         truth = self.truth
         if truth is not None:
             rows += _figures_of(truth)
+        if self.requests:
+            rows.append(("requests", str(self.requests)))
         if self.errors:
             rows.append(("errors", str(self.errors)))
         if self.missed:

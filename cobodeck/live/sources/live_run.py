@@ -42,7 +42,8 @@ class LiveSource:
 
     def hello(self) -> Message:
         """The message `hello`."""
-        about = {} if self._run is None else self._run.hello()
+        early = {"title": "cobodeck", "about": ["charts and scene are being prepared"]}
+        about = early if self._run is None else self._run.hello()
         return {**about, "mode": "live", "real": self.rules.real, "until": None}
 
     def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
