@@ -17,7 +17,6 @@ from cobodeck.record.read import Group, RecordedMessage
 from engine.chart import AUTONOMY
 from hw import Sample, Truth
 
-REQUEST = f"{TOPIC}vr.haptic_request"
 NEWEST = 200
 """So many lines of what happened last are kept."""
 STATE = (
@@ -66,7 +65,7 @@ class RunModel:
             topic = told.topic
             if topic.startswith(TOPIC):
                 self.newest[topic] = told
-                self.requests += topic == REQUEST
+                self.requests += is_request(told)
             elif topic == "truth":
                 self._truth = told
             elif topic in _FOLDED:
@@ -227,6 +226,13 @@ class RunModel:
                 setattr(found, key, copy.copy(held))
         found.data = {path: dict(held) for path, held in self.data.items()}
         return found
+
+
+def is_request(told: RecordedMessage) -> bool:
+    """Whether the person asks for a touch with this message."""
+    if told.topic != f"{TOPIC}vr.haptic_request":
+        return False
+    return json.loads(told.data)["value"] is not None
 
 
 ASKS = "asks to end with "

@@ -171,11 +171,13 @@ function namesOf(charts) {
 function warn() {
   const stale = app.charts.some((c) => c.message?.stale), urgent = $("banner").classList.contains("urgent") && !link.up;
   const text = urgent ? "STOP WAS NOT SENT: there is no connection. Use the emergency stop of the robot."
+    : app.state.over ? "The run is over; this is what it was at its end."
     : !link.up && app.hello.mode ? "The connection is lost; what you see is old. Trying again …"
       : (app.charts.find((c) => c.message?.trouble)?.message.trouble ?? "") || (stale ? "The text is broken: this is the last good picture." : "");
   $("banner").hidden = !text;
   if ($("banner").textContent !== text) $("banner").textContent = text;
   if (link.up) $("banner").classList.remove("urgent");
+  $("banner").classList.toggle("over", Boolean(app.state.over) && !urgent);
 }
 
 function listFindings() {

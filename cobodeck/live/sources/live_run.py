@@ -71,6 +71,7 @@ class LiveSource:
                 task.cancel()
         self._tell_changes()
         self._pages.tell(self._figure_rows())
+        self._pages.tell({"t": "ev", "over": True})
 
     def _seen(self) -> list[tuple[SeenRoom, RunModel, int]]:
         return [] if self._run is None else [(self._run.place, self._model, 0)]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from cobodeck.live.charts import chart_message
 from cobodeck.live.clients import Message
-from cobodeck.live.model import REQUEST, RunModel
+from cobodeck.live.model import RunModel, is_request
 from cobodeck.live.sources.seen_room import SeenRoom, layers
 from cobodeck.pictures.run import NodeSpan, Visits, lanes_of, used_charts
 from cobodeck.project import Catalogue, catalogue
@@ -130,7 +130,7 @@ class SeenRun:
         """Take the messages of a tick."""
         self._end_s = max(0, group.ticked.at_ns) / 1e9
         for told in group.told:
-            if told.topic == REQUEST:
+            if is_request(told):
                 self._mark(told.log_ns / 1e9, "request", "the person asks for a touch")
         if group.ticked.missed:
             self._mark(self._end_s, "missed", f"{group.ticked.missed} ticks missed")
