@@ -31,6 +31,7 @@ from engine.files.declared import Mismatch
 from engine.machine import Machine
 from engine.operator import Operator, output_types
 from hw import Sample
+from hw.sim.sensors import ScriptedOperator
 
 SLOWEST, FASTEST = 0.1, 100.0
 LARGEST = 1 << 20
@@ -71,6 +72,7 @@ class PageOperator:
         self._told_at = 0.0
         self._breaks: list[str] = []
         self._broken = False
+        self._acknowledged_ns, self._past_faults = -1, 0
         self._holder: str | None = None
         self._heard = time.monotonic()
 
@@ -110,7 +112,7 @@ class PageOperator:
         told = {
             "breaks": self._breaks,
             "stop": getattr(line, "reason", None) is not None,
-            "faults": list(getattr(operator, "faults", ())),
+            "faults": self._open_faults(list(getattr(operator, "faults", ()))),
             "speed": clock.speed if isinstance(clock, Paced) else 1.0,
         }
         if told != self._told:
@@ -122,6 +124,21 @@ class PageOperator:
         if now - self._told_at >= STATUS_S:
             self._told_at = now
             self._feed.tell("health", self._health())
+
+    def _open_faults(self, faults: list[str]) -> list[str]:
+        """Those that nobody has acknowledged yet."""
+        slot = self._loop.wired.board.slots.get("operator.acknowledge")
+        newest = None if slot is None else slot.newest
+        stamp_ns = -1 if newest is None else newest.stamp
+        if stamp_ns != self._acknowledged_ns:
+            self._acknowledged_ns, self._past_faults = stamp_ns, len(faults)
+        return faults[self._past_faults :]
+
+    def _scripted_away(self, away: bool) -> None:
+        """The operator of a simulation does not undo what a page has stopped."""
+        operator = self._loop.plant.parts.get("operator")
+        if isinstance(operator, ScriptedOperator):
+            operator.away = away
 
     def _health(self) -> dict[str, Any]:
         loop, times = self._loop, sorted(self._times)
@@ -191,7 +208,8 @@ class PageOperator:
         if do == "held":
             self._holder = order.get("name")
         elif do == "stop":
-            self._stop(f"{order.get('who')} on a page")
+            self._stop(f"stop by {order.get('who')}")
+            self._scripted_away(True)
             self._queue.append((order, _done))
         elif do != "beat":
             self._prepare(do, order)
@@ -303,6 +321,7 @@ class PageOperator:
         if line is None:
             return "there is no stop to reset"
         if line.reset():
+            self._scripted_away(False)
             return None
         return f"not reset: {getattr(line, 'why', None) or 'the cause still holds'}"
 

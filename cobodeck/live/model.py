@@ -65,6 +65,7 @@ class RunModel:
             topic = told.topic
             if topic.startswith(TOPIC):
                 self.newest[topic] = told
+                self.requests += is_request(told)
             elif topic == "truth":
                 self._truth = told
             elif topic in _FOLDED:
@@ -102,8 +103,8 @@ class RunModel:
         setattr(self, key, held)
         self._changed.add(key)
 
-    def _say(self, at_ns: int, kind: str, path: str, text: str) -> None:
-        self.last.append({"at": at_ns / 1e9, "kind": kind, "path": path, "text": text})
+    def _say(self, at_ns: int, kind: str, path: str, text: str, **more: str) -> None:
+        self.last.append({"at": at_ns / 1e9, "kind": kind, "path": path, "text": text, **more})
         self._said += 1
         self._changed.add("last")
 
@@ -125,7 +126,8 @@ class RunModel:
             child, outcome, target = detail
             self.transitions += 1
             self._answered(f"{path}/{child}" if path else child, below=True)
-            self._say(at_ns, "move", path, f"{child}.{outcome} → {target}")
+            told = f"{child}.{outcome} → {target}"
+            self._say(at_ns, "move", path, told, child=child, outcome=outcome)
         elif kind == "data":
             key, held = detail
             self.data.setdefault(path, {})[key] = json.dumps(held, ensure_ascii=False)
@@ -208,6 +210,8 @@ class RunModel:
         truth = self.truth
         if truth is not None:
             rows += _figures_of(truth)
+        if self.requests:
+            rows.append(("requests", str(self.requests)))
         if self.errors:
             rows.append(("errors", str(self.errors)))
         if self.missed:
@@ -222,6 +226,13 @@ class RunModel:
                 setattr(found, key, copy.copy(held))
         found.data = {path: dict(held) for path, held in self.data.items()}
         return found
+
+
+def is_request(told: RecordedMessage) -> bool:
+    """Whether the person asks for a touch with this message."""
+    if told.topic != f"{TOPIC}vr.haptic_request":
+        return False
+    return json.loads(told.data)["value"] is not None
 
 
 ASKS = "asks to end with "

@@ -15,7 +15,7 @@ export class Link {
     if (this.socket && this.socket.readyState <= WebSocket.OPEN) return;
     clearTimeout(this.timer);
     const socket = this.socket = new WebSocket(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws`);
-    socket.onopen = () => { this.wait = 250; this.turned(true); };
+    socket.onopen = () => { this.wait = 250; this.found = true; this.turned(true); };
     socket.onmessage = (e) => this.got(JSON.parse(e.data));
     socket.onclose = (e) => {
       if (socket !== this.socket) return;

@@ -70,7 +70,8 @@ const heard = {
     signals.list(m.signals ?? []);
     operator.lost();
     operator.unlock();
-    if (again) app.log("connected again");
+    if (again && link.found) app.log("connected again");
+    link.found = false;
     redraw(shown);
   },
   chart(m) {
@@ -93,7 +94,8 @@ const heard = {
     redraw(shown);
     if (slot) return;
     app.at = m.at;
-    if (first) for (const entry of (m.last ?? []).slice(-3)) app.log(told(entry));
+    if (app.hello.mode === "record") $("log").replaceChildren();
+    if (first || app.hello.mode === "record") for (const entry of m.last ?? []) app.log(told(entry));
     timeline.playingAt(m.paused ? 0 : m.speed ?? 0);
   },
   ev(m) {
@@ -103,7 +105,7 @@ const heard = {
     if (!last && Object.keys(changed).every((k) => k === "at")) return redraw(moved);
     for (const entry of last ?? []) {
       app.log(told(entry), /error|fault|stop/.test(entry.kind) ? "error" : "");
-      const [, child, outcome] = /^(\S+)\.(\S+) → /.exec(entry.kind === "move" ? entry.text : "") ?? [];
+      const { child, outcome } = entry;
       if (child) app.charts[slot]?.taken(entry.path ? `${entry.path}/${child}` : child, outcome);
     }
     if (!slot && ("speed" in m || "paused" in m)) timeline.playingAt(app.state.paused ? 0 : app.state.speed ?? 0);
@@ -142,6 +144,7 @@ function shown() {
   $("doing").textContent = $("doing").title = doing;
   if (doing !== spoken) speak(doing);
   spoken = doing;
+  $("doing").className = s.stop || s.faults?.length ? "error" : "";
   document.title = `${s.stop ? "■ " : ""}${app.hello.title ?? "cobodeck"}`;
   warn();
   moved();
@@ -168,11 +171,13 @@ function namesOf(charts) {
 function warn() {
   const stale = app.charts.some((c) => c.message?.stale), urgent = $("banner").classList.contains("urgent") && !link.up;
   const text = urgent ? "STOP WAS NOT SENT: there is no connection. Use the emergency stop of the robot."
+    : app.state.over ? "The run is over; this is what it was at its end."
     : !link.up && app.hello.mode ? "The connection is lost; what you see is old. Trying again …"
       : (app.charts.find((c) => c.message?.trouble)?.message.trouble ?? "") || (stale ? "The text is broken: this is the last good picture." : "");
   $("banner").hidden = !text;
   if ($("banner").textContent !== text) $("banner").textContent = text;
   if (link.up) $("banner").classList.remove("urgent");
+  $("banner").classList.toggle("over", Boolean(app.state.over) && !urgent);
 }
 
 function listFindings() {

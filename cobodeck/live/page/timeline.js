@@ -148,7 +148,7 @@ export class Timeline {
     for (const [slot, set] of this.sets.entries()) for (const m of set.marks) {
       const at = x(m.at);
       if (at < left || at > w) continue;
-      g.fillStyle = colour(/stop|fault|miss|late|error/.test(m.kind) ? "bad" : "mark");
+      g.fillStyle = colour(/stop|fault|miss|late|error/.test(m.kind) ? "bad" : { request: "c-deep", escape: "c-escape" }[m.kind] ?? "mark");
       g.beginPath(); g.moveTo(at - 4, TOP - 9); g.lineTo(at + 4, TOP - 9); g.lineTo(at, TOP - 2); g.fill();
       this.hits.unshift([at - 5, at + 5, 4, TOP, `${seconds(m.at)} ${m.kind} ${m.text ?? ""}${slot ? " (second)" : ""}`]);
     }

@@ -42,7 +42,8 @@ class LiveSource:
 
     def hello(self) -> Message:
         """The message `hello`."""
-        about = {} if self._run is None else self._run.hello()
+        early = {"title": "cobodeck", "about": ["charts and scene are being prepared"]}
+        about = early if self._run is None else self._run.hello()
         return {**about, "mode": "live", "real": self.rules.real, "until": None}
 
     def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
@@ -70,6 +71,7 @@ class LiveSource:
                 task.cancel()
         self._tell_changes()
         self._pages.tell(self._figure_rows())
+        self._pages.tell({"t": "ev", "over": True})
 
     def _seen(self) -> list[tuple[SeenRoom, RunModel, int]]:
         return [] if self._run is None else [(self._run.place, self._model, 0)]

@@ -12,14 +12,28 @@ from cobodeck.live.clients import Message, Pages
 from cobodeck.live.model import RunModel
 from cobodeck.record.format import value
 from cobodeck.setup import Setup
-from cobodeck.shapes import LAYERS, Backdrop, Moment, MomentTrail, room_shapes, shapes_of, wire
+from cobodeck.shapes import (
+    LAYERS,
+    Backdrop,
+    Moment,
+    MomentTrail,
+    room_shapes,
+    shapes_of,
+    wire,
+    with_drive,
+)
 from hw import ArmState, Pose2, Pose3, Scan, Truth, UserPose
+from hw.scene import Point
+from states import SUBSYSTEMS, SubsystemName
+from states.environment import Environment
 
 FRAME_S = 0.05
 """Between two frames, s."""
 FIRST_OFF = frozenset({"inflations", "places", "tracked", "costmap", "chase", "escape", "haptic"})
 """Layers that a page shows only when asked: what nobody needs always, or what takes long."""
 SHOWN = frozenset(LAYERS) - FIRST_OFF
+PLAN_S = 0.25
+"""Between two plans of the path to a goal, s in the run."""
 CHASE_CELL = 0.1
 """Side of the Chase cells on pages, m: those of the profile are ten times as many bytes."""
 BOUNDS = [-5.0, -5.0, 5.0, 5.0]
@@ -40,6 +54,7 @@ class SeenRoom:
         if scene is not None:
             self._around = Backdrop(scene, setup.environment, setup.profile, chase_cell=CHASE_CELL)
         self._trail, self._last_ns = MomentTrail(), -1
+        self._planned: tuple[object, tuple[Point, ...]] = None, ()
 
     def message(self) -> dict[str, Any]:
         """What does not move."""
@@ -60,13 +75,27 @@ class SeenRoom:
         found = self._trail.moment()
         scan, base = _newest(model, "base.scan", Scan), found.robot
         scans = () if scan is None or base is None else ((base, scan),)
-        return replace(found, scans=scans, goal=_goal(model))
+        goal, subsystem = _goal(model)
+        return replace(found, scans=scans, goal=goal, subsystem=subsystem)
 
     def shapes(self, moment: Moment, shown: Collection[str]) -> list[dict[str, Any]]:
         """What moves, of these layers; may take a while at first."""
         if self._around is None:
             return []
+        if "path" in shown:
+            moment = replace(moment, path=self._path(moment, self._around.environment))
         return [*map(wire, shapes_of(moment, self._around, shown))]
+
+    def _path(self, moment: Moment, environment: Environment) -> tuple[Point, ...]:
+        """The path to the goal, planned anew at most once in `PLAN_S`."""
+        goal, subsystem = moment.goal, moment.subsystem
+        if goal is None or subsystem is None:
+            return ()
+        asked = goal, subsystem, round((moment.at_s or 0.0) / PLAN_S)
+        if self._planned[0] != asked:
+            found = with_drive(moment, environment, subsystem, goal)
+            self._planned = asked, found.path
+        return self._planned[1]
 
 
 def measured(model: RunModel) -> Truth:
@@ -86,14 +115,17 @@ def _newest(model: RunModel, name: str, kind: type) -> Any:
     return sample.value if sample is not None and isinstance(sample.value, kind) else None
 
 
-def _goal(model: RunModel) -> Pose2 | None:
-    """The goal of the chart that was entered last and has one."""
+def _goal(model: RunModel) -> tuple[Pose2 | None, SubsystemName | None]:
+    """The goal of the chart that was entered last and has one, and whose distances it keeps."""
     for path in sorted(model.active, key=lambda path: model.active[path], reverse=True):
         written = model.data.get(path, {}).get("goal")
         if written is not None:
             found = value(json.loads(written))
-            return found if isinstance(found, Pose2) else None
-    return None
+            named = [name for name in SUBSYSTEMS if name in path.split("/")]
+            if isinstance(found, Pose2):
+                return found, named[0] if named else "chase"
+            return None, None
+    return None, None
 
 
 Seen = Callable[[], Iterable[tuple[SeenRoom, RunModel, int]]]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from cobodeck.live.charts import chart_message
 from cobodeck.live.clients import Message
-from cobodeck.live.model import RunModel
+from cobodeck.live.model import RunModel, is_request
 from cobodeck.live.sources.seen_room import SeenRoom, layers
 from cobodeck.pictures.run import NodeSpan, Visits, lanes_of, used_charts
 from cobodeck.project import Catalogue, catalogue
@@ -21,6 +21,7 @@ from cobodeck.setup import Setup
 from cobodeck.terminal import Problem
 from engine.chart import Chart
 from engine.run import TraceRecord
+from engine.signals import types_of
 
 MOST_SPANS = 20_000
 """Visits of lanes that are kept; older ones are not shown any more."""
@@ -43,7 +44,7 @@ class SeenRun:
 
     def __init__(self, texts: Texts | Record, known: Catalogue, slot: int = 0) -> None:
         self.setup: Setup = written_setup(texts, known)
-        self._header, self._known, self.slot = texts.header, known, slot
+        self._texts, self._known, self.slot = texts, known, slot
         self.place = SeenRoom(self.setup)
         self._chart = self.setup.chart
         self._charts: Mapping[str, Chart] = self.setup.library
@@ -69,9 +70,10 @@ class SeenRun:
 
     def hello(self) -> dict[str, Any]:
         """What `hello` says of it."""
-        header: Any = self._header
+        header: Any = self._texts.header
         about = [f"{header['plant']}, {header['profile']['name']}", f"began {header['began']}"]
-        signals = [{"name": name, "type": ""} for name in header["signals"]]
+        types = types_of(self._known.signals)
+        signals = [{"name": n, "type": str(types.get(n, ""))} for n in header["signals"]]
         return {
             "title": self._chart.name,
             "about": about,
@@ -127,10 +129,15 @@ class SeenRun:
     def add(self, group: Group) -> None:
         """Take the messages of a tick."""
         self._end_s = max(0, group.ticked.at_ns) / 1e9
+        for told in group.told:
+            if is_request(told):
+                self._mark(told.log_ns / 1e9, "request", "the person asks for a touch")
         if group.ticked.missed:
             self._mark(self._end_s, "missed", f"{group.ticked.missed} ticks missed")
         for told in group.messages("trace"):
             time_ns, kind, path, *detail = trace_line(told)
+            if kind == "enter" and self._used.get(path) == "escape":
+                self._mark(time_ns / 1e9, "escape", path)
             ended = self._visits.add(TraceRecord(time_ns, kind, path, tuple(detail)))
             if ended is not None and self._is_lane(path):
                 self._spans.append(ended[1])
@@ -176,7 +183,7 @@ class SeenRun:
             rows[path].append([self._visits.open[path][1], None, ""])
         lanes = [{"path": p, "name": self._used.get(p, p), "spans": s} for p, s in rows.items()]
         told = {"t": kind, "lanes": lanes, "marks": marks, "from": 0.0, "to": self._end_s}
-        return told | self.slotted
+        return told | {"title": self._texts.path.name} | self.slotted
 
 
 def numbers_of(value: Any, name: str = "") -> Iterable[tuple[str, float]]:

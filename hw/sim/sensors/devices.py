@@ -202,7 +202,8 @@ class ScriptedOperator:
 
     A reported fault and a pulled stop line are handled alike; while the cause persists the operator
     tries again after the same delay. `show`, if set, gets what is reported. After PATIENCE_NS they
-    intervene: `by_hand` is called in each step until the line can be reset.
+    intervene: `by_hand` is called in each step until the line can be reset. While `away`, they do
+    nothing: somebody else has stopped the robot, and lets it go on.
     """
 
     signals: tuple[str, ...] = ("operator.acknowledge",)
@@ -215,6 +216,7 @@ class ScriptedOperator:
     ) -> None:
         self.faults: list[str] = []
         self.show: Callable[[str], None] = _nobody
+        self.away = False
         self._stop_line = stop_line
         self._delay_ns = delay_ns
         self._by_hand = by_hand
@@ -236,7 +238,7 @@ class ScriptedOperator:
 
     def step(self, now_ns: int) -> None:
         """Look after the robot at now_ns."""
-        if self._stop_line.reason is None and not self._reported:
+        if self.away or (self._stop_line.reason is None and not self._reported):
             return
         if self._since is None:
             self._since = now_ns

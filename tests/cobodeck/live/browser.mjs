@@ -4,7 +4,7 @@ import { createInterface } from "node:readline";
 
 const [, , place, executablePath] = process.argv;
 const { chromium } = createRequire(`${place}/`)("playwright-core");
-const PATIENCE = 15000;
+const PATIENCE = 60000;
 const heard = { errors: [], urls: [] };
 let browser, page;
 

@@ -105,7 +105,14 @@ def transitions(start: float, to: float) -> list[Message]:
         for (_, before, outcome), (at, path, _) in pairwise(COURSE)
     ]
     return [
-        {"at": at, "kind": "move", "path": box, "text": f"{child}.{outcome} → {path}"}
+        {
+            "at": at,
+            "kind": "move",
+            "path": box,
+            "text": f"{child}.{outcome} → {path}",
+            "child": child,
+            "outcome": outcome,
+        }
         for at, box, child, outcome, path in split
         if start < at <= to
     ]
@@ -318,30 +325,53 @@ class FakePageServer:
     def hello(self) -> Message:
         live = self.mode == "live"
         return {
-            "t": "hello", "v": 1, "mode": self.mode, "title": "cobodeck", "real": self.real,
-            "about": ["lab_a", "demo", "tuned", "seed 1"], "commands": live, "tick_hz": 30,
-            "until": UNTIL, "signals": [{"name": n, "type": t} for n, t in SIGNALS.items()],
+            "t": "hello",
+            "v": 1,
+            "mode": self.mode,
+            "title": "cobodeck",
+            "real": self.real,
+            "about": ["lab_a", "demo", "tuned", "seed 1"],
+            "commands": live,
+            "tick_hz": 30,
+            "until": UNTIL,
+            "signals": [{"name": n, "type": t} for n, t in SIGNALS.items()],
             "layers": [{"name": n, "on": n not in OFF} for n in LAYERS],
             "profiles": ["tuned", "base", "paper"],
             "stop_is": "a software stop, not a safety device",
-        }  # fmt: skip
+        }
 
     def chart(self, **more: Any) -> Message:
         return {
-            "t": "chart", "name": "cobodeck", "svg": self.svg, "nodes": nodes_of(self.svg),
-            "findings": [], "stale": False, "slot": 0, **self.more, **more,
-        }  # fmt: skip
+            "t": "chart",
+            "name": "cobodeck",
+            "svg": self.svg,
+            "nodes": nodes_of(self.svg),
+            "findings": [],
+            "stale": False,
+            "slot": 0,
+            **self.more,
+            **more,
+        }
 
     def state(self, page: ServerConnection | None = None) -> Message:
         name = self.pages.get(self.holder, "ben") if self.holder else None
         return {
-            "t": "state", "at": self.at, "active": active_at(self.at),
+            "t": "state",
+            "at": self.at,
+            "active": active_at(self.at),
             "last": transitions(self.at - 30, self.at)[-3:],
             "data": {"": {"deep": "none", "since": "none"}, "chase": {"shown": "none"}},
-            "waiting": {}, "locks": [], "level": None, "paused": False, "breaks": [],
+            "waiting": {},
+            "locks": [],
+            "level": None,
+            "paused": False,
+            "breaks": [],
             "operator": {"name": name, "you": page is not None and page is self.holder},
-            "stop": self.stopped, "faults": [], "ended": None, "speed": self.speed,
-        }  # fmt: skip
+            "stop": self.stopped,
+            "faults": [],
+            "ended": None,
+            "speed": self.speed,
+        }
 
     async def _talk(self, page: ServerConnection) -> None:
         self.pages[page] = ""

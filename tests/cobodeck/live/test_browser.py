@@ -123,19 +123,6 @@ def test_the_map_is_drawn_and_layers_can_be_taken_away(browser: Browser, serve: 
     assert "robot" in sent(server, "layers")[-1]["on"]
 
 
-def test_the_slider_moves_a_record(browser: Browser, serve: Any) -> None:
-    server = serve("record")
-    browser.until(lit(GO))
-    before = browser.see("document.getElementById('map').toDataURL()")
-
-    browser.fill("#slider", "45")
-
-    browser.until(lit("haptic/serve/hold"))
-    browser.until_text("#clock", "45.0 s")
-    browser.until(f"document.getElementById('map').toDataURL() != {before!r}")
-    assert sent(server, "seek")[-1]["at"] == pytest.approx(45)
-
-
 def test_arrows_go_from_transition_to_transition_and_a_drag_takes_a_range(
     browser: Browser, serve: Any
 ) -> None:
@@ -296,20 +283,6 @@ def test_reset_of_real_parts_stays_with_the_console(browser: Browser, serve: Any
     browser.until_text("#commands", "take control")  # let in again by itself, but not in control
     browser.click("text=take control")
     browser.until_text("#commands", "reset: at the console")
-
-
-def test_a_page_comes_back_after_a_restart(browser: Browser, serve: Any) -> None:
-    server = serve("live")
-    server.close()
-    browser.until_text("#banner", "The connection is lost")
-    browser.until_text("#link", "no connection")
-    server.at = 45.0
-
-    server.start()
-
-    browser.until_text("#link", "connected")
-    browser.until("document.getElementById('banner').hidden")
-    browser.until(lit("haptic/serve/hold"))
 
 
 def finding(**more: Any) -> dict[str, Any]:

@@ -1,0 +1,49 @@
+"""A command that serves a page, as users start it."""
+
+from __future__ import annotations
+
+import re
+import select
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Self
+
+from tests.program import ROOT
+
+PATIENCE_S = 60.0
+FOUND = re.compile(r"page: (http://127\.0\.0\.1:\d+/)(?:  token: (\S+))?")
+
+
+class Served:
+    """A command that serves a page, until the end of the test."""
+
+    def __init__(self, folder: Path, *words: str) -> None:
+        self._command = [sys.executable, "-m", "cobodeck", *words]
+        self._folder = folder
+
+    def __enter__(self) -> Self:
+        self._running = subprocess.Popen(
+            self._command,
+            cwd=self._folder,
+            env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": str(self._folder)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        assert self._running.stdout
+        ready, _, _ = select.select([self._running.stdout], [], [], PATIENCE_S)
+        line = self._running.stdout.readline() if ready else "nothing"
+        found = FOUND.search(line)
+        assert found, line
+        self.url, self.token = found[1], found[2]
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._running.send_signal(signal.SIGTERM)
+        try:
+            self._running.communicate(timeout=20)
+        except subprocess.TimeoutExpired:
+            self._running.kill()
+            self._running.communicate()
