@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import socket
+from contextlib import suppress
 from typing import Any
 
 from cobodeck.live.access import PageAddress
 from cobodeck.live.server import PageServer, serve
 from cobodeck.live.sources import LiveSource
-from hw.ipc import Parent, Ready, serve as serve_parent
+from cobodeck.project import catalogue
+from cobodeck.terminal import Problem
+from hw.ipc import Parent, Ready, serve as serve_parent, stand_back
 
-NICE = 10
-"""How far it stands back behind the run and its devices, where processors are few."""
 LIMIT = 1 << 20
 """Of the feed, so much is read ahead, bytes."""
 
 
 def main(settings: Any, ready: Ready, parent: Parent) -> None:  # noqa: ARG001
     """Serve; see `hw.ipc`. The feed ends with the parent."""
-    os.nice(NICE)
+    stand_back()
+    with suppress(Problem):  # as told when the run is shown
+        catalogue()  # imported now, before the clock of the run
     asyncio.run(_serve_feed(settings, ready))
 
 
