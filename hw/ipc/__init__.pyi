@@ -24,7 +24,6 @@ from hw.ipc.priority import (
     SENSES as SENSES,
     hurrying as hurrying,
     permitted as permitted,
-    stand_back as stand_back,
 )
 from hw.ipc.processes import (
     AGAIN as AGAIN,

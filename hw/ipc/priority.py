@@ -24,8 +24,6 @@ scans, before fake devices, which stand for hardware that waits for nobody, befo
 are below 50, at which a kernel may run its interrupts."""
 RUNAWAY_S = 1
 """Processor time without a pause after which a process gives its priority back, s."""
-BEHIND = 10
-"""Niceness of a process that stands back: a tenth of the share of others."""
 _TASKS, _STATUS = Path("/proc/self/task"), Path("/proc/self/status")
 _MAY_LOCK = 1 << 14
 """CAP_IPC_LOCK."""
@@ -78,13 +76,6 @@ def hurrying(priority: int) -> Iterator[None]:
         with suppress(ValueError):
             signal.signal(signal.SIGXCPU, handler)
             resource.setrlimit(resource.RLIMIT_RTTIME, limit)
-
-
-def stand_back() -> None:
-    """Go after other programs where processors are few, but not without any share."""
-    os.nice(BEHIND)
-    with suppress(OSError):  # niceness of this session, where the kernel schedules by sessions
-        Path("/proc/self/autogroup").write_text(f"{BEHIND}\n")
 
 
 def lock_memory() -> None:
