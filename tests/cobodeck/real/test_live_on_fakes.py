@@ -23,9 +23,8 @@ from tests.cobodeck.live.pages import Client, run
 from tests.program import ROOT, python
 
 FOUND = re.compile(r"live page: (http://127\.0\.0\.1:\d+/)  token: (\S+)")
-LATE = re.compile(r"was late in (\d+) of (\d+) steps")
-BUSY = 0.005
-"""If more of the steps of the world are late than this, the machine is too busy to tell."""
+BUSY = 0.05
+"""If more of the ticks are missed than this, the machine is too busy to tell times."""
 STOP_S = 0.1
 BEAT_S = 0.2
 SEEN_S = 2 * FRAME_S
@@ -130,14 +129,17 @@ def test_a_page_stops_a_run_on_fakes_is_missed_in_control_and_all_is_replayed(
         finally:
             running.terminate()
     assert "Traceback" not in errors
-    stops = _stops(tmp_path / "r.mcap")
-    assert json.loads(told)["errors"] == []
+    figures = json.loads(told)
+    assert figures["errors"] == []
     done = python(tmp_path, "-m", "cobodeck", "replay", "r.mcap", "--check")
     assert done.returncode == 0, done.stdout + done.stderr
-    pressed, missed = (at for at, why in stops if "ann" in why)
-    late = LATE.search(errors)
-    if late and int(late[1]) > BUSY * int(late[2]):
-        pytest.skip(f"this machine is too busy: {late[0]}")
+    stops = [(at, why) for at, why in _stops(tmp_path / "r.mcap") if "ann" in why]
+    assert stops, errors
+    if figures["missed"] > BUSY * figures["ticks"]:
+        pytest.skip(f"this machine is too busy: {figures['missed']} ticks are missed")
+    (pressed, why), (missed, lost) = stops
+    assert why == "ann on a page"
+    assert "the page of ann is" in lost
     assert pressed - instants[0] <= STOP_S + SEEN_S
     assert LOST_S - BEAT_S <= missed - instants[1] <= LOST_S + LOOK_S + SEEN_S
 
