@@ -20,6 +20,11 @@ BOUND = 2 << 20
 """Events that may wait for a page, in characters of JSON."""
 
 
+def encoded(message: Message) -> str:
+    """A message as it is sent."""
+    return json.dumps(message, separators=(",", ":"))
+
+
 class Page:
     """One connection; `number` is never used twice by a server.
 
@@ -50,7 +55,7 @@ class Page:
 
     def tell(self, message: Message, key: str | None = None) -> None:
         """Send a message; of those with the same `key` only the newest."""
-        self.put(json.dumps(message, separators=(",", ":")), key)
+        self.put(encoded(message), key)
 
     def put(self, text: str, key: str | None = None) -> None:
         """As `tell`, of a message that was encoded already."""
@@ -82,9 +87,10 @@ class Page:
             self._ready.clear()
             if self._renew:
                 self.snapshots += 1
+                told = list(snapshot(self))  # what it is told meanwhile is in there
                 self._renew = False
-                for message in snapshot(self):
-                    await send(json.dumps(message, separators=(",", ":")))
+                for message in told:
+                    await send(encoded(message))
             while self._events and not self._renew:
                 text = self._events.popleft()
                 self._size -= len(text)
@@ -98,6 +104,22 @@ class Pages:
 
     def __init__(self) -> None:
         self.by_number: dict[int, Page] = {}
+        self._some = asyncio.Event()
+
+    def add(self, page: Page) -> None:
+        """A page has come."""
+        self.by_number[page.number] = page
+        self._some.set()
+
+    def remove(self, page: Page) -> None:
+        """A page has gone."""
+        del self.by_number[page.number]
+        if not self.by_number:
+            self._some.clear()
+
+    async def some(self) -> None:
+        """Wait until there is a page."""
+        await self._some.wait()
 
     def __iter__(self) -> Iterator[Page]:
         return iter(list(self.by_number.values()))
@@ -112,7 +134,7 @@ class Pages:
     def tell(self, message: Message, key: str | None = None) -> None:
         """Send a message to all; it is encoded once."""
         if self.by_number:
-            text = json.dumps(message, separators=(",", ":"))
+            text = encoded(message)
             for page in self:
                 page.put(text, key)
 

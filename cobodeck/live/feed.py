@@ -116,15 +116,8 @@ class Feed:
         """Send the tick, or drop it if too much waits."""
         messages = self._tick.copy()
         self._tick.clear()
-        if self._behind and self.waiting <= self._bound // 2:
-            self._behind = False
-            self._announce()
-            self._put("whole", self._whole(now_ns))
-            return
         if self._behind or self.waiting > self._bound:
-            self._behind = True
-            self.dropped += 1
-            self._remember_entries(messages)
+            self._leave_out(messages, now_ns)
             return
         self._announce()
         self._put("tick", messages)
@@ -155,6 +148,17 @@ class Feed:
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_WR)
         self._socket.close()
+
+    def _leave_out(self, messages: list[tuple[int, bytes, int]], now_ns: int) -> None:
+        """Drop a tick, or send all that holds at its end, once there is room for it."""
+        self._remember_entries(messages)
+        if self._behind and self.waiting <= self._bound // 2:
+            self._behind = False
+            self._announce()
+            self._put("whole", self._whole(now_ns))
+        else:
+            self._behind = True
+            self.dropped += 1
 
     def _announce(self) -> None:
         if self._told < len(self._channels):

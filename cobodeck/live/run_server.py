@@ -5,15 +5,19 @@ from __future__ import annotations
 import asyncio
 import os
 import socket
+from contextlib import suppress
 from typing import Any
 
 from cobodeck.live.access import PageAddress
 from cobodeck.live.server import PageServer, serve
 from cobodeck.live.sources import LiveSource
+from cobodeck.project import catalogue
+from cobodeck.terminal import Problem
 from hw.ipc import Parent, Ready, serve as serve_parent
 
 NICE = 10
-"""How far it stands back behind the run and its devices, where processors are few."""
+"""How far it stands back behind others of its session: no further, as a stop must not wait. The run
+and its devices go before it by their real-time priorities."""
 LIMIT = 1 << 20
 """Of the feed, so much is read ahead, bytes."""
 
@@ -21,6 +25,8 @@ LIMIT = 1 << 20
 def main(settings: Any, ready: Ready, parent: Parent) -> None:  # noqa: ARG001
     """Serve; see `hw.ipc`. The feed ends with the parent."""
     os.nice(NICE)
+    with suppress(Problem):  # as told when the run is shown
+        catalogue()  # imported now, before the clock of the run
     asyncio.run(_serve_feed(settings, ready))
 
 

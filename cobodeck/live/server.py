@@ -155,7 +155,7 @@ class PageServer:
             return
         self._numbers += 1
         page = Page(self._numbers)
-        self.pages.by_number[page.number] = page
+        self.pages.add(page)
         sending = asyncio.create_task(page.send_all(connection.send, self._snapshot))
         try:
             with suppress(ConnectionClosed):
@@ -164,7 +164,7 @@ class PageServer:
             sending.cancel()
             with suppress(asyncio.CancelledError, ConnectionClosed):
                 await sending
-            del self.pages.by_number[page.number]
+            self.pages.remove(page)
             self._left(page)
 
     async def _hear(self, page: Page, connection: ServerConnection) -> None:

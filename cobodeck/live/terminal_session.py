@@ -138,7 +138,7 @@ class NearLink:
 
     async def _serve(self) -> None:
         pages = Pages()
-        pages.by_number[self._page.number] = self._page
+        pages.add(self._page)
         self._page.of = self._source
         self._page.renew()
         self._task = asyncio.create_task(self._source.run(pages))

@@ -1,9 +1,12 @@
 """Benchmark of the live page: what it costs a tick, and how soon an edit is seen.
 
-Runs of CoboDeck with 0, 1 and 10 pages, and with one that reads nothing, take turns with runs
-without a page, in paced virtual time; times are those of the thread that ticks. An edit is a save
-of the shipped chart with another text in its picture; its time, by the wall clock, ends when a page
-has the new picture. What of it is reading and checking, and what the message, is measured apart.
+Runs of CoboDeck with 0, 1 and 10 pages, with one that reads nothing, and with a record alone, take
+turns with runs that keep and show nothing, in paced virtual time; times are those of the thread
+that ticks. What a page is told is what a record holds: what that costs is mostly to record it.
+
+An edit is a save of the shipped chart with another text in its picture; its time, by the wall
+clock, ends when a page has the new picture. What of it is reading and checking, and what the
+message, is measured apart.
 """
 
 from __future__ import annotations
@@ -27,7 +30,7 @@ from cobodeck.live import LivePage, PageAddress, socket_url
 from cobodeck.live.charts import ChartReader, chart_message
 from cobodeck.loop import Loop, Paced
 from cobodeck.project import CHARTS, catalogue
-from cobodeck.record.write import unkept_recorder
+from cobodeck.record.write import Recorder, recorder, unkept_recorder
 from cobodeck.run import simulate
 from cobodeck.setup import PROFILE, Options, Setup, open_setup, warm_up
 
@@ -62,40 +65,62 @@ def rows(rounds: int = ROUNDS) -> Iterator[BenchRow]:
 
 
 def tick_rows(rounds: int, seconds: float) -> Iterator[BenchRow]:
-    """Thread time of a tick, and its ratio to that without a page."""
+    """Thread time of a tick, and its ratio to that of a run that keeps and shows nothing."""
     setup = open_setup()
     warm_up(setup, setup.machine())
-    alone: list[float] = []
+    bare: list[float] = []
+    recorded: list[float] = []
     taken: dict[PageCrowd, list[float]] = {crowd: [] for crowd in CROWDS}
     for _ in range(rounds):
-        alone.append(tick_s(setup, seconds))
+        bare.append(tick_s(setup, seconds))
+        recorded.append(recorded_tick_s(setup, seconds))
         for crowd, found in taken.items():
             found.append(tick_s(setup, seconds, crowd))
+    yield _tick_row("tick, record alone", recorded, bare)
     for crowd, found in taken.items():
-        ratios = [own / bare for own, bare in zip(found, alone, strict=True)]
-        stalled = crowd.stalled > 0
-        yield BenchRow(
-            NAME, "tick beside a stalled page" if stalled else "tick beside pages", "cobodeck",
-            None if stalled else "pages", None if stalled else float(crowd.reading),
-            time_us=statistics.median(found) * 1e6, ratio=statistics.median(ratios),
-            ratio_to="without a page", reference=NO_ERROR, spread=_spread(ratios),
-        )  # fmt: skip
+        if crowd.stalled:
+            yield _tick_row("tick beside a stalled page", found, bare)
+        else:
+            yield _tick_row("tick beside pages", found, bare, crowd.reading)
+
+
+def _tick_row(
+    case: str, found: Sequence[float], bare: Sequence[float], pages: int | None = None
+) -> BenchRow:
+    ratios = [own / alone for own, alone in zip(found, bare, strict=True)]
+    return BenchRow(
+        NAME, case, "cobodeck",
+        None if pages is None else "pages", None if pages is None else float(pages),
+        time_us=statistics.median(found) * 1e6, ratio=statistics.median(ratios),
+        ratio_to="without a page", reference=NO_ERROR, spread=_spread(ratios),
+    )  # fmt: skip
 
 
 def tick_s(setup: Setup, seconds: float, crowd: PageCrowd | None = None) -> float:
     """Mean thread time of a tick of a run, s, without a page or beside these."""
     options = Options(duration_s=seconds)
     if crowd is None:
-        return _run(setup, options, None)
+        return _run(setup, options)
     page = LivePage(setup, options, PageAddress(), _nobody)
     try:
         with clients(page.url, crowd):
-            return _run(setup, options, page)
+            told = unkept_recorder(setup, options, datetime.now(), _nobody, [page.feed])
+            return _run(setup, options, told, page)
     finally:
         page.close()
 
 
-def _run(setup: Setup, options: Options, page: LivePage | None) -> float:
+def recorded_tick_s(setup: Setup, seconds: float) -> float:
+    """Mean thread time of a tick of a run that keeps a record, s."""
+    options = Options(duration_s=seconds)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "run.mcap")
+        return _run(setup, options, recorder(setup, options, file, datetime.now(), _nobody))
+
+
+def _run(
+    setup: Setup, options: Options, kept: Recorder | None = None, page: LivePage | None = None
+) -> float:
     spent: list[int] = []
 
     @contextmanager
@@ -106,10 +131,7 @@ def _run(setup: Setup, options: Options, page: LivePage | None) -> float:
         yield
         spent.append(time.thread_time_ns() - begin)
 
-    recorder = None
-    if page is not None:
-        recorder = unkept_recorder(setup, options, datetime.now(), _nobody, [page.feed])
-    result = simulate(setup, options, clock=Paced(SPEED), around=measured, recorder=recorder)
+    result = simulate(setup, options, clock=Paced(SPEED), around=measured, recorder=kept)
     ticks = round(float(result.figures["sim_s"]) * setup.tick_hz)
     return spent[0] / 1e9 / max(1, ticks)
 

@@ -48,6 +48,7 @@ class LiveSource:
 
     def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
         """All that a page has to know."""
+        self._tell_changes()  # to others: what is new is in there
         if self._run is None:
             return [self._state()]
         told = [*self._run.charts(), self._run.room(), self._state(), self._run.lanes()]
@@ -143,11 +144,12 @@ class LiveSource:
         clock = asyncio.get_running_loop()
         due = health = clock.time()
         while True:
+            await self._pages.some()
             due = max(due + FRAME_S, clock.time())
             await asyncio.sleep(due - clock.time())
             self._tell_changes()
             if clock.time() >= health and self._run is not None:
-                health += HEALTH_S
+                health = clock.time() + HEALTH_S
                 self._pages.tell(self._health_message(), "health")
                 self._pages.tell(self._figure_rows(), "figures")
 

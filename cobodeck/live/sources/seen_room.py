@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from typing import Any
 
-from cobodeck.live.clients import Message, Pages
+from cobodeck.live.clients import Message, Pages, encoded
 from cobodeck.live.model import RunModel
 from cobodeck.record.format import value
 from cobodeck.setup import Setup
@@ -133,11 +133,15 @@ Seen = Callable[[], Iterable[tuple[SeenRoom, RunModel, int]]]
 
 
 async def tell_frames(pages: Pages, seen: Seen) -> None:
-    """Tell pages what moves, each its layers, as often as it changes; until cancelled."""
+    """Tell pages what moves, each its layers, as often as it changes; until cancelled.
+
+    Only layers that somebody shows are made; pages with the same ones get the same text.
+    """
     told: object = None
     while True:
+        await pages.some()
         await asyncio.sleep(FRAME_S)
-        asked = {page: SHOWN if page.layers is None else page.layers for page in pages}
+        asked = {p: frozenset(SHOWN if p.layers is None else p.layers) for p in pages}
         runs = list(seen())
         state = [(p.number, p.snapshots, *sorted(shown)) for p, shown in asked.items()]
         now = [model.at_ns for _, model, _ in runs], state
@@ -148,6 +152,11 @@ async def tell_frames(pages: Pages, seen: Seen) -> None:
         for room, model, slot in runs:
             at, moment = model.at_ns / 1e9, room.moment(model)
             shapes = await asyncio.to_thread(room.shapes, moment, wanted)
+            slotted = {"slot": slot} if slot else {}
+            texts = {}
+            for shown in set(asked.values()):
+                seen_shapes = [shape for shape in shapes if shape["l"] in shown]
+                frame = {"t": "frame", "at": at, "shapes": seen_shapes, **slotted}
+                texts[shown] = encoded(frame)
             for page, shown in asked.items():
-                frame = {"t": "frame", "at": at, "shapes": [s for s in shapes if s["l"] in shown]}
-                page.tell(frame | ({"slot": slot} if slot else {}), f"frame{slot}")
+                page.put(texts[shown], f"frame{slot}")

@@ -51,7 +51,7 @@ class SeenRun:
         self._used = used_charts(self._chart, self._charts)
         self._visits, self._spans = Visits(), deque[NodeSpan](maxlen=MOST_SPANS)
         self._marks: deque[Message] = deque(maxlen=MOST_SPANS)
-        self._new: tuple[list[NodeSpan], list[Message]] = [], []
+        self._new = _News()
         self._begun: dict[str, float] = {}
         self._told_begun: dict[str, float] = {}
         self._end_s = self._told_s = 0.0
@@ -141,7 +141,7 @@ class SeenRun:
             ended = self._visits.add(TraceRecord(time_ns, kind, path, tuple(detail)))
             if ended is not None and self._is_lane(path):
                 self._spans.append(ended[1])
-                self._new[0].append(ended[1])
+                self._new.spans.append(ended[1])
             elif kind == "error":
                 self._mark(time_ns / 1e9, "error", f"{path}: {detail[0]}")
         for told in group.messages("operator"):
@@ -152,23 +152,23 @@ class SeenRun:
     def _mark(self, at: float, kind: str, text: str) -> None:
         mark = {"at": at, "kind": kind, "text": text}
         self._marks.append(mark)
-        self._new[1].append(mark)
+        self._new.marks.append(mark)
 
     def _is_lane(self, path: str) -> bool:
         return path in lanes_of(self._used, (path,))
 
     def lanes(self) -> Message:
         """All lanes, whole."""
-        self._new = [], []
+        self._new = _News()
         self._told_s = self._end_s
         return self._lanes("lanes", self._spans, list(self._marks))
 
     def new_lanes(self) -> Message | None:
         """What is new since the last call; None: nothing."""
-        new, self._new = self._new, ([], [])
-        if not (new[0] or new[1]):
+        new, self._new = self._new, _News()
+        if not (new.spans or new.marks):
             return None
-        return self._lanes("lanes+", *new)
+        return self._lanes("lanes+", new.spans, list(new.marks))
 
     def _lanes(self, kind: str, spans: Iterable[NodeSpan], marks: Sequence[Message]) -> Message:
         spans = tuple(spans)
@@ -184,6 +184,14 @@ class SeenRun:
         lanes = [{"path": p, "name": self._used.get(p, p), "spans": s} for p, s in rows.items()]
         told = {"t": kind, "lanes": lanes, "marks": marks, "from": 0.0, "to": self._end_s}
         return told | {"title": self._texts.path.name} | self.slotted
+
+
+class _News:
+    """Of lanes, what nobody was told yet; bounded, as nobody may ask."""
+
+    def __init__(self) -> None:
+        self.spans: deque[NodeSpan] = deque(maxlen=MOST_SPANS)
+        self.marks: deque[Message] = deque(maxlen=MOST_SPANS)
 
 
 def numbers_of(value: Any, name: str = "") -> Iterable[tuple[str, float]]:

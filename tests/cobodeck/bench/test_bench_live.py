@@ -13,8 +13,8 @@ from cobodeck.commands.bench import BENCHES
 def test_ticks_are_told_for_each_crowd_beside_those_without_a_page() -> None:
     rows = list(tick_rows(1, 2.0))
 
-    assert [row.value for row in rows] == [0.0, 1.0, 10.0, None]
-    assert len(rows) == len(CROWDS)
+    assert [row.value for row in rows] == [None, 0.0, 1.0, 10.0, None]
+    assert len(rows) == len(CROWDS) + 1
     assert all(row.bench == NAME in BENCHES for row in rows)
     assert all(row.time_us and row.ratio_to == "without a page" for row in rows)
 

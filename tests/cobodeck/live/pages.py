@@ -94,9 +94,9 @@ async def serving(source: Any, now: Callable[[], float] | None = None) -> Any:
         await server.close()
 
 
-def run(main: Coroutine[Any, Any, None]) -> None:
+def run(main: Coroutine[Any, Any, None], limit_s: float = 60.0) -> None:
     async def limited() -> None:
-        async with asyncio.timeout(60.0):
+        async with asyncio.timeout(limit_s):
             await main
 
     asyncio.run(limited())

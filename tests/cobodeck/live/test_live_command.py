@@ -7,18 +7,26 @@ import re
 import subprocess
 import sys
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from tests.cobodeck.live.pages import Client, run
+from tests.cobodeck.live.pages import Client, client, run
+from tests.cobodeck.live.test_server import BAD
 from tests.program import python
 
 ROOT = Path(__file__).resolve().parents[3]
 SIMULATE = ["-m", "cobodeck", "simulate", "--scene", "study", "--duration", "6", "--json"]
 FOUND = re.compile(r"live page: (http://127\.0\.0\.1:\d+/)  token: (\S+)")
+
+LONG_S, PATIENCE_S = "60", 120.0
+MOST_MB = 64.0
+"""So much may a server grow by all kinds of bad clients."""
 
 Doing = Callable[[Client, str], Awaitable[None]]
 
@@ -44,8 +52,8 @@ def simulated(folder: Path, doing: Doing, *more: str) -> dict[str, Any]:
                         pass
                     await doing(page, token)
 
-            run(main())
-            told, errors = running.communicate(timeout=60)
+            run(main(), PATIENCE_S)
+            told, errors = running.communicate(timeout=PATIENCE_S)
         finally:
             running.kill()
     assert "Traceback" not in errors
@@ -67,6 +75,58 @@ def test_a_run_that_is_watched_is_the_run_without_a_page(tmp_path: Path) -> None
     alone = json.loads(python(tmp_path, *SIMULATE).stdout)
 
     assert watched["trace_sha256"] == alone["trace_sha256"]
+
+
+class FarServer:
+    """The server of a run, as bad clients see it."""
+
+    def __init__(self, socket: Any) -> None:
+        host, self.port = socket.remote_address[:2]
+        self.url = f"http://{host}:{self.port}/"
+        self._open = ()
+        self.access = SimpleNamespace(holder=None)
+
+
+def memory_mb(port: int) -> float:
+    """Memory that the process with this port has, MB."""
+    at = f":{port:04X} 00000000:0000 0A"
+    table = Path("/proc/net/tcp").read_text().splitlines()
+    inode = next(line.split()[9] for line in table if at in line)
+    for process in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            held = {str(file.readlink()) for file in (process / "fd").iterdir()}
+            if f"socket:[{inode}]" in held:
+                found = re.search(r"VmRSS:\s+(\d+) kB", (process / "status").read_text())
+                assert found is not None
+                return int(found[1]) / 1e3
+    raise AssertionError(f"no process has port {port}")
+
+
+async def _misbehave(page: Client, token: str) -> None:
+    server: Any = FarServer(page.socket)
+    before = memory_mb(server.port)
+    for bad in BAD:
+        with suppress(ConnectionClosed):
+            async with client(server) as other:
+                await bad(server, Client(other))
+    with pytest.raises(InvalidStatus):
+        await client(server, origin="http://evil.example")
+    grown = memory_mb(server.port) - before
+    assert grown < MOST_MB, f"the server has grown by {grown:.1f} MB"
+    await page.hear("frame")
+
+
+@pytest.mark.slow
+@pytest.mark.realtime
+@pytest.mark.requirement(54)
+@pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux")
+def test_a_run_beside_bad_clients_is_the_run_without_a_page(tmp_path: Path) -> None:
+    long = ("--duration", LONG_S)
+    watched = simulated(tmp_path, _misbehave, *long)
+    alone = json.loads(python(tmp_path, *SIMULATE, *long).stdout)
+
+    assert watched["trace_sha256"] == alone["trace_sha256"]
+    assert watched["errors"] == []
 
 
 async def _steer(page: Client, token: str) -> None:
