@@ -24,7 +24,19 @@ from engine.draw.markup import (
     tooltip,
 )
 from engine.draw.picture import picture
-from engine.draw.style import CAUSES, FILLS, FRAME, GREY, INK, KINDS, LIT_FRAME, PAGE, RED
+from engine.draw.style import (
+    BOX_MARGIN,
+    CAUSES,
+    FILLS,
+    FRAME,
+    GREY,
+    INK,
+    KINDS,
+    LIT_FRAME,
+    PAGE,
+    RED,
+    ROOT_MARGIN,
+)
 from engine.draw.wording import NONE
 from engine.literals import Constant
 
@@ -112,7 +124,7 @@ class _Writer:
             "color": LIT_FRAME if lit else FRAME,
             "fillcolor": FILLS[level % len(FILLS)],
             "penwidth": "2.2" if lit else "1.1",
-            "margin": "9" if box.path else "20",  # routes bulge over the boxes inside
+            "margin": BOX_MARGIN if box.path else ROOT_MARGIN,
             "labelloc": "t",
         }
         yield f"subgraph {_quoted('cluster_' + box.path)} {{"
