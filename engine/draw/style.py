@@ -19,5 +19,5 @@ KINDS = {  # border, fill, fill when active, style
     "use": ("#1f5fa8", "#e8f1fb", "#bddaf8", "rounded"),
 }
 CAUSES: dict[Cause, str] = {"": GREY, "guard": AMBER, "timeout": GREY, "error": RED}
-ROOT_MARGIN, BOX_MARGIN = "24", "9"
+ROOT_MARGIN, BOX_MARGIN = "22", "9"
 """From the frames of a chart and of its boxes to what is inside, points: routes bulge over it."""

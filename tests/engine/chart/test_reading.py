@@ -28,8 +28,7 @@ def test_the_engine_does_as_the_rules_say():
 
 @pytest.mark.slow
 def test_the_engine_does_as_the_rules_say_on_3000_charts():
-    seeds = fewer(range(300, 3300))
-    assert compare_all(seeds, run_by_engine) >= len(seeds) // 4
+    assert compare_all(range(300, 3300), run_by_engine) >= 1000
 
 
 def operated_alike(seeds: Iterable[int]) -> Counter[str]:
