@@ -11,9 +11,10 @@ from pathlib import Path
 
 from cobodeck.live.access import PageAddress, Rules, new_token
 from cobodeck.live.clients import Source
-from cobodeck.live.commands import PageOperator
 from cobodeck.live.feed import Feed
+from cobodeck.live.steering import PageOperator
 from cobodeck.loop import Loop
+from cobodeck.record.format import attachments, header_of_setup
 from cobodeck.setup import Options, Setup
 from cobodeck.terminal import Problem
 from hw.ipc import Child
@@ -86,6 +87,8 @@ class LivePage:
             "rules": rules,
             "address": tuple(address),
             "token": token,
+            "header": {**header_of_setup(setup, options), "signals": []},
+            "attachments": attachments(setup),
         }
         self._child = Child(SERVER, settings, "the server of the live page", [theirs.fileno()])
         theirs.close()

@@ -15,8 +15,8 @@ import pytest
 from websockets.asyncio.client import connect
 
 from cobodeck.live.access import LOST_S
-from cobodeck.live.commands import LOOK_S
 from cobodeck.live.sources.seen_room import FRAME_S
+from cobodeck.live.steering.page_operator import LOOK_S
 from cobodeck.record.format import TOPIC, sample_of
 from cobodeck.record.read import Record
 from tests.cobodeck.live.pages import Client, run
