@@ -22,7 +22,7 @@ Message = Mapping[str, Any]
 LARGEST_MESSAGE = 64 << 10
 """Of a page, bytes."""
 DEEPEST, LARGEST_NUMBER, LONGEST_ID = 3, 1 << 53, 40
-"""Of a message of a page: objects in objects, numbers, characters of its `id`."""
+"""Of a message of a page: objects in objects, numbers, characters of its `id` and `do`."""
 BOUND = 2 << 20
 """Events that may wait for a page, in characters of JSON."""
 

@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 from cobodeck.live.access import Access
-from cobodeck.live.clients import Message, Page, Pages, Source
+from cobodeck.live.clients import LONGEST_ID, Message, Page, Pages, Source
 
 VERSION = 1
 STOP_IS = "a software stop, not a safety device"
@@ -86,7 +86,7 @@ class Conversation:
         page.tell(_ack(message, wrong, f"you are {page.name}"))
 
     async def _command(self, page: Page, message: dict[str, Any]) -> None:
-        do = str(message.get("do"))
+        do = str(message.get("do"))[:LONGEST_ID]
         before = self._access.holder
         wrong = self._access.refusal(page.number, do)
         if wrong is not None:

@@ -14,10 +14,10 @@ from typing import Any
 
 import pytest
 from websockets.asyncio.client import connect
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.exceptions import ConnectionClosed
 
 from tests.cobodeck.live.pages import Client, client, run
-from tests.cobodeck.live.test_server import BAD
+from tests.cobodeck.live.test_server import BAD, raw_socket
 from tests.program import python
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -105,15 +105,15 @@ def memory_mb(port: int) -> float:
 async def _misbehave(page: Client, token: str) -> None:
     server: Any = FarServer(page.socket)
     before = memory_mb(server.port)
+    unread = await raw_socket(server)  # gets all that pages get, and reads none of it
     for bad in BAD:
         with suppress(ConnectionClosed):
             async with client(server) as other:
                 await bad(server, Client(other))
-    with pytest.raises(InvalidStatus):
-        await client(server, origin="http://evil.example")
     grown = memory_mb(server.port) - before
     assert grown < MOST_MB, f"the server has grown by {grown:.1f} MB"
     await page.hear("frame")
+    unread.close()
 
 
 @pytest.mark.slow
