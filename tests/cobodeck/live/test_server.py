@@ -5,19 +5,19 @@ from __future__ import annotations
 import asyncio
 import json
 import socket
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Iterable
 from contextlib import suppress
 from typing import Any
 
 import pytest
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
 from websockets.http11 import Response
 
 from cobodeck.live import server as live_server
 from cobodeck.live.access import Access, PageAddress, Rules, is_ours
-from cobodeck.live.clients import BOUND, LARGEST_MESSAGE, parsed
-from cobodeck.live.server import MOST_CONNECTIONS, MOST_PAGES, UNREAD, PageServer
-from tests.cobodeck.live.pages import PATIENCE_S, Client, Shown, client, run, serving, until
+from cobodeck.live.clients import BOUND, LARGEST_MESSAGE, Message, Page, Pages, parsed
+from cobodeck.live.server import MOST_CONNECTIONS, MOST_PAGES, UNREAD, PageServer, serve
+from tests.cobodeck.live.pages import PATIENCE_S, TOKEN, Client, Shown, client, run, serving, until
 
 COMMANDS = ["reset", "ack", "pause", "resume", "step", "preempt", "end", "force", "consent",
             "refuse", "lock", "unlock", "level", "break", "unbreak", "speed", "replace", "start",
@@ -409,6 +409,64 @@ def test_the_sixty_fifth_page_is_refused() -> None:
             await asyncio.gather(*(one.close() for one in held))
 
     run(main())
+
+
+def test_pages_may_come_while_a_run_ends() -> None:
+    class Ending(Shown):
+        async def run(self, pages: Pages) -> None:
+            self.pages = pages
+            await over.wait()
+
+    over = asyncio.Event()
+
+    async def come(server: PageServer) -> None:
+        """Connect again and again, until nothing is there any more."""
+        while True:
+            try:
+                async with client(server) as link:
+                    await link.wait_closed()
+            except ConnectionRefusedError:
+                return
+            except (InvalidHandshake, ConnectionError, EOFError):
+                continue
+
+    async def main() -> None:
+        servers: list[PageServer] = []
+        serving_it = asyncio.create_task(serve(Ending(), PageAddress(), TOKEN, servers.append))
+        await until(lambda: servers)
+        coming = [asyncio.create_task(come(servers[0])) for _ in range(8)]
+        await until(lambda: len(servers[0].pages) == 8)
+        over.set()
+        await serving_it
+        await asyncio.gather(*coming)
+        assert not servers[0].pages
+
+    run(main())
+
+
+def test_an_error_of_the_program_is_told_and_other_pages_go_on(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    class Wrong(Shown):
+        def snapshot(self, page: Page) -> Iterable[Message]:
+            return [{"t": "state", "at": 1 / (page.number - 2)}]
+
+        async def asked(self, page: Page, message: Message) -> Iterable[Message]:
+            raise ZeroDivisionError("oh")
+
+    async def main() -> None:
+        async with serving(Wrong()) as server, client(server) as good:
+            page = Client(good)
+            await page.hear("state")
+            async with client(server) as other:
+                await refused(Client(other), 1011)
+            await page.tell(t="seek", at=1.0)
+            while "ZeroDivisionError: oh" not in (await page.hear("say"))["text"]:
+                pass
+            assert (await page.command("stop"))["ok"]
+
+    run(main())
+    assert "ZeroDivisionError: oh" in capfd.readouterr().err
 
 
 def test_what_a_page_asks_is_answered_to_it_alone() -> None:
