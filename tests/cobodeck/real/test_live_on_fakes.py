@@ -7,7 +7,8 @@ import json
 import re
 import subprocess
 import sys
-from contextlib import suppress
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -72,8 +73,9 @@ class Operating(Client):
         return self.acks[word]
 
 
-async def _steered(url: str, token: str) -> tuple[float, float]:
-    """Stop the run, and leave it alone; the instants of both, s of the run."""
+@asynccontextmanager
+async def _operating(url: str, token: str) -> AsyncIterator[Operating]:
+    """A page with control of a run that has begun; it does not beat by itself."""
     address = f"{url.replace('http', 'ws')}ws"
     async with connect(address, max_size=None, origin=url.rstrip("/")) as socket:  # type: ignore[arg-type]
         page = Operating(socket)
@@ -82,6 +84,13 @@ async def _steered(url: str, token: str) -> tuple[float, float]:
         await page.tell(t="auth", id="auth", token=token, name="ann")
         assert (await page.answer("auth"))["ok"]
         assert (await page.do("take"))["ok"]
+        yield page
+        listening.cancel()
+
+
+async def _steered(url: str, token: str) -> tuple[float, float]:
+    """Stop the run, and leave it alone; the instants of both, s of the run."""
+    async with _operating(url, token) as page:
         beating = asyncio.create_task(page.beat())
         await page.until(False, page.at + 2.0)  # heard, it is not missed
         pressed = page.at
@@ -98,18 +107,45 @@ async def _steered(url: str, token: str) -> tuple[float, float]:
         await page.until(False, page.at + 0.5)
         assert (await page.do("end"))["ok"]
         beating.cancel()
-        listening.cancel()
         return pressed, left
 
 
-@pytest.mark.slow
-@pytest.mark.realtime
-@pytest.mark.requirement(54, 55)
-def test_a_page_stops_a_run_on_fakes_is_missed_in_control_and_all_is_replayed(
-    tmp_path: Path,
-) -> None:
-    command = [sys.executable, "-m", "cobodeck", "run", "cobodeck", "--robot", "fakes", "--live",
-               "--user", "demo", "--scene", "lab_a", "--json", "--record", str(tmp_path / "r.mcap"),
+async def _stopped(url: str, token: str) -> None:
+    """Stop a run on real parts, try to reset it, and end it."""
+    async with _operating(url, token) as page:
+        beating = asyncio.create_task(page.beat())
+        assert (await page.do("stop"))["ok"]
+        await page.until(True)
+        told = await page.do("reset")
+        assert not told["ok"]
+        assert "real parts are reset at the console" in told["text"]
+        await page.until(True, page.at + 1.0)
+        assert (await page.do("end"))["ok"]
+        beating.cancel()
+
+
+REAL = """
+import dataclasses
+import cobodeck.live
+from cobodeck.__main__ import main
+from cobodeck.live.session import LivePage
+
+class RealPage(LivePage):
+    def __init__(self, setup, options, *rest):
+        connection = dataclasses.replace(options.connection, real=True, peers={})
+        super().__init__(setup, dataclasses.replace(options, connection=connection), *rest)
+
+cobodeck.live.LivePage = RealPage
+raise SystemExit(main())
+"""
+"""The command, with a page that takes the fakes for real parts, which have none beside them."""
+
+
+@contextmanager
+def _running(folder: Path, *program: str) -> Iterator[tuple[subprocess.Popen[str], str, str]]:
+    """A run on the fakes with a page, its URL and its token."""
+    command = [sys.executable, *program, "run", "cobodeck", "--robot", "fakes", "--live",
+               "--user", "demo", "--scene", "lab_a", "--json", "--record", str(folder / "r.mcap"),
                "--duration", "60"]  # fmt: skip
     with subprocess.Popen(
         command, cwd=ROOT, stdin=subprocess.DEVNULL, text=True,
@@ -119,18 +155,34 @@ def test_a_page_stops_a_run_on_fakes_is_missed_in_control_and_all_is_replayed(
             assert running.stderr is not None
             lines = iter(running.stderr.readline, "")
             found = next(filter(None, map(FOUND.match, lines)))
-            instants: list[float] = []
-
-            async def main() -> None:
-                instants.extend(await _steered(*found.groups()))
-
-            run(main())
-            told, errors = running.communicate(timeout=LONGEST_S)
+            yield running, *found.groups()
         finally:
             running.terminate()
+
+
+def _figures(running: subprocess.Popen[str]) -> tuple[dict[str, Any], str]:
+    """The figures of a run that ends, and what it has complained of."""
+    told, errors = running.communicate(timeout=LONGEST_S)
     assert "Traceback" not in errors
-    figures = json.loads(told)
+    figures: dict[str, Any] = json.loads(told)
     assert figures["errors"] == []
+    return figures, errors
+
+
+@pytest.mark.slow
+@pytest.mark.realtime
+@pytest.mark.requirement(54, 55)
+def test_a_page_stops_a_run_on_fakes_is_missed_in_control_and_all_is_replayed(
+    tmp_path: Path,
+) -> None:
+    with _running(tmp_path, "-m", "cobodeck") as (running, url, token):
+        instants: list[float] = []
+
+        async def main() -> None:
+            instants.extend(await _steered(url, token))
+
+        run(main())
+        figures, errors = _figures(running)
     done = python(tmp_path, "-m", "cobodeck", "replay", "r.mcap", "--check")
     assert done.returncode == 0, done.stdout + done.stderr
     stops = [(at, why) for at, why in _stops(tmp_path / "r.mcap") if "ann" in why]
@@ -144,13 +196,30 @@ def test_a_page_stops_a_run_on_fakes_is_missed_in_control_and_all_is_replayed(
     assert LOST_S - BEAT_S <= missed - instants[1] <= LOST_S + LOOK_S + SEEN_S
 
 
+@pytest.mark.slow
+@pytest.mark.realtime
+@pytest.mark.requirement(49)
+def test_a_page_does_not_reset_real_parts(tmp_path: Path) -> None:
+    with _running(tmp_path, "-c", REAL) as (running, url, token):
+        run(_stopped(url, token))
+        _figures(running)
+
+    engaged = _engaged(tmp_path / "r.mcap")
+    first = next(n for n, (_, why) in enumerate(engaged) if why is not None)
+    assert all(why is not None for _, why in engaged[first:])
+
+
 def _stops(record: Path) -> list[tuple[float, str]]:
     """When the stop line was pulled, s, and why."""
+    return [(at, why) for at, why in _engaged(record) if why is not None]
+
+
+def _engaged(record: Path) -> list[tuple[float, str | None]]:
+    """What the stop line has said, and when, s."""
     found = []
     for group in Record(record).groups():
         for told in group.told:
             if told.topic == f"{TOPIC}stop.engaged":
                 sample = sample_of("stop.engaged", told.schema, told.data)
-                if sample.value is not None:
-                    found.append((sample.stamp_ns / 1e9, str(sample.value)))
+                found.append((sample.stamp_ns / 1e9, sample.value))
     return found
