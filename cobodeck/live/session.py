@@ -20,6 +20,8 @@ from cobodeck.terminal import Problem
 from hw.ipc import Child
 
 SERVER = "cobodeck.live.run_server"
+STARTING_S = 60.0
+"""How long it may take to start, s: it draws the charts, perhaps beside much else."""
 FAR = (
     "anybody who reaches {host} sees this run, and can stop it; with the token they command it. "
     "Nothing is encrypted: use it in a network of its own, or through `ssh -L`"
@@ -93,7 +95,7 @@ class LivePage:
         self._child = Child(SERVER, settings, "the server of the live page", [theirs.fileno()])
         theirs.close()
         try:
-            told = self._child.wait()
+            told = self._child.wait(STARTING_S)
         except OSError as error:
             ours.close()
             raise Problem(f"no live page at {address.host}:{address.port}: {error}") from None
