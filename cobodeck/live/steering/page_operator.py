@@ -148,8 +148,7 @@ class PageOperator:
 
     def _take(self, kind: str, order: Order) -> None:
         if kind == "cmd" and order["do"] == "stop":  # of any page: no sign of who has control
-            self._stop(f"stop by {order['who']}")
-            self._ready.append((order, _done))
+            self._ready.append((order, self._stopped(f"stop by {order.get('who')}")))
             return
         self._heard = time.monotonic()
         if kind == "held":
@@ -162,6 +161,14 @@ class PageOperator:
         name, self._holder = self._holder, None
         if name is not None:
             self._stop(f"the page of {name} {how}")
+
+    def _stopped(self, why: str) -> Act:
+        """Stop; what answers it."""
+        try:
+            self._stop(why)
+        except Exception as error:  # noqa: BLE001  the next one may succeed
+            return partial(unforeseen, self._loop, error)
+        return _done
 
     def _stop(self, why: str) -> None:
         if not self._over:
