@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed
 
 from cobodeck.live.access import LOST_S
 from cobodeck.live.sources.seen_room import FRAME_S
@@ -43,7 +44,7 @@ class Operating(Client):
         self.acks: dict[str, dict[str, Any]] = {}
 
     async def listen(self) -> None:
-        with suppress(asyncio.CancelledError):
+        with suppress(asyncio.CancelledError, ConnectionClosed):
             async for text in self.socket:
                 told = json.loads(text)
                 self.at = max(self.at, told.get("at") or 0.0)
@@ -77,7 +78,8 @@ class Operating(Client):
 async def _operating(url: str, token: str) -> AsyncIterator[Operating]:
     """A page with control of a run that has begun; it does not beat by itself."""
     address = f"{url.replace('http', 'ws')}ws"
-    async with connect(address, max_size=None, origin=url.rstrip("/")) as socket:  # type: ignore[arg-type]
+    more: dict[str, Any] = {"max_size": None, "ping_interval": None, "origin": url.rstrip("/")}
+    async with connect(address, **more) as socket:
         page = Operating(socket)
         listening = asyncio.create_task(page.listen())
         await page.until(False, 2.0)
