@@ -250,7 +250,7 @@ async def _wrong_kinds(server: PageServer, page: Client) -> None:
         told = await page.hear("say" if message["t"] == "layers" else "ack")
         assert told.get("ok", False) is False
     await page.tell(t="nonsense")
-    assert (await page.command("stop"))["ok"]
+    assert not (await page.command("pause"))["ok"]
 
 
 async def _foreign(server: PageServer, page: Client) -> None:
