@@ -40,6 +40,19 @@ const jobs = {
   fill: ({ on, text }) => page.fill(on, text),
   focus: ({ on }) => page.focus(on),
   press: ({ key }) => page.keyboard.press(key),
+  /** Whether a page of another origin gets a connection. */
+  async foreign({ url }) {
+    const other = await page.context().newPage();
+    await other.route("http://elsewhere.test/", (route) => route.fulfill({ contentType: "text/html", body: "<p>" }));
+    await other.goto("http://elsewhere.test/");
+    const opened = await other.evaluate((at) => new Promise((done) => {
+      const socket = new WebSocket(at);
+      socket.onopen = () => done(true);
+      socket.onerror = () => done(false);
+    }), url);
+    await other.close();
+    return opened;
+  },
   resize: ({ width, height }) => page.setViewportSize({ width, height }),
   scheme: ({ scheme }) => page.emulateMedia({ colorScheme: scheme }),
   async drag({ on, from, to }) {
