@@ -84,8 +84,6 @@ const heard = {
     $("stop-is").textContent = m.stop_is;
     $("operator").hidden = !m.commands;
     $("speed-label").hidden = m.mode === "live" && (m.real || !m.commands);
-    $("shadow-box").hidden = true;
-    $("shadow").replaceChildren();
     timeline.clear();
     map.layers(m.layers ?? []);
     signals.list(m.signals ?? []);
@@ -149,19 +147,28 @@ const heard = {
     app.figures[slot] = m;
     redraw(figured);
   },
-  lanes: (m) => timeline.show(m, false),
-  "lanes+": (m) => timeline.show(m, true),
+  lanes(m) {
+    timeline.show(m, false);
+    if (!m.slot) $("shadow").replaceChildren();
+    differed(m);
+  },
+  "lanes+"(m) {
+    timeline.show(m, true);
+    differed(m);
+  },
   plot: (m) => signals.show(m),
   ack: (m) => operator.acknowledged(m),
   say: (m) => app.log(m.text),
-  shadow(m) {
-    $("shadow-box").hidden = false;
-    for (const { at, path, ran, shadow } of m.rows) {
-      const show = button(`${seconds(at)} ${path}`, () => { timeline.seek(at); goTo(path); });
-      line($("shadow"), el("li", {}, show, el("span", {}, `ran ${ran}`), el("span", {}, `shadow ${shadow}`)));
-    }
-  },
 };
+
+/** Lists where a shadow decided otherwise, which is marked on the lanes, too. */
+function differed({ marks, slot = 0 }) {
+  for (const { at, path, text } of marks.filter((m) => m.kind === "shadow")) {
+    const show = () => { timeline.seek(at); goTo(path, slot); };
+    line($("shadow"), el("li", {}, button(`${seconds(at)} ${path}`, show), el("span", {}, text)));
+  }
+  $("shadow-box").hidden = !$("shadow").children.length;
+}
 
 function logged(entry) {
   const kind = /error|fault|stop/.test(entry.kind) ? "error" : "";
@@ -290,9 +297,11 @@ $("fold").onclick = () => { for (const c of app.charts) c.foldAll(); redraw(show
 $("chart-fit").onclick = () => { $("chart-follow").checked = false; for (const c of app.charts) c.view.whole(); };
 $("chart-follow").onchange = () => redraw(shown);
 $("find").onchange = () => {
-  if (!app.charts[0]?.message.nodes?.[$("find").value]) return;
-  goTo($("find").value);
-  app.charts[0].stopAt($("find").value, true);
+  const path = $("find").value;
+  if (!app.charts[0]?.message.nodes?.[path]) return;
+  $("find").value = "";
+  goTo(path);
+  app.charts[0].stopAt(path, true);
 };
 
 const KEYS = {

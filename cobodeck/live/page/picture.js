@@ -1,5 +1,5 @@
 // The SVG of `render`, read: which shapes stand for which node. Ids are those of `engine/draw`: `a_s:PATH` is the
-// shape of a node, `o:PATH:OUTCOMES` and `a_o:…` are pins, `t:PATH:OUTCOMES` edges. Start dots and their edges have no
+// shape of a node, `o:PATH:OUTCOMES` and `a_o:…` are pins, `t:PATH:OUTCOMES` edges. Start dots and edges have no
 // path in their id, and are known by their titles.
 
 const ID = /^(a_)?([sot]):(.*)$/s;

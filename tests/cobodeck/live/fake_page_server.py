@@ -292,7 +292,10 @@ class FakePageServer:
         self._clock = asyncio.run_coroutine_threadsafe(self._play(), self._loop)
 
     async def _listen(self) -> Server:
-        return await serve(self._talk, "127.0.0.1", self.port, process_request=self._file)
+        # no pings: pages of a busy machine are late, not gone
+        return await serve(
+            self._talk, "127.0.0.1", self.port, process_request=self._file, ping_interval=None
+        )
 
     def close(self) -> None:
         """Breaks all connections and listens no more."""
