@@ -6,23 +6,28 @@ export class Details {
   constructor(app) {
     Object.assign(this, { app, path: null, outcome: null, slot: 0 });
     this.boxes = [el("div"), el("ul", { className: "outcomes" }), el("p", { className: "row" })];
+    $("details-body").append(...this.boxes);
   }
 
   pick(path, outcome, slot) {
     Object.assign(this, { path, outcome, slot });
-    $("details-body").replaceChildren(...this.boxes);
     this.show();
   }
 
   /** Draws anew what has changed; a form in use stays while values change. */
   show() {
     const { app, path, slot } = this, { message } = app.charts[slot] ?? {};
-    if (path === null || !message) return;
-    const node = message.nodes?.[path] ?? {}, state = app.states[slot] ?? {}, [facts, ways, tools] = this.boxes;
+    const node = message?.nodes?.[path];
+    $("details-head").textContent = node ? path || message.name : "Details";
+    $("details-hint").hidden = Boolean(node);
+    if (!node) {
+      for (const box of this.boxes) fill(box, null, () => null);
+      return;
+    }
+    const state = app.states[slot] ?? {}, [facts, ways, tools] = this.boxes;
     const active = state.active?.[path], locked = Boolean(state.locks?.includes(path));
     const stops = app.charts[slot].breaks.includes(path), steers = app.steers && !slot;
     const findings = (message.findings ?? []).filter((f) => f.path === path);
-    $("details-head").textContent = path || message.name;
     fill(facts, [path, node, state.data?.[path], findings, active, locked, stops], () => [
       el("p", {}, [
         node.target ? `${node.kind} ${node.target}` : node.kind,

@@ -14,6 +14,7 @@ const LINES = 300;
 const app = {
   hello: { mode: "" }, states: [{}], charts: [], figures: [], health: {}, at: 0,
   unsent: false,  // a stop could not be sent
+  logged: -1,  // the time of the newest entry in the log
   get state() { return this.states[0]; },
   get live() { return this.hello.mode === "live"; },
   get seekable() { return this.hello.mode === "record"; },
@@ -106,18 +107,19 @@ const heard = {
   charts(m) {
     $("chart-list").replaceChildren(...m.charts.map((c) => el("li", {},
       button(c.name, () => app.send({ t: "show", chart: c.name, slot: 0 }), { title: c.file }),
-      button("beside", () => beside(c.name), { "aria-label": `show ${c.name} beside` }),
-      el("small", { className: c.errors ? "error" : "warning" }, faults(c)))));
+      el("small", { className: c.errors ? "error" : "warning" }, faults(c)),
+      button("beside", () => beside(c.name), { "aria-label": `show ${c.name} beside` }))));
   },
   room: (m) => m.slot || map.show(m),
   state(m) {
-    const slot = m.slot ?? 0, first = app.states[slot]?.at === undefined;
+    const slot = m.slot ?? 0;
     app.states[slot] = m;
     redraw(shown);
     if (slot) return;
     app.at = m.at;
     if (app.seekable) $("log").replaceChildren();
-    if (first || app.seekable) for (const entry of m.last ?? []) logged(entry);
+    if (app.seekable || m.at < app.logged) app.logged = -1;
+    for (const entry of m.last) if (entry.at > app.logged) logged(entry);
     timeline.playingAt(m.paused ? 0 : m.speed ?? 0);
   },
   ev(m) {
@@ -172,6 +174,7 @@ function differed({ marks, slot = 0 }) {
 
 function logged(entry) {
   const kind = /error|fault|stop/.test(entry.kind) ? "error" : "";
+  app.logged = entry.at;
   app.log(`${seconds(entry.at)} ${entry.path ? `${entry.path}: ` : ""}${entry.text || entry.kind}`, kind);
 }
 

@@ -350,7 +350,7 @@ def test_the_keyboard_alone_can_stop(browser: Browser, show: Show) -> None:
 
 def test_stop_is_reached_by_tab(browser: Browser, show: Show) -> None:
     server = show("live")
-    browser.see("document.body.focus()")
+    browser.see("Object.assign(document.getElementById('title'), {tabIndex: -1}).focus()")
     for _ in range(10):
         browser.press("Tab")
         if browser.see("document.activeElement.id") == "stop":
