@@ -4,6 +4,7 @@ import { Chart } from "./chart.js";
 import { Details } from "./details.js";
 import { $, button, el, redraw, seconds, speak } from "./dom.js";
 import { Link } from "./link.js";
+import { chartList, figureTable, findingList, healthTable } from "./lists.js";
 import { RoomMap } from "./map.js";
 import { Operator } from "./operator.js";
 import { Signals } from "./signals.js";
@@ -105,10 +106,8 @@ const heard = {
     redraw(shown);
   },
   charts(m) {
-    $("chart-list").replaceChildren(...m.charts.map((c) => el("li", {},
-      button(c.name, () => app.send({ t: "show", chart: c.name, slot: 0 }), { title: c.file }),
-      el("small", { className: c.errors ? "error" : "warning" }, faults(c)),
-      button("beside", () => beside(c.name), { "aria-label": `show ${c.name} beside` }))));
+    const show = (chart) => app.send({ t: "show", chart, slot: 0 });
+    $("chart-list").replaceChildren(...chartList(m.charts, show, beside));
   },
   room: (m) => m.slot || map.show(m),
   state(m) {
@@ -134,15 +133,8 @@ const heard = {
     if (!slot && ("speed" in m || "paused" in m)) timeline.playingAt(app.state.paused ? 0 : app.state.speed ?? 0);
     redraw(Object.keys(changed).some((k) => k !== "at") ? shown : moved);
   },
-  frame(m) {
-    if (!m.slot) app.at = m.at;
-    map.frame(m);
-    redraw(moved);
-  },
-  health(m) {
-    app.health = m;
-    redraw(healthy);
-  },
+  frame: (m) => { if (!m.slot) app.at = m.at; map.frame(m); redraw(moved); },
+  health: (m) => { app.health = m; redraw(healthy); },
   figures(m) {
     const slot = m.slot ?? 0;
     if ((timeline.range && !m.range) || JSON.stringify(app.figures[slot]) === JSON.stringify(m)) return;
@@ -154,10 +146,7 @@ const heard = {
     if (!m.slot) $("shadow").replaceChildren();
     differed(m);
   },
-  "lanes+"(m) {
-    timeline.show(m, true);
-    differed(m);
-  },
+  "lanes+": (m) => { timeline.show(m, true); differed(m); },
   plot: (m) => signals.show(m),
   ack: (m) => operator.acknowledged(m),
   say: (m) => app.log(m.text),
@@ -177,9 +166,6 @@ function logged(entry) {
   app.logged = entry.at;
   app.log(`${seconds(entry.at)} ${entry.path ? `${entry.path}: ` : ""}${entry.text || entry.kind}`, kind);
 }
-
-const faults = ({ errors, warnings }) =>
-  [errors && `${errors} errors`, warnings && `${warnings} warnings`].filter(Boolean).join(", ");
 
 // -- what is shown
 
@@ -231,16 +217,7 @@ function listFindings() {
   const all = app.charts.flatMap((c, slot) => (c.message?.findings ?? []).map((f) => ({ ...f, slot })));
   $("findings-box").hidden = app.hello.mode !== "charts";
   $("findings-head").textContent = all.length ? `Findings: ${all.length}` : "No findings";
-  $("findings").replaceChildren(...all.map((f) => {
-    const place = [f.file, f.line, f.column].filter((v) => v !== null && v !== undefined).join(":");
-    const show = () => {
-      goTo(f.path, f.slot);
-      navigator.clipboard?.writeText(place).catch(() => {});
-    };
-    const told = button([el("b", {}, `${f.severity} ${f.code} `), f.message], show, { className: f.severity });
-    told.title = "show it, and copy its place";
-    return el("li", {}, told, el("code", {}, place), f.hint && el("small", {}, f.hint));
-  }));
+  $("findings").replaceChildren(...findingList(all, goTo));
 }
 
 /** Shows a node and its details, if there is one. */
@@ -252,26 +229,8 @@ function goTo(path, slot = 0) {
   chart.zoomTo(path);
 }
 
-const table = (rows) => el("table", {}, el("tbody", {}, rows.map(([name, ...values]) =>
-  el("tr", {}, el("th", { scope: "row" }, name), values.map((v) => el("td", {}, String(v)))))));
-
-function figured() {
-  const [one, two] = app.figures, range = one?.range, beside = new Map(two?.rows ?? []);
-  const rows = (one?.rows ?? []).map(([k, v]) => (two ? [k, v, beside.get(k) ?? ""] : [k, v]));
-  $("figures").replaceChildren(
-    el("p", {}, range ? `of ${range.map(seconds).join(" – ")}` : "of the whole run"),
-    table(two ? [["record", 1, 2], ...rows] : rows));
-}
-
-function healthy() {
-  const h = app.health, some = (v, unit = "") => (v === null || v === undefined ? "–" : `${v}${unit}`);
-  $("health").replaceChildren(table([
-    ["late ticks", some(h.late)], ["missed ticks", some(h.missed)], ["tick, 99 of 100", some(h.tick_p99_ms, " ms")],
-    ["pages", some(h.pages)], ["dropped for pages", some(h.dropped)],
-    ...Object.entries(h.gates ?? {}), ...(h.children ?? []).map((c) => [c.name, c.state]),
-    ...Object.entries(h.ages ?? {}).map(([k, v]) => [`age of ${k}`, some(v?.toFixed(2), " s")]),
-  ]));
-}
+const figured = () => $("figures").replaceChildren(...figureTable(app.figures));
+const healthy = () => $("health").replaceChildren(healthTable(app.health));
 
 // -- the page itself
 

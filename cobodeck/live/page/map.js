@@ -31,7 +31,7 @@ export class RoomMap {
   /** Boxes to check; what a person has chosen holds until the page is left. */
   layers(list) {
     const names = list.map((l) => l.name);
-    if (String(this.names) === String(names)) this.tellLayers();
+    if (names.length && String(this.names) === String(names)) this.tellLayers();
     else Object.assign(this, { names, off: new Set(list.filter((l) => !l.on).map((l) => l.name)) });
     $("layers").replaceChildren(...this.names.map((name) => this.layer(name)));
     this.styles.clear();

@@ -34,17 +34,17 @@ const jobs = {
   see: ({ js }) => page.evaluate(js),
   async until({ js }) {
     for (const end = Date.now() + PATIENCE; Date.now() < end; await wait(20)) if (await page.evaluate(js)) return true;
-    throw new Error(`in vain: ${js}; errors: ${heard.errors.join("; ")}`);
+    const seen = await page.evaluate("document.body.innerText");
+    throw new Error(`in vain: ${js}; errors: ${heard.errors.join("; ")}; the page says:\n${seen}`);
   },
   click: ({ on }) => page.click(on),
   fill: ({ on, text }) => page.fill(on, text),
   focus: ({ on }) => page.focus(on),
   press: ({ key }) => page.keyboard.press(key),
-  /** Whether a page of another origin gets a connection. */
-  async foreign({ url }) {
+  /** Whether another page gets a connection. */
+  async foreign({ page: of, url }) {
     const other = await page.context().newPage();
-    await other.route("http://elsewhere.test/", (route) => route.fulfill({ contentType: "text/html", body: "<p>" }));
-    await other.goto("http://elsewhere.test/");
+    await other.goto(of);
     const opened = await other.evaluate((at) => new Promise((done) => {
       const socket = new WebSocket(at);
       socket.onopen = () => done(true);

@@ -315,6 +315,8 @@ class FakePageServer:
     def _file(self, _: ServerConnection, request: Request) -> Response | None:
         if request.path == "/ws":
             return None
+        if request.path == "/elsewhere":  # a page that no policy binds
+            return Response(HTTPStatus.OK, "OK", Headers({"Content-Type": "text/html"}), b"<p>")
         name = "index.html" if request.path == "/" else request.path.removeprefix("/page/")
         if name not in {file.name for file in PAGE.iterdir()}:
             return Response(HTTPStatus.NOT_FOUND, "Not Found", Headers(), b"")

@@ -69,8 +69,9 @@ def test_a_run_lights_up_is_stopped_by_anybody_steered_with_the_token_and_found_
         browser.until_text("#details", "required")
         assert not browser.see("document.querySelector('#details-body button')")
         with FakePageServer("<svg/>") as anybody:  # which lets in pages of others
-            assert browser.opens_from_elsewhere(f"ws://127.0.0.1:{anybody.port}/ws")
-        assert not browser.opens_from_elsewhere(f"ws://127.0.0.1:{port}/ws")
+            elsewhere = f"{anybody.url}elsewhere"
+            assert browser.opens_from(elsewhere, f"ws://127.0.0.1:{anybody.port}/ws")
+            assert not browser.opens_from(elsewhere, f"ws://127.0.0.1:{port}/ws")
 
         browser.press("Escape")
 
