@@ -117,8 +117,8 @@ const heard = {
     if (slot) return;
     app.at = m.at;
     if (app.seekable) $("log").replaceChildren();
-    if (app.seekable || m.at < app.logged) app.logged = -1;
-    for (const entry of m.last) if (entry.at > app.logged) logged(entry);
+    const since = app.seekable || m.at < app.logged ? -1 : app.logged;
+    for (const entry of m.last) if (entry.at > since) logged(entry);
     timeline.playingAt(m.paused ? 0 : m.speed ?? 0);
   },
   ev(m) {

@@ -52,6 +52,13 @@ def in_control(browser: Browser, token: str) -> None:
     browser.until_text("#holder", "You hold control as Ada")
 
 
+def choose_level(browser: Browser, level: str) -> None:
+    browser.see(
+        f"((choice) => {{ choice.value = {level!r}; choice.dispatchEvent(new Event('change')); }})"
+        "(document.querySelector('#tools select'))"
+    )
+
+
 def find(browser: Browser, path: str) -> None:
     browser.fill("#find", path)
     browser.press("Enter")
@@ -159,10 +166,7 @@ def test_a_chart_is_edited_started_by_its_form_asks_for_consent_and_is_changed_w
 
         browser.until(lit("wait"))
         in_control(browser, token)
-        browser.see(
-            "((level) => { level.value = 'low'; level.dispatchEvent(new Event('change')); })"
-            "(document.querySelector('#tools select'))"
-        )
+        choose_level(browser, "low")
         browser.until_text("#waiting", "wait: over waits for consent")
         press(browser, "refuse")
         browser.until_text("#log", "Ada: Answer")
@@ -172,10 +176,13 @@ def test_a_chart_is_edited_started_by_its_form_asks_for_consent_and_is_changed_w
         browser.until_text("#doing", "paused")
         press(browser, "resume")
         browser.until_text("#waiting", "wait: over waits for consent")
+        press(browser, "no breakpoint")
+        choose_level(browser, "")
+        press(browser, "consent")
         browser.click("#replace summary")
-        browser.fill("#replace textarea", ASK.replace("add", "next_one"))
+        changed = ASK.replace("30 s", "0.2 s").replace("add", "next_one")
+        browser.fill("#replace textarea", changed)
         press(browser, "replace", "sure? replace")
         browser.until("document.getElementById('a_s:next_one')")
-        press(browser, "consent")
         browser.until_text("#log", "wait.over → next_one")
         assert browser.errors == []
