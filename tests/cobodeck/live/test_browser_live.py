@@ -177,8 +177,8 @@ def test_a_chart_is_edited_started_by_its_form_asks_for_consent_and_is_changed_w
         press(browser, "resume")
         browser.until_text("#waiting", "wait: over waits for consent")
         press(browser, "no breakpoint")
-        choose_level(browser, "")
-        press(browser, "consent")
+        choose_level(browser, "")  # so that what has waited goes on
+        browser.until("document.getElementById('waiting').children.length == 0")
         browser.click("#replace summary")
         changed = ASK.replace("30 s", "0.2 s").replace("add", "next_one")
         browser.fill("#replace textarea", changed)
