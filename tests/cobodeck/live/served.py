@@ -12,7 +12,7 @@ from typing import Self
 
 from tests.program import ROOT
 
-PATIENCE_S = 60.0
+PATIENCE_S = 180.0
 FOUND = re.compile(r"page: (http://127\.0\.0\.1:\d+/)(?:  token: (\S+))?")
 
 
@@ -36,7 +36,9 @@ class Served:
         ready, _, _ = select.select([self._running.stdout], [], [], PATIENCE_S)
         line = self._running.stdout.readline() if ready else "nothing"
         found = FOUND.search(line)
-        assert found, line
+        if found is None:
+            self.__exit__()
+            raise AssertionError(line)
         self.url, self.token = found[1], found[2]
         return self
 
