@@ -3,7 +3,7 @@
 import { $, button, el, fill, sure } from "./dom.js";
 
 const BEAT_MS = 200;
-const UNSENT = "NOT SENT, there is no connection. Use the emergency stop of the robot.";
+const UNSENT = "NOT SENT, there is no connection", INSTEAD = ". Use the emergency stop of the robot.";
 const LEVELS = { "": "only locks ask", off: "off", low: "low", high: "high", full: "full" };
 
 export class Operator {
@@ -38,7 +38,7 @@ export class Operator {
     const id = ++this.asked, sent = this.app.send({ t: "cmd", id, do: what, ...more });
     const text = [what, more.path, more.outcome].filter(Boolean).join(" ");
     if (sent) this.waiting.set(id, text);
-    this.answer(sent, `${text}: ${sent ? "sent" : UNSENT}`);
+    this.answer(sent, `${text}: ${sent ? "sent" : UNSENT}${sent || what !== "stop" ? "" : INSTEAD}`);
     return sent;
   }
 
