@@ -2,10 +2,12 @@
 
 import { button, el, seconds } from "./dom.js";
 
+const counted = (n, what) => n > 0 && `${n} ${what}${n === 1 ? "" : "s"}`;
+
 /** Charts of a folder, each with what was found in it; `show(name)` shows one, `beside(name)` next to the first. */
 export function chartList(charts, show, beside) {
   return charts.map(({ name, file, errors, warnings }) => {
-    const found = [errors && `${errors} errors`, warnings && `${warnings} warnings`].filter(Boolean).join(", ");
+    const found = [counted(errors, "error"), counted(warnings, "warning")].filter(Boolean).join(", ");
     return el("li", {},
       button(name, () => show(name), { title: file }),
       el("small", { className: errors ? "error" : "warning" }, found),
