@@ -214,7 +214,8 @@ function warning() {
 }
 
 function listFindings() {
-  const all = app.charts.flatMap((c, slot) => (c.message?.findings ?? []).map((f) => ({ ...f, slot })));
+  const each = app.charts.flatMap((c, slot) => (c.message?.findings ?? []).map((f) => ({ ...f, slot })));
+  const all = [...new Map(each.map((f) => [JSON.stringify({ ...f, slot: 0 }), f])).values()];  // of both charts once
   $("findings-box").hidden = app.hello.mode !== "charts";
   $("findings-head").textContent = all.length ? `Findings: ${all.length}` : "No findings";
   $("findings").replaceChildren(...findingList(all, goTo));
