@@ -1,54 +1,69 @@
 // What is known of one node: values, data, outcomes to force; its breakpoint and its lock.
 
-import { $, el, seconds, sure } from "./dom.js";
-
-const pairs = (object) => el("dl", {}, ...Object.entries(object).flatMap(([k, v]) => [el("dt", {}, k), el("dd", {}, String(v))]));
+import { $, button, el, fill, pairs, seconds, sure } from "./dom.js";
 
 export class Details {
-  constructor(app) { Object.assign(this, { app, path: null, outcome: null, slot: 0, key: "" }); }
+  constructor(app) {
+    Object.assign(this, { app, path: null, outcome: null, slot: 0 });
+    this.boxes = [el("div"), el("ul", { className: "outcomes" }), el("p", { className: "row" })];
+    $("details-body").append(...this.boxes);
+  }
 
-  pick(path, outcome, slot = 0) { Object.assign(this, { path, outcome, slot, key: "" }); this.show(); }
+  pick(path, outcome, slot) {
+    Object.assign(this, { path, outcome, slot });
+    this.show();
+  }
 
-  /** Draws it anew if what it shows has changed; a form in use stays. */
+  /** Draws anew what has changed; a form in use stays while values change. */
   show() {
-    const { app, path } = this, chart = app.charts[this.slot];
-    if (path === null || !chart?.message) return;
-    const node = chart.message.nodes?.[path] ?? {}, s = app.state;
-    const known = { node, data: s.data?.[path], active: s.active?.[path], locked: s.locks?.includes(path), stops: s.breaks?.includes(path) ?? node.break, steer: app.steers };
-    const key = JSON.stringify([path, this.outcome, known]);
-    if (key === this.key) return;
-    this.key = key;
-    const findings = (chart.message.findings ?? []).filter((f) => f.path === path);
-    $("details-head").textContent = path || chart.message.name;
-    $("details-body").replaceChildren(...[
-      el("p", {}, [[node.kind, node.target].filter(Boolean).join(" "), known.active !== undefined ? `active since ${seconds(known.active)}` : "", known.locked ? "locked" : "", known.stops ? "breakpoint" : ""].filter(Boolean).join(" · ")),
-      node.about ? el("p", { className: "about" }, node.about) : null,
-      node.file ? el("code", {}, `${node.file}:${node.line}`) : null,
-      ...findings.map((f) => el("p", { className: f.severity }, `${f.code} ${f.message}`)),
-      Object.keys(node.values ?? {}).length ? pairs(node.values) : null,
-      known.data ? el("h3", {}, "Data") : null, known.data ? pairs(known.data) : null,
-      Object.keys(node.outcomes ?? {}).length ? el("h3", {}, "Outcomes") : null,
-      el("ul", { className: "outcomes" }, ...Object.entries(node.outcomes ?? {}).map(([o, outputs]) => this.way(path, o, outputs, known))),
-      app.steers ? this.tools(path, known) : null,
-    ].filter(Boolean));
+    const { app, path, slot } = this, { message } = app.charts[slot] ?? {};
+    const node = message?.nodes?.[path];
+    $("details-head").textContent = node ? path || message.name : "Details";
+    $("details-hint").hidden = Boolean(node);
+    if (!node) {
+      for (const box of this.boxes) fill(box, null, () => null);
+      return;
+    }
+    const state = app.states[slot] ?? {}, [facts, ways, tools] = this.boxes;
+    const active = state.active?.[path], locked = Boolean(state.locks?.includes(path));
+    const stops = app.charts[slot].breaks.includes(path), steers = app.steers && !slot;
+    const findings = (message.findings ?? []).filter((f) => f.path === path);
+    fill(facts, [path, node, state.data?.[path], findings, active, locked, stops], () => [
+      el("p", {}, [
+        node.target ? `${node.kind} ${node.target}` : node.kind,
+        active !== undefined && `active since ${seconds(active)}`,
+        locked && "locked", stops && "breakpoint",
+      ].filter(Boolean).join(" · ")),
+      node.about && el("p", { className: "about" }, node.about),
+      node.file && el("code", {}, `${node.file}:${node.line}`),
+      findings.map((f) => el("p", { className: f.severity }, `${f.code} ${f.message}`)),
+      pairs(node.values ?? {}),
+      state.data?.[path] && [el("h3", {}, "Data"), pairs(state.data[path])],
+      Object.keys(node.outcomes ?? {}).length > 0 && el("h3", {}, "Outcomes"),
+    ]);
+    const forced = steers && active !== undefined;
+    fill(ways, [path, node.outcomes, this.outcome, forced], () =>
+      Object.entries(node.outcomes ?? {}).map(([outcome, outputs]) => this.way(outcome, outputs, forced)));
+    const tool = (text, what) => button(text, () => app.command(what, { path }));
+    fill(tools, [path, steers, locked, stops], () => steers && [
+      stops ? tool("no breakpoint", "unbreak") : tool("breakpoint", "break"),
+      locked ? tool("unlock", "unlock") : tool("lock", "lock"),
+    ]);
   }
 
-  tools(path, { locked, stops }) {
-    const button = (text, act) => el("button", { type: "button", onclick: () => this.app.command(act, { path }) }, text);
-    return el("p", { className: "row" }, stops ? button("no breakpoint", "unbreak") : button("breakpoint", "break"), locked ? button("unlock", "unlock") : button("lock", "lock"));
-  }
-
-  /** An outcome; where the page may steer, with a form that asks for its outputs by their types. */
-  way(path, outcome, outputs, { active, steer }) {
-    const li = el("li", {}, el("b", {}, outcome), Object.entries(outputs ?? {}).map(([k, t]) => ` → ${k}: ${t}`).join(""));
-    if (!steer || active === undefined) return li;
-    const inputs = Object.entries(outputs ?? {}).map(([k, type]) => [k, el("input", { placeholder: type, "aria-label": `${k}, ${type}`, required: true })]);
-    const force = sure(`force ${outcome}`, () => this.app.command("force", { path, outcome, outputs: Object.fromEntries(inputs.map(([k, i]) => [k, i.value])) }));
-    const form = el("form", { className: "row", onsubmit: (e) => e.preventDefault() }, ...inputs.map(([k, i]) => el("label", {}, `${k} `, i)), force);
-    const act = force.onclick;
-    force.onclick = () => { if (form.reportValidity()) act(); };
-    const box = el("details", { open: outcome === this.outcome }, el("summary", {}, "force"), form);
-    li.append(box);
-    return li;
+  /** An outcome; where it can be forced, with a form that asks for its outputs by their types. */
+  way(outcome, outputs, forced) {
+    const told = Object.entries(outputs).map(([k, type]) => ` → ${k}: ${type}`).join("");
+    const inputs = Object.entries(outputs).map(([k, type]) => [
+      k, el("input", { placeholder: type, "aria-label": `${k}, ${type}`, required: true }),
+    ]);
+    const force = () => this.app.command("force", {
+      path: this.path, outcome, outputs: Object.fromEntries(inputs.map(([k, input]) => [k, input.value])),
+    });
+    const form = el("form", { className: "row", onsubmit: (e) => e.preventDefault() },
+      inputs.map(([k, input]) => el("label", {}, `${k} `, input)),
+      sure(`force ${outcome}`, force, () => form.reportValidity()));
+    const box = forced && el("details", { open: outcome === this.outcome }, el("summary", {}, "force"), form);
+    return el("li", {}, el("b", {}, outcome), told, box);
   }
 }

@@ -2,44 +2,60 @@
 
 import { Chart } from "./chart.js";
 import { Details } from "./details.js";
-import { $, el, redraw, seconds, speak } from "./dom.js";
+import { $, button, el, redraw, seconds, speak } from "./dom.js";
 import { Link } from "./link.js";
+import { chartList, figureTable, findingList, healthTable } from "./lists.js";
 import { RoomMap } from "./map.js";
-import { Operator, told } from "./operator.js";
+import { Operator } from "./operator.js";
 import { Signals } from "./signals.js";
 import { Timeline } from "./timeline.js";
 
-const LOG = 300;
+const LINES = 300;
 
 const app = {
-  figures: [], hello: { mode: "", signals: [], layers: [] }, states: [{}], charts: [], at: 0,
+  hello: { mode: "" }, states: [{}], charts: [], figures: [], health: {}, at: 0,
+  unsent: false,  // a stop could not be sent
+  logged: -1,  // the time of the newest entry in the log
   get state() { return this.states[0]; },
   get live() { return this.hello.mode === "live"; },
-  get seekable() { return this.hello.seek ?? this.hello.mode === "record"; },
+  get seekable() { return this.hello.mode === "record"; },
   /** Whether this page may give commands: it holds control, or nobody does and it knows the token. */
-  get steers() { const o = this.state.operator; return Boolean(this.live && this.hello.commands && (o?.you || (operator.known && !o?.name))); },
+  get steers() {
+    const { operator: o } = this.state;
+    return Boolean(this.live && this.hello.commands && (o?.you || (operator.known && !o?.name)));
+  },
   now: () => app.at,
   moved: () => moved(),
+  warn: () => warn(),
   send: (message) => link.send(message),
   command: (what, more) => operator.command(what, more),
-  log(text, kind = "") {
-    const list = $("log"), end = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
-    list.append(el("li", { className: kind }, text));
-    while (list.children.length > LOG) list.firstChild.remove();
-    if (end) list.scrollTop = list.scrollHeight;
-  },
+  log: (text, kind = "") => line($("log"), el("li", { className: kind }, text)),
 };
 
 const details = new Details(app), operator = new Operator(app), map = new RoomMap(app.send);
 const signals = app.signals = new Signals(app), timeline = app.timeline = new Timeline(app);
-map.view.taken = () => { $("map-follow").checked = false; };
-$("map-follow").onchange = () => redraw(map.draw);
 
+/** Adds to a list, of which the oldest go; at its end it stays there. */
+function line(list, item) {
+  const end = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
+  list.append(item);
+  while (list.children.length > LINES) list.firstChild.remove();
+  if (end) list.scrollTop = list.scrollHeight;
+}
+
+/** The chart of a place; where charts are edited, each has a profile, and the second can be closed. */
 function chartOf(slot) {
   if (app.charts[slot]) return app.charts[slot];
-  const root = el("div", { className: "chart", "aria-label": slot ? "second chart" : "chart", role: "group" });
-  $("charts").append(root);
+  const root = el("div", { className: "chart" }), name = el("b");
+  const profile = el("select", { onchange: () => app.send({ t: "profile", name: profile.value, slot }) },
+    (app.hello.profiles ?? []).map((p) => el("option", { value: p }, p)));
+  const bar = el("div", { className: "bar charts-only" }, name, el("label", {}, "profile ", profile),
+    slot > 0 && button("×", () => beside(null), { "aria-label": "close this chart" }));
+  const place = el("div", { className: "place", role: "group", "aria-label": slot ? "second chart" : "chart" });
+  place.append(bar, root);
+  $("charts").append(place);
   const chart = new Chart(root, slot, (path, outcome) => picked(path, outcome, slot), app.now, app.send);
+  Object.assign(chart, { place, name, profile });
   chart.view.taken = () => { $("chart-follow").checked = false; };
   return app.charts[slot] = chart;
 }
@@ -49,103 +65,127 @@ function picked(path, outcome, slot = 0) {
   details.pick(path, outcome, slot);
 }
 
+/** Shows another chart beside the first one, or none. */
+function beside(chart) {
+  if (!chart && app.charts[1]) {
+    app.charts.pop().place.remove();
+    listFindings();
+  }
+  app.send({ t: "second", chart });
+}
+
 // -- what the server says
 
 const heard = {
   hello(m) {
-    const again = app.hello.mode !== "";
+    for (const chart of app.charts.splice(m.mode === app.hello.mode ? 1 : 0)) chart.place.remove();
     Object.assign(app, { hello: m, states: [{}], at: 0, figures: [] });
     document.body.dataset.mode = m.mode;
-    document.body.classList.toggle("seekable", app.seekable);
     $("title").textContent = m.title;
-    $("about").textContent = (m.about ?? []).join(" · ");
-    $("about").title = $("about").textContent;
-    $("stop-is").textContent = m.stop_is ?? "a software stop, not a safety device";
-    $("profile").replaceChildren(...(m.profiles ?? []).map((p) => el("option", { value: p }, p)));
-    namesOf(m.charts ?? []);
-    $("operator").hidden = m.mode === "record" || (m.mode === "charts" && !m.commands);
+    $("about").textContent = $("about").title = (m.about ?? []).join(" · ");
+    $("stop-is").textContent = m.stop_is;
+    $("operator").hidden = !m.commands;
     $("speed-label").hidden = m.mode === "live" && (m.real || !m.commands);
     timeline.clear();
     map.layers(m.layers ?? []);
     signals.list(m.signals ?? []);
     operator.lost();
     operator.unlock();
-    if (again && link.found) app.log("connected again");
-    link.found = false;
     redraw(shown);
   },
   chart(m) {
     const chart = chartOf(m.slot ?? 0);
     chart.show(m);
+    chart.name.textContent = m.name;
+    chart.profile.value = m.profile ?? "";
     if (!m.slot) {
-      $("first").value = m.name;
-      if (m.profile) $("profile").value = m.profile;
-      $("chart-head").textContent = m.name;
-      $("paths").replaceChildren(...Object.keys(m.nodes ?? {}).filter(Boolean).map((p) => el("option", { value: p })));
+      const paths = Object.keys(m.nodes ?? {}).filter(Boolean);
+      $("paths").replaceChildren(...paths.map((p) => el("option", { value: p })));
     }
     listFindings();
     redraw(shown);
   },
-  charts: (m) => namesOf(m.charts),
+  charts(m) {
+    const show = (chart) => app.send({ t: "show", chart, slot: 0 });
+    $("chart-list").replaceChildren(...chartList(m.charts, show, beside));
+  },
   room: (m) => m.slot || map.show(m),
   state(m) {
-    const slot = m.slot ?? 0, first = app.states[slot]?.at === undefined;
+    const slot = m.slot ?? 0;
     app.states[slot] = m;
     redraw(shown);
     if (slot) return;
     app.at = m.at;
-    if (app.hello.mode === "record") $("log").replaceChildren();
-    if (first || app.hello.mode === "record") for (const entry of m.last ?? []) app.log(told(entry));
+    if (app.seekable) $("log").replaceChildren();
+    const since = app.seekable || m.at < app.logged ? -1 : app.logged;
+    for (const entry of m.last) if (entry.at > since) logged(entry);
     timeline.playingAt(m.paused ? 0 : m.speed ?? 0);
   },
   ev(m) {
-    const { t, last, slot = 0, ...changed } = m;
+    const { t, last = [], slot = 0, ...changed } = m;
     Object.assign(app.states[slot] ??= {}, changed);
     if (!slot) app.at = Math.max(app.at, m.at ?? 0);
-    if (!last && Object.keys(changed).every((k) => k === "at")) return redraw(moved);
-    for (const entry of last ?? []) {
-      app.log(told(entry), /error|fault|stop/.test(entry.kind) ? "error" : "");
-      const { child, outcome } = entry;
-      if (child) app.charts[slot]?.taken(entry.path ? `${entry.path}/${child}` : child, outcome);
+    for (const entry of last) {
+      const { child, outcome, path } = entry;
+      logged(entry);
+      if (child) app.charts[slot]?.taken(path ? `${path}/${child}` : child, outcome);
     }
     if (!slot && ("speed" in m || "paused" in m)) timeline.playingAt(app.state.paused ? 0 : app.state.speed ?? 0);
-    redraw(shown);
+    redraw(Object.keys(changed).some((k) => k !== "at") ? shown : moved);
   },
-  frame(m) { if (!m.slot) app.at = m.at; map.frame(m); redraw(moved); },
+  frame: (m) => { if (!m.slot) app.at = m.at; map.frame(m); redraw(moved); },
   health: (m) => { app.health = m; redraw(healthy); },
   figures(m) {
-    if ((timeline.range && !m.range) || JSON.stringify(app.figures[m.slot ?? 0]) === JSON.stringify(m)) return;
-    app.figures[m.slot ?? 0] = m;
+    const slot = m.slot ?? 0;
+    if ((timeline.range && !m.range) || JSON.stringify(app.figures[slot]) === JSON.stringify(m)) return;
+    app.figures[slot] = m;
     redraw(figured);
   },
-  lanes: (m) => timeline.show(m, false),
-  "lanes+": (m) => timeline.show(m, true),
+  lanes(m) {
+    timeline.show(m, false);
+    if (!m.slot) $("shadow").replaceChildren();
+    differed(m);
+  },
+  "lanes+": (m) => { timeline.show(m, true); differed(m); },
   plot: (m) => signals.show(m),
   ack: (m) => operator.acknowledged(m),
   say: (m) => app.log(m.text),
-  shadow(m) {
-    $("shadow-box").hidden = false;
-    $("shadow").append(...m.rows.map((r) => el("li", {}, `${seconds(r.at)} ${r.path}: ran ${r.ran}, shadow ${r.shadow}`)));
-  },
 };
+
+/** Lists where a shadow decided otherwise, which is marked on the lanes, too. */
+function differed({ marks, slot = 0 }) {
+  for (const { at, path, text } of marks.filter((m) => m.kind === "shadow")) {
+    const show = () => { timeline.seek(at); goTo(path, slot); };
+    line($("shadow"), el("li", {}, button(`${seconds(at)} ${path}`, show), el("span", {}, text)));
+  }
+  $("shadow-box").hidden = !$("shadow").children.length;
+}
+
+function logged(entry) {
+  const kind = /error|fault|stop/.test(entry.kind) ? "error" : "";
+  app.logged = entry.at;
+  app.log(`${seconds(entry.at)} ${entry.path ? `${entry.path}: ` : ""}${entry.text || entry.kind}`, kind);
+}
 
 // -- what is shown
 
 let spoken = "";
 
 function shown() {
-  const s = app.state;
-  $("fold").textContent = app.charts[0]?.allClosed ? "unfold all" : "fold all";
-  app.charts.forEach((c, slot) => c.light(app.states[slot] ?? {}));
-  if ($("chart-follow").checked && app.hello.mode !== "charts") for (const c of app.charts) c.follow();
+  const s = app.state, { hello, charts } = app;
+  $("fold").textContent = charts[0]?.allClosed ? "unfold all" : "fold all";
+  charts.forEach((c, slot) => c.light(app.states[slot] ?? {}));
+  if ($("chart-follow").checked && hello.mode !== "charts") for (const c of charts) c.follow();
   operator.show();
   details.show();
-  const doing = [s.ended ? `ended: ${s.ended}` : "", s.stop ? "stopped" : "", s.paused ? "paused" : "", ...(s.faults ?? []), (app.charts[0]?.doing ?? []).join(", ")].filter(Boolean).join(" · ");
+  const doing = [
+    s.ended && `ended: ${s.ended}`, s.stop && "stopped", s.paused && "paused", ...(s.faults ?? []),
+    charts[0]?.doing.join(", "),
+  ].filter(Boolean).join(" · ");
   $("doing").textContent = $("doing").title = doing;
-  if (doing !== spoken) speak(doing);
-  spoken = doing;
   $("doing").className = s.stop || s.faults?.length ? "error" : "";
-  document.title = `${s.stop ? "■ " : ""}${app.hello.title ?? "cobodeck"}`;
+  if (doing !== spoken && !(app.seekable && timeline.playing)) speak(spoken = doing);
+  document.title = `${s.stop ? "■ " : ""}${hello.title ?? "cobodeck"}`;
   warn();
   moved();
 }
@@ -157,100 +197,103 @@ function moved() {
   timeline.draw();
 }
 
-/** Charts that can be chosen, by name or as the server tells of them. */
-function namesOf(charts) {
-  $("second-names").replaceChildren(...charts.map((c) => el("option", { value: c.name ?? c })));
-  const told = charts.filter((c) => c.file);
-  $("charts-box").hidden = told.length < 2;
-  $("chart-list").replaceChildren(...told.map((c) => {
-    const found = [c.errors ? `${c.errors} errors` : "", c.warnings ? `${c.warnings} warnings` : ""].filter(Boolean).join(", ");
-    return el("li", {}, el("button", { type: "button", title: c.file, onclick: () => app.send({ t: "show", chart: c.name, slot: 0 }) }, c.name), found ? el("small", { className: c.errors ? "error" : "warning" }, ` ${found}`) : null);
-  }));
-}
-
 function warn() {
-  const stale = app.charts.some((c) => c.message?.stale), urgent = $("banner").classList.contains("urgent") && !link.up;
-  const text = urgent ? "STOP WAS NOT SENT: there is no connection. Use the emergency stop of the robot."
-    : app.state.over ? "The run is over; this is what it was at its end."
-    : !link.up && app.hello.mode ? "The connection is lost; what you see is old. Trying again …"
-      : (app.charts.find((c) => c.message?.trouble)?.message.trouble ?? "") || (stale ? "The text is broken: this is the last good picture." : "");
+  const text = warning();
   $("banner").hidden = !text;
   if ($("banner").textContent !== text) $("banner").textContent = text;
-  if (link.up) $("banner").classList.remove("urgent");
-  $("banner").classList.toggle("over", Boolean(app.state.over) && !urgent);
+  $("banner").className = app.unsent ? "urgent" : app.state.over ? "over" : "";
+}
+
+function warning() {
+  if (app.unsent) return "STOP WAS NOT SENT: there is no connection. Use the emergency stop of the robot.";
+  if (app.state.over) return "The run is over; this is what it was at its end.";
+  if (!link.up && app.hello.mode) return "The connection is lost; what you see is old. Trying again …";
+  const trouble = app.charts.find((c) => c.message?.trouble);
+  if (trouble) return trouble.message.trouble;
+  return app.charts.some((c) => c.message?.stale) ? "The text is broken: this is the last good picture." : "";
 }
 
 function listFindings() {
-  const all = app.charts.flatMap((c, slot) => (c.message?.findings ?? []).map((f) => ({ ...f, slot })));
-  $("findings-box").hidden = !all.length && app.hello.mode !== "charts";
+  const each = app.charts.flatMap((c, slot) => (c.message?.findings ?? []).map((f) => ({ ...f, slot })));
+  const all = [...new Map(each.map((f) => [JSON.stringify({ ...f, slot: 0 }), f])).values()];  // of both charts once
+  $("findings-box").hidden = app.hello.mode !== "charts";
   $("findings-head").textContent = all.length ? `Findings: ${all.length}` : "No findings";
-  $("findings").replaceChildren(...all.map((f) => {
-    const place = [f.file, f.line, f.column].filter((v) => v !== null && v !== undefined).join(":");
-    const button = el("button", { type: "button", className: f.severity, onclick: () => { if (f.path !== null) { picked(f.path, null, f.slot); app.charts[f.slot].zoomTo(f.path); } navigator.clipboard?.writeText(place).catch(() => {}); where.hidden = false; } }, el("b", {}, `${f.severity} ${f.code} `), f.message);
-    const where = el("code", { hidden: app.hello.mode !== "charts" }, place);
-    return el("li", {}, button, where, f.hint ? el("small", {}, f.hint) : null);
-  }));
+  $("findings").replaceChildren(...findingList(all, goTo));
 }
 
-function table(rows) { return el("table", {}, el("tbody", {}, ...rows.map(([k, ...v]) => el("tr", {}, el("th", { scope: "row" }, k), ...v.map((x) => el("td", {}, String(x))))))); }
-
-function figured() {
-  const [one, two] = app.figures, range = one?.range;
-  const beside = new Map(two?.rows ?? []);
-  $("figures").replaceChildren(el("p", {}, range ? `of ${seconds(range[0])} – ${seconds(range[1])}` : "of the whole run"),
-    table([...(two ? [["record", 1, 2]] : []), ...(one?.rows ?? []).map(([k, v]) => (two ? [k, v, beside.get(k) ?? ""] : [k, v]))]));
+/** Shows a node and its details, if there is one. */
+function goTo(path, slot = 0) {
+  const chart = app.charts[slot];
+  if (path === null || !chart?.picture) return;
+  $("chart-follow").checked = false;
+  picked(path, null, slot);
+  chart.zoomTo(path);
 }
 
-function healthy() {
-  const h = app.health, some = (v, unit = "") => (v === null || v === undefined ? "–" : `${v}${unit}`);
-  $("health").replaceChildren(table([
-    ["late ticks", some(h.late)], ["missed ticks", some(h.missed)], ["tick, 99 of 100", some(h.tick_p99_ms, " ms")], ["pages", some(h.pages)], ["dropped for pages", some(h.dropped)],
-    ...Object.entries(h.gates ?? {}), ...(h.children ?? []).map((c) => [c.name, c.state]),
-    ...Object.entries(h.ages ?? {}).map(([k, v]) => [`age of ${k}`, v === null ? "–" : `${v.toFixed(2)} s`]),
-  ]));
-}
+const figured = () => $("figures").replaceChildren(...figureTable(app.figures));
+const healthy = () => $("health").replaceChildren(healthTable(app.health));
 
 // -- the page itself
 
 const THEMES = ["", "light", "dark"];
+
 function theme(name) {
   document.documentElement.style.colorScheme = name;
   $("theme").title = $("theme").ariaLabel = `colours: ${name || "as the system"}`;
   try { localStorage.theme = name; } catch { /* storage is off: for this visit only */ }
+  recoloured();
+}
+
+function recoloured() {
   map.recoloured();
   redraw(timeline.draw);
 }
+
 $("theme").onclick = () => theme(THEMES[(THEMES.indexOf(document.documentElement.style.colorScheme) + 1) % 3]);
-$("legend").open = innerWidth > 700;
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", recoloured);
 try { theme(localStorage.theme ?? ""); } catch { theme(""); }
 
+$("legend").open = innerWidth > 700;
+map.view.taken = () => { $("map-follow").checked = false; };
+$("map-follow").onchange = () => redraw(map.draw);
 $("fold").onclick = () => { for (const c of app.charts) c.foldAll(); redraw(shown); };
-$("chart-fit").onclick = () => { $("chart-follow").checked = false; for (const c of app.charts) if (c.view.home) c.view.fit(...c.view.home); };
+$("chart-fit").onclick = () => { $("chart-follow").checked = false; for (const c of app.charts) c.view.whole(); };
 $("chart-follow").onchange = () => redraw(shown);
-$("find").onchange = () => { const path = $("find").value; if (app.charts[0]?.boxes?.has(path)) { $("chart-follow").checked = false; picked(path, null); app.charts[0].zoomTo(path); } };
-$("profile").onchange = () => app.send({ t: "profile", name: $("profile").value, slot: 0 });
-$("first").onchange = () => app.send({ t: "show", chart: $("first").value.trim(), slot: 0 });
-$("second").onchange = () => {
-  const chart = $("second").value.trim() || null;
-  if (!chart && app.charts[1]) { app.charts[1].root.remove(); app.charts.length = 1; listFindings(); }
-  app.send({ t: "second", chart });
+$("find").onchange = () => {
+  const path = $("find").value;
+  if (!app.charts[0]?.message.nodes?.[path]) return;
+  $("find").value = "";
+  goTo(path);
+  app.charts[0].stopAt(path, true);
+};
+
+const KEYS = {
+  ArrowLeft: () => app.seekable && timeline.step(-1),
+  ArrowRight: () => app.seekable && timeline.step(1),
+  " ": () => app.seekable && timeline.play(!timeline.playing),
+  "[": () => timeline.edge(0),
+  "]": () => timeline.edge(1),
+  "/": () => $("find").focus(),
 };
 
 addEventListener("keydown", (e) => {
-  if (e.defaultPrevented || e.ctrlKey || e.metaKey || e.altKey || /INPUT|TEXTAREA|SELECT/.test(e.target.tagName) && e.target.id !== "slider") return;
-  if (e.key === "ArrowLeft" && app.seekable) timeline.step(-1);
-  else if (e.key === "ArrowRight" && app.seekable) timeline.step(1);
-  else if (e.key === " " && app.seekable && !/BUTTON|SUMMARY/.test(e.target.tagName)) timeline.play(!timeline.playing);
-  else if (e.key === "[") timeline.edge(0);
-  else if (e.key === "]") timeline.edge(1);
-  else if (e.key === "/") $("find").focus();
-  else return;
+  const { tagName, id } = e.target, typed = /INPUT|TEXTAREA|SELECT/.test(tagName) && id !== "slider";
+  if (e.defaultPrevented || e.ctrlKey || e.metaKey || e.altKey || typed || !(e.key in KEYS)) return;
+  if (e.key === " " && /BUTTON|SUMMARY/.test(tagName)) return;
+  KEYS[e.key]();
   e.preventDefault();
 });
 
 const link = new Link((m) => heard[m.t]?.(m), (up, reason) => {
   $("link").textContent = up ? "connected" : `no connection${reason ? `: ${reason}` : ""}`;
   document.body.classList.toggle("lost", !up);
-  if (!up) { app.state.operator = { name: app.state.operator?.name ?? null, you: false }; operator.lost(); operator.show(); }
+  if (up) {
+    app.unsent = false;
+    if (app.hello.mode) app.log("connected again");
+  } else {
+    app.state.operator = { name: app.state.operator?.name ?? null, you: false };
+    operator.lost();
+    redraw(shown);
+  }
   warn();
 });

@@ -1,68 +1,85 @@
 // The room and what moves in it on a canvas; shapes come in metres, colours from the style sheet.
 
-import { $, View, colour, el, forgetColours, prepared, redraw } from "./dom.js";
+import { $, colour, el, forgetColours, prepared, redraw } from "./dom.js";
+import { View } from "./view.js";
 
 const RAINBOW = Array.from({ length: 65 }, (_, i) => `hsl(${(i / 64) * 280} 85% 55%)`);  // red is the lowest
 const WIDE = { path: 2.5, goal: 2.5, robot: 2, user: 2, arm: 4, held: 4, wall: 1.5 };
+const LETTERS = "12px system-ui, sans-serif";
+const PALE = 0.45;  // the second of two runs
 
 export class RoomMap {
   constructor(send) {
-    Object.assign(this, { canvas: $("map"), send, room: [], moving: [[], []], off: new Set(), styles: new Map(), still: null });
+    Object.assign(this, { canvas: $("map"), send, room: [], moving: [[], []], bounds: [-5, -5, 5, 5] });
+    Object.assign(this, { names: [], off: new Set(), styles: new Set(), still: null });
     this.view = new View(this.canvas, () => redraw(this.draw));
     this.draw = () => this.drawn();
     $("map-fit").onclick = () => { $("map-follow").checked = false; this.whole(); };
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recoloured());
   }
 
-  recoloured() { forgetColours(); this.still = null; redraw(this.draw); }
+  recoloured() {
+    forgetColours();
+    this.changed();
+  }
 
+  /** What stands still is drawn anew, too. */
+  changed() {
+    this.still = null;
+    redraw(this.draw);
+  }
+
+  /** Boxes to check; what a person has chosen holds until the page is left. */
   layers(list) {
-    this.off = new Set(list.filter((l) => !l.on).map((l) => l.name));
-    this.list = list.map((l) => l.name);
-    $("layers").replaceChildren(...list.map(({ name, on }) => {
-      const box = el("input", { type: "checkbox", checked: on, id: `layer-${name}` });
-      box.onchange = () => {
-        if (box.checked) this.off.delete(name); else this.off.add(name);
-        this.still = null;
-        this.send({ t: "layers", on: this.list.filter((l) => !this.off.has(l)) });
-        redraw(this.draw);
-      };
-      return el("li", {}, el("label", { htmlFor: box.id }, box, el("span", { className: "swatches", id: `swatch-${name}` }), name));
-    }));
+    const names = list.map((l) => l.name);
+    if (names.length && String(this.names) === String(names)) this.tellLayers();
+    else Object.assign(this, { names, off: new Set(list.filter((l) => !l.on).map((l) => l.name)) });
+    $("layers").replaceChildren(...this.names.map((name) => this.layer(name)));
     this.styles.clear();
     this.legend([...this.room, ...this.moving.flat()]);
   }
 
-  show(message) {
-    this.room = message.shapes;
-    this.still = null;
-    const [x0, y0, x1, y1] = message.bounds, same = String(this.bounds) === String(message.bounds);
-    this.bounds = [x0, y0, x1, y1];
-    if (!same) this.whole();
-    this.legend(message.shapes);
-    redraw(this.draw);
+  layer(name) {
+    const box = el("input", { type: "checkbox", checked: !this.off.has(name), id: `layer-${name}` });
+    box.onchange = () => {
+      if (box.checked) this.off.delete(name); else this.off.add(name);
+      this.tellLayers();
+      this.changed();
+    };
+    return el("li", {}, el("label", {}, box, el("span", { className: "swatches", id: `swatch-${name}` }), name));
   }
 
-  frame(message) {
-    this.moving[message.slot ?? 0] = message.shapes;
-    this.legend(message.shapes);
+  tellLayers() { this.send({ t: "layers", on: this.names.filter((l) => !this.off.has(l)) }); }
+
+  show({ shapes, bounds: [x0, y0, x1, y1] }) {
+    const same = String(this.bounds) === String([x0, y0, x1, y1]);
+    Object.assign(this, { room: shapes, bounds: [x0, y0, x1, y1] });
+    if (!same || !this.view.moved) this.whole();
+    this.legend(shapes);
+    this.changed();
+  }
+
+  frame({ shapes, slot = 0 }) {
+    this.moving[slot] = shapes;
+    this.legend(shapes);
     redraw(this.draw);
   }
 
   whole() {
-    const [x0, y0, x1, y1] = this.bounds ?? [-5, -5, 5, 5];
-    this.view.fit(x0 - 0.2, -y1 - 0.2, x1 + 0.2, 0.2 - y0);
+    const [x0, y0, x1, y1] = this.bounds;
+    this.view.wholeIs(x0 - 0.2, -y1 - 0.2, x1 + 0.2, 0.2 - y0);
+    this.view.whole();
   }
 
   /** A swatch in the list of layers for each style that has been seen. */
   legend(shapes) {
-    for (const s of shapes) {
-      const key = `${s.l}:${s.c}`;
-      if (this.styles.has(key)) continue;
-      this.styles.set(key, true);
-      const swatch = el("i", { title: s.c === "chase" ? "chase: red the lowest, purple the highest" : s.c, className: s.k === "cells" && s.c === "chase" ? "rainbow" : "" });
-      if (!swatch.className) swatch.style.background = `var(--c-${s.c}, var(--ink))`;
-      $(`swatch-${s.l}`)?.append(swatch);
+    for (const { l, c, k } of shapes) {
+      if (this.styles.has(`${l}:${c}`)) continue;
+      this.styles.add(`${l}:${c}`);
+      const rainbow = c === "chase" && k === "cells";
+      const title = rainbow ? "chase: red the lowest, purple the highest" : c;
+      const swatch = el("i", { title, className: rainbow ? "rainbow" : "" });
+      if (!rainbow) swatch.style.background = `var(--c-${c}, var(--ink))`;
+      $(`swatch-${l}`)?.append(swatch);
     }
   }
 
@@ -70,7 +87,7 @@ export class RoomMap {
     const [g, w, h] = prepared(this.canvas);
     if (!w) return;
     if ($("map-follow").checked) this.follow();
-    const { x, y, k } = this.view, key = [x, y, k, w, h].join();
+    const { x, y, k } = this.view, key = [x, y, k, this.canvas.width, this.canvas.height].join();
     if (this.still?.key !== key) {
       const still = new OffscreenCanvas(this.canvas.width, this.canvas.height), s = still.getContext("2d");
       s.scale(this.canvas.width / w, this.canvas.height / h);
@@ -80,37 +97,43 @@ export class RoomMap {
     }
     g.drawImage(this.still.still, 0, 0, w, h);
     for (const one of this.moving[0]) this.shape(g, one);
-    g.globalAlpha = 0.45;
-    for (const one of this.moving[1]) this.shape(g, one, 0.45);
+    for (const one of this.moving[1]) this.shape(g, one, PALE);
     g.globalAlpha = 1;
     this.scale(g, h);
+    const told = ["robot", "user"].map((c) => [c, this.middle(c)]).filter(([, at]) => at).map(([c, at]) =>
+      `${c} at ${at.map((v) => v.toFixed(1)).join(", ")} m`);
+    this.canvas.ariaLabel = ["map", ...told].join("; ");
+  }
+
+  /** The middle of the first shape of a style, m. */
+  middle(style) {
+    const p = this.moving[0].find((s) => s.c === style)?.p;
+    return p && [0, 1].map((axis) => p.reduce((sum, v, i) => (i % 2 === axis ? sum + v : sum), 0) / (p.length / 2));
   }
 
   follow() {
-    const robot = this.moving[0].find((s) => s.c === "robot");
-    if (!robot) return;
-    const xs = robot.p.filter((_, i) => i % 2 === 0), ys = robot.p.filter((_, i) => i % 2), mean = (a) => a.reduce((s, v) => s + v, 0) / a.length;
-    this.view.x = this.canvas.clientWidth / 2 - mean(xs) * this.view.k;
-    this.view.y = this.canvas.clientHeight / 2 + mean(ys) * this.view.k;
+    const at = this.middle("robot");
+    if (!at) return;
+    this.view.x = this.canvas.clientWidth / 2 - at[0] * this.view.k;
+    this.view.y = this.canvas.clientHeight / 2 + at[1] * this.view.k;
   }
 
   grid(g, w, h) {
-    const { x, y, k } = this.view, step = k > 12 ? 1 : 5;
+    const { x, y, k } = this.view, step = k > 12 ? k : 5 * k, first = (at) => ((at % step) + step) % step;
     g.strokeStyle = colour("grid");
     g.lineWidth = 1;
     g.beginPath();
-    for (let i = Math.ceil(-x / k / step); i <= (w - x) / k / step; i++) { g.moveTo(i * step * k + x, 0); g.lineTo(i * step * k + x, h); }
-    for (let i = Math.ceil(-y / k / step); i <= (h - y) / k / step; i++) { g.moveTo(0, i * step * k + y); g.lineTo(w, i * step * k + y); }
+    for (let at = first(x); at <= w; at += step) { g.moveTo(at, 0); g.lineTo(at, h); }
+    for (let at = first(y); at <= h; at += step) { g.moveTo(0, at); g.lineTo(w, at); }
     g.stroke();
   }
 
   scale(g, h) {
-    const long = [0.1, 0.5, 1, 2, 5, 10].find((m) => m * this.view.k >= 40) ?? 20;
-    g.fillStyle = g.strokeStyle = colour("ink");
-    g.lineWidth = 2;
-    g.beginPath(); g.moveTo(10, h - 10); g.lineTo(10 + long * this.view.k, h - 10); g.stroke();
-    g.font = "12px system-ui, sans-serif";
-    g.fillText(`${long} m`, 12, h - 15);
+    const metres = [0.1, 0.5, 1, 2, 5, 10].find((m) => m * this.view.k >= 40) ?? 20;
+    g.fillStyle = colour("ink");
+    g.fillRect(10, h - 11, metres * this.view.k, 2);
+    g.font = LETTERS;
+    g.fillText(`${metres} m`, 12, h - 15);
   }
 
   shape(g, s, alpha = 1) {
@@ -120,50 +143,81 @@ export class RoomMap {
     g.fillStyle = g.strokeStyle = colour(`c-${s.c}`);
     g.lineWidth = WIDE[s.c] ?? 1.2;
     g.lineJoin = g.lineCap = "round";
-    if (s.k === "cells") this.cells(g, s, X, Y);
-    else if (s.k === "dots") {
-      const r = Math.max((s.r ?? 0) * k, 1.3);
-      for (let i = 0; i < p.length; i += 2) g.fillRect(X(i) - r, Y(i) - r, 2 * r, 2 * r);
-    } else if (s.k === "disc") for (let i = 0; i < p.length; i += 2) {
-      g.beginPath(); g.arc(X(i), Y(i), Math.max(s.r * k, 1.5), 0, 7);
-      if (s.fill) g.fill(); else g.stroke();
-    } else if (s.k === "text") { g.font = "12px system-ui, sans-serif"; g.fillText(s.s, X(0), Y(0)); }
-    else if (p.length >= 4) {
-      g.beginPath();
-      for (let i = 0; i < p.length; i += 2) g.lineTo(X(i), Y(i));
-      if (s.k === "poly") g.closePath();
-      if (s.fill) g.fill(); else g.stroke();
-      if (s.k === "arrow") this.head(g, X(p.length - 4), Y(p.length - 4), X(p.length - 2), Y(p.length - 2));
-    } else if (s.k === "arrow") {
-      const long = Math.max((s.r ?? 0.3) * k, 10), bx = X(0) + long * Math.cos(s.yaw ?? 0), by = Y(0) - long * Math.sin(s.yaw ?? 0);
-      g.beginPath(); g.moveTo(X(0), Y(0)); g.lineTo(bx, by); g.stroke();
-      this.head(g, X(0), Y(0), bx, by);
-    }
-    if (s.s && s.k !== "text") { g.font = "11px system-ui, sans-serif"; g.globalAlpha = alpha; g.fillText(s.s, X(0) + 4, Y(0) - 4); }
+    this[s.k]?.(g, s, X, Y);
+    if (!s.s) return;
     g.globalAlpha = alpha;
+    g.font = LETTERS;
+    if (s.k === "text") g.fillText(s.s, X(0), Y(0)); else g.fillText(s.s, X(0) + 4, Y(0) - 4);
+  }
+
+  // -- one for each kind of shape
+
+  dots(g, { p, r = 0 }, X, Y) {
+    const half = Math.max(r * this.view.k, 1.3);
+    for (let i = 0; i < p.length; i += 2) g.fillRect(X(i) - half, Y(i) - half, 2 * half, 2 * half);
+  }
+
+  disc(g, { p, r, fill }, X, Y) {
+    for (let i = 0; i < p.length; i += 2) {
+      g.beginPath();
+      g.arc(X(i), Y(i), Math.max(r * this.view.k, 1.5), 0, 7);
+      if (fill) g.fill(); else g.stroke();
+    }
+  }
+
+  line(g, s, X, Y) { this.along(g, s, X, Y, false); }
+
+  poly(g, s, X, Y) { this.along(g, s, X, Y, true); }
+
+  along(g, { p, fill }, X, Y, closed) {
+    g.beginPath();
+    for (let i = 0; i < p.length; i += 2) g.lineTo(X(i), Y(i));
+    if (closed) g.closePath();
+    if (fill) g.fill(); else g.stroke();
+  }
+
+  /** From point to point, or from one point at an angle. */
+  arrow(g, s, X, Y) {
+    const last = s.p.length - 2;
+    if (last) {
+      this.along(g, s, X, Y, false);
+      this.head(g, X(last - 2), Y(last - 2), X(last), Y(last));
+      return;
+    }
+    const long = Math.max((s.r ?? 0.3) * this.view.k, 10), yaw = s.yaw ?? 0;
+    const bx = X(0) + long * Math.cos(yaw), by = Y(0) - long * Math.sin(yaw);
+    g.beginPath();
+    g.moveTo(X(0), Y(0));
+    g.lineTo(bx, by);
+    g.stroke();
+    this.head(g, X(0), Y(0), bx, by);
   }
 
   head(g, ax, ay, bx, by) {
     const turn = Math.atan2(by - ay, bx - ax), long = Math.min(9, Math.hypot(bx - ax, by - ay));
-    g.beginPath(); g.moveTo(bx, by);
+    g.beginPath();
+    g.moveTo(bx, by);
     for (const side of [2.7, -2.7]) g.lineTo(bx + long * Math.cos(turn + side), by + long * Math.sin(turn + side));
-    g.closePath(); g.fill();
+    g.closePath();
+    g.fill();
   }
 
   /** Squares about their centres, by weight: for Chase in the colours of the rainbow, purple for the highest. */
   cells(g, s, X, Y) {
-    const side = s.cell * this.view.k, c = (side / 2) * Math.cos(s.yaw ?? 0), n = (side / 2) * Math.sin(s.yaw ?? 0);
-    const groups = new Map();
+    const half = (s.cell * this.view.k) / 2, yaw = s.yaw ?? 0;
+    const c = half * (Math.cos(yaw) - Math.sin(yaw)), n = half * (Math.cos(yaw) + Math.sin(yaw));
+    const groups = new Map(), alpha = g.globalAlpha;
     for (let i = 0; i < s.w.length; i++) {
       const level = Math.round(Math.min(Math.max(s.w[i], 0), 1) * 64);
       if (s.c !== "chase" && !level) continue;
-      let group = groups.get(level);
-      if (!group) groups.set(level, group = new Path2D());
-      const a = X(2 * i), b = Y(2 * i);
-      if (!s.yaw) { group.rect(a - side / 2, b - side / 2, side, side); continue; }
-      group.moveTo(a + c - n, b - n - c); group.lineTo(a - c - n, b + n - c); group.lineTo(a - c + n, b + n + c); group.lineTo(a + c + n, b - n + c); group.closePath();
+      if (!groups.has(level)) groups.set(level, new Path2D());
+      const group = groups.get(level), x = X(2 * i), y = Y(2 * i);
+      group.moveTo(x + c, y - n);
+      group.lineTo(x - n, y - c);
+      group.lineTo(x - c, y + n);
+      group.lineTo(x + n, y + c);
+      group.closePath();
     }
-    const alpha = g.globalAlpha;
     for (const [level, group] of groups) {
       if (s.c === "chase") g.fillStyle = RAINBOW[level];
       else g.globalAlpha = (alpha * level) / 64;

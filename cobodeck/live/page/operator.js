@@ -1,39 +1,56 @@
 // Commands to the run. Stop goes at once and asks nothing; all else needs the token.
 
-import { $, el, seconds, sure } from "./dom.js";
+import { $, button, el, fill, sure } from "./dom.js";
+
+const BEAT_MS = 200;
+const UNSENT = "NOT SENT, there is no connection", INSTEAD = ". Use the emergency stop of the robot.";
+const LEVELS = { "": "only locks ask", off: "off", low: "low", high: "high", full: "full" };
 
 export class Operator {
   constructor(app) {
-    Object.assign(this, { app, asked: 0, known: false, waiting: new Map(), credentials: null, key: "" });
+    Object.assign(this, { app, asked: 0, known: false, waiting: new Map(), credentials: null });
     $("stop").onclick = () => this.stop();
-    addEventListener("keydown", (e) => { if (e.key === "Escape" && app.live) { e.preventDefault(); this.stop(); } }, true);
-    $("auth").onsubmit = (e) => { e.preventDefault(); this.credentials = { token: $("token").value, name: $("name").value }; $("token").value = ""; this.unlock(); };
-    setInterval(() => { if (app.live && app.state.operator?.you) app.send({ t: "beat" }); }, 200);
+    addEventListener("keydown", (e) => {
+      if (e.key !== "Escape" || !app.live) return;
+      e.preventDefault();
+      this.stop();
+    }, true);
+    $("auth").onsubmit = (e) => {
+      e.preventDefault();
+      this.credentials = { token: $("token").value, name: $("name").value };
+      $("token").value = "";
+      this.unlock();
+    };
+    setInterval(() => { if (app.live && app.state.operator?.you) app.send({ t: "beat" }); }, BEAT_MS);
   }
 
   /** Tells the server who this is; again after each reconnection, from memory alone. */
   unlock() { if (this.credentials) this.app.send({ t: "auth", ...this.credentials }); }
 
   stop() {
-    if (this.app.live && !this.command("stop")) $("banner").classList.add("urgent");
+    if (!this.app.live) return;
+    this.app.unsent = !this.command("stop");
+    this.app.warn();
   }
 
   /** Sends a command; the answer is shown. False, and said, if there is no connection. */
   command(what, more = {}) {
-    const id = ++this.asked;
-    const sent = this.app.send({ t: "cmd", id, do: what, ...more });
+    const id = ++this.asked, sent = this.app.send({ t: "cmd", id, do: what, ...more });
     const text = [what, more.path, more.outcome].filter(Boolean).join(" ");
     if (sent) this.waiting.set(id, text);
-    this.answer(sent, sent ? `${text}: sent` : `${text}: NOT SENT, there is no connection. Use the emergency stop of the robot.`);
+    this.answer(sent, `${text}: ${sent ? "sent" : UNSENT}${sent || what !== "stop" ? "" : INSTEAD}`);
     return sent;
   }
 
   acknowledged({ id, ok, text, url }) {
-    const what = this.waiting.get(id) ?? "";
+    const what = this.waiting.get(id);
     this.waiting.delete(id);
-    if (ok && !id) this.known = true;  // the answer to `auth` has no number
+    if (!id) this.known = ok;  // the answer to `auth` has no number
+    if (!id && !ok) this.credentials = null;
     this.answer(ok, [what, text || (ok ? "done" : "refused")].filter(Boolean).join(": "));
-    if (url && new URL(url).protocol.startsWith("http")) $("answer").append(" ", el("a", { href: url, target: "_blank", rel: "noopener" }, "open its page"));
+    if (url && new URL(url).protocol.startsWith("http")) {
+      $("answer").append(" ", el("a", { href: url, target: "_blank", rel: "noopener" }, "open its page"));
+    }
     this.show();
   }
 
@@ -43,74 +60,90 @@ export class Operator {
     this.app.log(text, ok ? "" : "error");
   }
 
-  lost() { this.waiting.clear(); Object.assign(this, { known: false, key: "" }); }
+  lost() {
+    this.waiting.clear();
+    this.known = false;
+  }
 
-  /** Buttons for what can be done now. */
+  /** What can be done now. */
   show() {
-    const { state: s, hello, steers } = this.app;
+    const { hello, steers, live, charts } = this.app, s = this.app.state, message = charts[0]?.message;
     $("stop").classList.toggle("pulled", Boolean(s.stop));
     $("stop").firstChild.textContent = s.stop ? "STOPPED " : "STOP ";
-    const who = s.operator?.name;
-    $("holder").textContent = s.operator?.you ? `You hold control as ${who}.${hello.real ? " Keep this tab in front: half a second without it stops the robot." : ""}` : who ? `${who} holds control.` : hello.mode === "live" ? "Nobody holds control." : "";
-    $("auth").hidden = this.known || Boolean(s.operator?.you) || !hello.commands;
-    const key = JSON.stringify([steers, hello.real, hello.mode, s.paused, s.level, s.waiting, s.stop, s.operator, s.ended, this.known, this.app.charts[0]?.message?.form, this.app.charts[0]?.message?.name]);
-    if (key === this.key) return;
-    this.key = key;
-    $("commands").replaceChildren(...[this.consent(s, steers), this.control(s), ...(steers ? this.tools(s, hello) : []), hello.mode === "charts" && this.known ? this.start() : null].filter(Boolean));
+    $("holder").textContent = this.holder(s.operator, hello);
+    $("auth").hidden = this.known || !hello.commands;
+    fill($("waiting"), [s.waiting, steers], () => this.consent(s.waiting ?? {}, steers));
+    fill($("control"), [live && this.known, s.operator], () => live && this.known && this.control(s.operator ?? {}));
+    fill($("tools"), [steers, hello.real, s.paused, s.level], () => steers && this.tools(s, hello.real));
+    fill($("replace"), [steers], () => steers && this.replace());
+    const starts = this.known && hello.mode === "charts" && message;
+    fill($("start"), starts && [message.name, message.form], () => starts && this.start(message));
   }
 
-  button(text, what, more) { return el("button", { type: "button", onclick: () => this.command(what, more) }, text); }
-
-  consent(s, steers) {
-    const all = Object.entries(s.waiting ?? {});
-    if (!all.length) return null;
-    return el("ul", { className: "waiting", role: "alert" }, ...all.map(([path, outcome]) => el("li", {}, `${path}: ${outcome} waits for consent `,
-      steers ? this.button("consent", "consent", { path, outcome }) : null, steers ? this.button("refuse", "refuse", { path, outcome }) : null)));
+  holder(operator, { mode, real }) {
+    if (operator?.you) {
+      const keep = real ? " Keep this tab in front: half a second without it stops the robot." : "";
+      return `You hold control as ${operator.name}.${keep}`;
+    }
+    if (operator?.name) return `${operator.name} holds control.`;
+    return mode === "live" ? "Nobody holds control." : "";
   }
 
-  control(s) {
-    if (s.operator?.you) return el("p", { className: "row" }, this.button("give control back", "release"));
-    if (!this.known || !this.app.live) return null;
-    return el("p", { className: "row" }, s.operator?.name ? sure(`take over from ${s.operator.name}`, () => this.command("take")) : this.button("take control", "take"));
+  button(text, what, more) { return button(text, () => this.command(what, more)); }
+
+  sure(what) { return sure(what, () => this.command(what)); }
+
+  consent(waiting, steers) {
+    return Object.entries(waiting).map(([path, outcome]) => el("li", {}, `${path}: ${outcome} waits for consent `,
+      steers && ["consent", "refuse"].map((what) => this.button(what, what, { path, outcome }))));
   }
 
-  tools(s, hello) {
-    const level = el("select", { "aria-label": "level of autonomy", onchange: () => this.command("level", { level: level.value || null }) },
-      ...["", "off", "low", "high", "full"].map((l) => el("option", { value: l, selected: l === (s.level ?? "") }, l || "only locks ask")));
-    const reset = hello.real ? el("small", {}, "reset: at the console") : sure("reset", () => this.command("reset"));
+  control({ you, name }) {
+    if (you) return this.button("give control back", "release");
+    return name ? sure(`take over from ${name}`, () => this.command("take")) : this.button("take control", "take");
+  }
+
+  tools({ paused, level }, real) {
+    const choice = el("select", { onchange: () => this.command("level", { level: choice.value || null }) },
+      Object.entries(LEVELS).map(([value, text]) => el("option", { value, selected: value === (level ?? "") }, text)));
     return [
-      el("p", { className: "row" }, s.paused ? this.button("resume", "resume") : this.button("pause", "pause"), this.button("step", "step"), this.button("acknowledge", "ack"), reset),
-      el("p", { className: "row" }, sure("preempt", () => this.command("preempt")), sure("end", () => this.command("end")), el("label", {}, "autonomy ", level)),
-      this.replace(),
+      paused ? this.button("resume", "resume") : this.button("pause", "pause"),
+      this.button("step", "step"),
+      this.button("acknowledge", "ack"),
+      real ? el("small", {}, "reset: at the console") : this.sure("reset"),
+      this.sure("preempt"), this.sure("end"),
+      el("label", {}, "autonomy ", choice),
     ];
   }
 
-  /** A form for another chart: fields for what the shown one declares, lines `key: value` for another. */
-  start() {
-    const { hello, charts } = this.app, shown = charts[0]?.message;
-    const field = (label, input) => el("label", {}, `${label} `, input);
-    const list = (id, names) => el("datalist", { id }, ...(names ?? []).map((n) => el("option", { value: n })));
-    const chart = el("input", { value: shown?.name ?? "", list: "second-names" }), scene = el("input", { list: "scenes" }), user = el("input", { list: "users" });
-    const fields = (shown?.form ?? []).map((f) => [f, el("input", { placeholder: f.default ?? f.what ?? f.type, title: f.about ?? "", required: f.default === null })]);
-    const lines = { parameter: el("textarea", { rows: 2, placeholder: "name: value" }), input: el("textarea", { rows: 2, placeholder: "name: value" }) };
-    const declared = el("div", { className: "form" }, ...fields.map(([f, input]) => field(`${f.name}${f.unit ? `, ${f.unit}` : ""}`, input)));
-    const free = el("div", { className: "form", hidden: Boolean(shown?.form) }, field("parameters", lines.parameter), field("inputs", lines.input));
-    chart.oninput = () => { declared.hidden = chart.value !== shown?.name; free.hidden = !declared.hidden; for (const [, i] of fields) i.disabled = declared.hidden; };
-    const split = (text) => text.split("\n").map((l) => /^\s*([^:]+):\s*(.*)$/.exec(l)).filter(Boolean).map(([, k, v]) => [k.trim(), v]);
-    const of = (kind) => Object.fromEntries(free.hidden ? fields.filter(([f, i]) => f.kind === kind && i.value).map(([f, i]) => [f.name, i.value]) : split(lines[kind].value));
-    const form = el("form", { className: "form", onsubmit: (e) => e.preventDefault() }, field("chart", chart), field("scene", scene), field("user", user), list("scenes", hello.scenes), list("users", hello.users), declared, free);
-    const go = sure("start", () => this.command("start", { chart: chart.value, parameters: of("parameter"), inputs: of("input"), scene: scene.value, user: user.value })), act = go.onclick;
-    go.onclick = () => { if (form.reportValidity()) act(); };
-    form.append(go);
-    return el("details", {}, el("summary", {}, "start a chart"), form);
+  replace() {
+    const text = el("textarea", { rows: 5, spellcheck: false, placeholder: "chart: …" });
+    const file = el("input", { type: "file", accept: ".yaml,.yml" });
+    text.ariaLabel = "YAML of the chart";
+    file.ariaLabel = "file of the chart";
+    file.onchange = async () => { text.value = await file.files[0].text(); };
+    return el("details", {}, el("summary", {}, "change the running chart"), el("div", { className: "form" },
+      file, text, sure("replace", () => this.command("replace", { text: text.value }))));
   }
 
-  replace() {
-    const text = el("textarea", { rows: 5, spellcheck: false, "aria-label": "YAML of the chart", placeholder: "chart: …" }), file = el("input", { type: "file", accept: ".yaml,.yml", "aria-label": "file of the chart" });
-    file.onchange = async () => { text.value = await file.files[0].text(); };
-    return el("details", {}, el("summary", {}, "change the running chart"), el("div", { className: "form" }, file, text, sure("replace", () => this.command("replace", { text: text.value }))));
+  /** A form for what the chart that is shown declares. */
+  start({ name, form }) {
+    const { scenes, users } = this.app.hello, field = (label, input) => el("label", {}, `${label} `, input);
+    const list = (id, names) => el("datalist", { id }, (names ?? []).map((n) => el("option", { value: n })));
+    const scene = el("input", { list: "scenes" }), user = el("input", { list: "users" });
+    const fields = (form ?? []).map((f) => {
+      const required = f.default === null;
+      return [f, el("input", { placeholder: required ? f.what : f.default, title: f.about, required })];
+    });
+    const of = (kind) => Object.fromEntries(
+      fields.filter(([f, input]) => f.kind === kind && input.value).map(([f, input]) => [f.name, input.value]));
+    const go = () => this.command("start", {
+      chart: name, parameters: of("parameter"), inputs: of("input"), scene: scene.value, user: user.value,
+    });
+    const box = el("form", { className: "form", onsubmit: (e) => e.preventDefault() },
+      field("scene", scene), field("user", user), list("scenes", scenes), list("users", users),
+      fields.map(([f, input]) => field(`${f.name}${f.unit ? `, ${f.unit}` : ""}`, input)),
+      sure("start", go, () => box.reportValidity()));
+    return el("details", {}, el("summary", {}, `start ${name}`), box);
   }
 }
-
-/** The last transitions, for the log. */
-export const told = (entry) => `${seconds(entry.at)} ${entry.path ? `${entry.path}: ` : ""}${entry.text || entry.kind}`;

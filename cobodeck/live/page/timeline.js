@@ -1,50 +1,67 @@
 // Lanes over time with marks; the slider, playing, and a range for figures. A second record has lanes below the first.
 
 import { $, colour, el, prepared, redraw, seconds } from "./dom.js";
+import { nameOf } from "./picture.js";
 
-const ROW = 18, TOP = 20, SPEEDS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100];
-const BAD = /error|fail|lost|fault|timeout|stuck|blocked/;
+const ROW = 18, TOP = 20, SEEK_MS = 60, SHORTEST_S = 0.05;
+const SPEEDS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100];
+const STEPS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60, 120, 300, 600, 1800, 3600, 7200];
+const BAD_END = /error|fail|lost|fault|timeout|stuck|blocked/, BAD_MARK = /stop|fault|miss|late|error/;
+const MARKS = { request: "c-deep", escape: "c-escape" };
+
+const clamped = (v, low, high) => Math.min(Math.max(v, low), high);
 
 export class Timeline {
   constructor(app) {
-    Object.assign(this, { app, canvas: $("lanes"), sets: [], window: null, range: null, hits: [], speed: 1, playing: false, sought: null });
+    Object.assign(this, { app, canvas: $("lanes"), sets: [], window: null, range: null, hits: [], left: 0 });
+    Object.assign(this, { speed: 1, playing: false, sought: 0, asking: 0 });
     this.draw = () => this.drawn();
-    $("speed").append(...SPEEDS.map((s) => el("option", { value: s, textContent: `${s}×` })));
-    $("speed").value = 1;
-    $("speed").onchange = () => { this.speed = Number($("speed").value); if (app.hello.mode === "live") app.command("speed", { speed: this.speed }); else if (this.playing) this.play(true); };
+    $("speed").append(...SPEEDS.map((s) => el("option", { value: s }, `${s}×`)));
+    $("speed").value = this.speed;
+    $("speed").onchange = () => {
+      this.speed = Number($("speed").value);
+      if (app.live) app.command("speed", { speed: this.speed });
+      else if (this.playing) this.play(true);
+    };
     $("play").onclick = () => this.play(!this.playing);
     $("previous").onclick = () => this.step(-1);
     $("next").onclick = () => this.step(1);
     $("slider").oninput = () => this.seek(Number($("slider").value));
     $("range-clear").onclick = () => this.take(null);
     this.pointer();
+    this.canvas.onkeydown = (e) => this.key(e);
     new ResizeObserver(() => redraw(this.draw)).observe($("lanes-box"));
   }
 
-  get from() { return Math.min(...this.sets.filter(Boolean).map((s) => s.from), Infinity) || 0; }
-  get to() { return Math.max(...this.sets.filter(Boolean).map((s) => s.to), this.app.live ? this.app.now() : 0, 0); }
-  get view() { return this.window ?? [Number.isFinite(this.from) ? this.from : 0, Math.max(this.to, 0.1)]; }
+  get from() { return this.sets.length ? Math.min(...this.sets.map((s) => s.from)) : 0; }
+  get to() { return Math.max(0, ...this.sets.map((s) => s.to), this.app.live ? this.app.now() : 0); }
+  get view() { return this.window ?? [this.from, Math.max(this.to, this.from + 0.1)]; }
 
   /** Takes a `lanes` message, or what `lanes+` adds; a span with a known start is the same one, grown. */
-  show(message, more) {
-    const slot = message.slot ?? 0;
-    if (!more || !this.sets[slot]) this.sets[slot] = { title: message.title, lanes: new Map(), marks: [], from: message.from, to: message.to };
-    const set = this.sets[slot];
-    for (const lane of message.lanes) {
-      const had = set.lanes.get(lane.path);
-      if (!had) { set.lanes.set(lane.path, { ...lane, spans: [...lane.spans] }); continue; }
+  show({ slot = 0, title, lanes, marks, from, to }, more) {
+    const set = more && this.sets[slot] || { title, lanes: new Map(), marks: [], from, to };
+    this.sets[slot] = set;
+    for (const lane of lanes) {
+      if (!set.lanes.has(lane.path)) set.lanes.set(lane.path, { ...lane, spans: [] });
+      const { spans } = set.lanes.get(lane.path);
       for (const span of lane.spans) {
-        const last = had.spans.at(-1);
-        if (last && last[0] === span[0] && last[1] === null) had.spans[had.spans.length - 1] = span; else had.spans.push(span);
+        const last = spans.at(-1), grown = last && last[0] === span[0] && last[1] === null;
+        spans.splice(grown ? -1 : spans.length, grown ? 1 : 0, span);
       }
     }
-    set.marks.push(...message.marks);
-    Object.assign(set, { from: Math.min(set.from, message.from), to: Math.max(set.to, message.to) });
+    set.marks.push(...marks);
+    Object.assign(set, { from: Math.min(set.from, from), to: Math.max(set.to, to) });
     redraw(this.draw);
   }
 
   /** Before a new run or record. */
-  clear() { Object.assign(this, { sets: [], window: null, range: null }); redraw(this.draw); }
+  clear() {
+    Object.assign(this, { sets: [], window: null, range: null });
+    this.tellRange();
+    redraw(this.draw);
+  }
+
+  // -- playing and seeking
 
   playingAt(speed) {
     this.playing = speed > 0;
@@ -52,89 +69,127 @@ export class Timeline {
     $("play").textContent = this.playing ? "pause" : "play";
   }
 
-  play(on) { this.playingAt(on ? this.speed : 0); this.app.send({ t: "play", speed: on ? this.speed : 0 }); }
+  play(on) {
+    this.playingAt(on ? this.speed : 0);
+    this.app.send({ t: "play", speed: on ? this.speed : 0 });
+  }
 
-  /** Asks for the moment `at`; of what is asked within 60 ms, the last. */
+  /** Asks for the moment `at`; of what is asked at about the same time, for the last. */
   seek(at) {
     if (!this.app.seekable) return;
-    this.sought = Math.min(Math.max(at, this.from), this.to);
-    this.app.at = this.sought;
+    this.app.at = this.sought = clamped(at, this.from, this.to);
     redraw(this.app.moved);
-    this.asking ||= setTimeout(() => { this.asking = 0; this.app.send({ t: "seek", at: this.sought }); }, 60);
+    this.asking ||= setTimeout(() => { this.asking = 0; this.app.send({ t: "seek", at: this.sought }); }, SEEK_MS);
   }
 
   step(way) {
-    const now = this.app.now(), all = new Set();
-    for (const lane of this.sets[0]?.lanes.values() ?? []) for (const [a, b] of lane.spans) { all.add(a); if (b !== null) all.add(b); }
-    const times = [...all].sort((a, b) => a - b);
+    const now = this.app.now(), lanes = [...this.sets[0]?.lanes.values() ?? []];
+    const ends = lanes.flatMap(({ spans }) => spans.flatMap(([from, to]) => (to === null ? [from] : [from, to])));
+    const times = ends.sort((a, b) => a - b);
     const at = way > 0 ? times.find((t) => t > now + 1e-6) : times.findLast((t) => t < now - 1e-6);
     if (at !== undefined) this.seek(at);
   }
 
-  /** Asks for the figures of a range, `null`: of all; of a live run, which has none of a part, shows the range alone. */
+  // -- ranges
+
+  /** Asks for the figures of a range, `null`: of all; a live run has none of a part, and shows it larger. */
   take(range) {
-    if (!this.app.seekable) { Object.assign(this, { range: null, window: range }); redraw(this.draw); return; }
-    this.range = range;
-    $("range-clear").hidden = !range;
-    $("range-text").textContent = range ? `${seconds(range[0])} – ${seconds(range[1])}` : "";
-    const [from, to] = range ?? [this.from, this.to];
-    this.app.send({ t: "range", from, to });
+    if (this.app.seekable) {
+      const [from, to] = range ?? [this.from, this.to];
+      this.range = range;
+      this.app.send({ t: "range", from, to });
+    } else Object.assign(this, { range: null, window: range });
+    this.tellRange();
     redraw(this.draw);
   }
 
+  tellRange() {
+    const shown = this.range ?? this.window;
+    $("range-clear").hidden = !shown;
+    $("range-text").textContent = shown ? shown.map(seconds).join(" – ") : "";
+  }
+
   edge(which) {
-    const now = this.app.now(), range = [...(this.range ?? [this.from, this.to])];
-    range[which] = now;
+    const range = [...(this.range ?? [this.from, this.to])];
+    range[which] = this.app.now();
     if (range[0] > range[1]) range[1 - which] = which ? this.from : this.to;
     this.take(range);
   }
 
-  pointer() {
-    const canvas = this.canvas;
-    let start = null;
-    const time = (e) => { const [a, b] = this.view, box = canvas.getBoundingClientRect(); return a + ((e.clientX - box.x - this.left) / (box.width - this.left)) * (b - a); };
-    canvas.onpointerdown = (e) => { start = { x: e.clientX, at: time(e) }; canvas.setPointerCapture(e.pointerId); };
-    canvas.onpointermove = (e) => {
-      if (start && Math.abs(e.clientX - start.x) > 4) { this.range = [start.at, time(e)].sort((a, b) => a - b); redraw(this.draw); return; }
-      const box = canvas.getBoundingClientRect(), x = e.clientX - box.x, y = e.clientY - box.y;
-      canvas.title = this.hits.find((h) => x >= h[0] && x <= h[1] && y >= h[2] && y <= h[3])?.[4] ?? "";
-    };
-    canvas.onpointerup = (e) => {
-      if (start && Math.abs(e.clientX - start.x) > 4) this.take(this.range.map((t) => Math.min(Math.max(t, this.from), this.to)));
-      else if (start) this.seek(start.at);
-      start = null;
-    };
-    canvas.ondblclick = () => { this.window = null; redraw(this.draw); };
-    canvas.addEventListener("wheel", (e) => {
-      if (e.deltaX && !e.ctrlKey && Math.abs(e.deltaX) > Math.abs(e.deltaY)) { e.preventDefault(); this.shift(e.deltaX / 600); }
-      else if (e.ctrlKey || e.shiftKey || $("lanes-box").scrollHeight <= $("lanes-box").clientHeight) { e.preventDefault(); this.zoom(Math.exp((e.deltaY || e.deltaX) / 500), time(e)); }
-    }, { passive: false });
-    canvas.onkeydown = (e) => {
-      if (e.key === "+" || e.key === "=") this.zoom(0.8); else if (e.key === "-") this.zoom(1.25);
-      else if (e.key === "0") { this.window = null; redraw(this.draw); }
-      else if (e.shiftKey && e.key === "ArrowLeft") this.shift(-0.2); else if (e.shiftKey && e.key === "ArrowRight") this.shift(0.2);
-      else return;
-      e.preventDefault();
-    };
-  }
-
   zoom(factor, at = this.app.now()) {
-    const [a, b] = this.view;
-    const next = [at - (at - a) * factor, at + (b - at) * factor];
-    this.window = next[0] <= this.from && next[1] >= this.to ? null : [Math.max(next[0], this.from), Math.min(next[1], this.to)];
-    if (this.window && this.window[1] - this.window[0] < 0.05) this.window = [a, b];
+    const [a, b] = this.view, from = at - (at - a) * factor, to = at + (b - at) * factor;
+    if (to - from < SHORTEST_S) return;
+    const whole = from <= this.from && to >= this.to;
+    this.window = whole ? null : [Math.max(from, this.from), Math.min(to, this.to)];
+    this.tellRange();
     redraw(this.draw);
   }
 
   shift(share) {
-    const [a, b] = this.view, d = Math.min(Math.max((b - a) * share, this.from - a), this.to - b);
-    this.window = [a + d, b + d];
+    const [a, b] = this.view, by = clamped((b - a) * share, this.from - a, this.to - b);
+    this.window = [a + by, b + by];
+    this.tellRange();
     redraw(this.draw);
   }
 
+  whole() {
+    this.window = null;
+    this.tellRange();
+    redraw(this.draw);
+  }
+
+  pointer() {
+    const { canvas } = this;
+    let start = null;
+    const dragged = (e) => start && Math.abs(e.clientX - start.x) > 4;
+    const time = (e) => {
+      const [a, b] = this.view, box = canvas.getBoundingClientRect();
+      return a + ((e.clientX - box.x - this.left) / (box.width - this.left)) * (b - a);
+    };
+    canvas.onpointerdown = (e) => {
+      start = { x: e.clientX, at: time(e) };
+      canvas.setPointerCapture(e.pointerId);
+    };
+    canvas.onpointermove = (e) => {
+      if (!dragged(e)) { this.hover(e.offsetX, e.offsetY); return; }
+      this.range = [start.at, time(e)].sort((a, b) => a - b);
+      redraw(this.draw);
+    };
+    canvas.onpointerup = (e) => {
+      if (dragged(e)) this.take(this.range.map((t) => clamped(t, this.from, this.to)));
+      else if (start) this.seek(start.at);
+      start = null;
+    };
+    canvas.ondblclick = () => this.whole();
+    canvas.addEventListener("wheel", (e) => {
+      const sideways = Math.abs(e.deltaX) > Math.abs(e.deltaY) && !e.ctrlKey && !e.shiftKey;
+      const scrolls = $("lanes-box").scrollHeight > $("lanes-box").clientHeight;
+      if (sideways) this.shift(e.deltaX / 600);
+      else if (e.ctrlKey || e.shiftKey || !scrolls) this.zoom(Math.exp((e.deltaY || e.deltaX) / 500), time(e));
+      else return;
+      e.preventDefault();
+    }, { passive: false });
+  }
+
+  hover(x, y) {
+    const hit = this.hits.find(([x0, x1, y0, y1]) => x >= x0 && x <= x1 && y >= y0 && y <= y1);
+    this.canvas.title = hit?.[4] ?? "";
+  }
+
+  key(e) {
+    if (e.key === "+" || e.key === "=") this.zoom(0.8);
+    else if (e.key === "-") this.zoom(1.25);
+    else if (e.key === "0") this.whole();
+    else if (e.shiftKey && e.key === "ArrowLeft") this.shift(-0.2);
+    else if (e.shiftKey && e.key === "ArrowRight") this.shift(0.2);
+    else return;
+    e.preventDefault();
+  }
+
+  // -- drawing
+
   drawn() {
-    const lanes = this.sets.flatMap((set, slot) => [...(this.sets.length > 1 ? [{ title: set.title ?? `record ${slot + 1}` }] : []), ...[...set.lanes.values()].map((lane) => ({ ...lane, slot }))]);
-    const high = `${TOP + Math.max(lanes.length, 1) * ROW + 4}px`;
+    const rows = this.rows(), high = `${TOP + Math.max(rows.length, 1) * ROW + 4}px`;
     if (this.canvas.style.height !== high) this.canvas.style.height = high;
     const [g, w, h] = prepared(this.canvas), [a, b] = this.view, now = this.app.now();
     if (!w) return;
@@ -142,49 +197,74 @@ export class Timeline {
     g.font = "11px system-ui, sans-serif";
     g.textBaseline = "middle";
     this.hits = [];
-    this.axis(g, x, a, b, w, h);
-    if (this.range) { g.fillStyle = colour("range"); g.fillRect(x(this.range[0]), 0, x(this.range[1]) - x(this.range[0]), h); }
-    lanes.forEach((lane, i) => this.lane(g, lane, TOP + i * ROW, x, left, w, this.app.live ? now : this.sets[lane.slot]?.to));
-    for (const [slot, set] of this.sets.entries()) for (const m of set.marks) {
-      const at = x(m.at);
-      if (at < left || at > w) continue;
-      g.fillStyle = colour(/stop|fault|miss|late|error/.test(m.kind) ? "bad" : { request: "c-deep", escape: "c-escape" }[m.kind] ?? "mark");
-      g.beginPath(); g.moveTo(at - 4, TOP - 9); g.lineTo(at + 4, TOP - 9); g.lineTo(at, TOP - 2); g.fill();
-      this.hits.unshift([at - 5, at + 5, 4, TOP, `${seconds(m.at)} ${m.kind} ${m.text ?? ""}${slot ? " (second)" : ""}`]);
+    if (this.range) {
+      g.fillStyle = colour("range");
+      g.fillRect(x(this.range[0]), 0, x(this.range[1]) - x(this.range[0]), h);
     }
+    this.axis(g, x, w, h);
+    rows.forEach((row, i) => this.row(g, row, TOP + i * ROW, x, w));
+    this.sets.forEach(({ marks }, slot) => marks.forEach((mark) => this.mark(g, mark, slot, x, w)));
     g.fillStyle = colour("accent");
     if (now >= a && now <= b) g.fillRect(x(now) - 0.75, 0, 1.5, h);
-    const slider = $("slider");
-    Object.assign(slider, { min: Number.isFinite(this.from) ? this.from : 0, max: this.to, value: now });
-    slider.setAttribute("aria-valuetext", seconds(now));
+    Object.assign($("slider"), { min: this.from, max: this.to, value: now, ariaValueText: seconds(now) });
     this.app.signals.later();
   }
 
-  axis(g, x, a, b, w, h) {
-    const step = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60, 120, 300, 600, 1800, 3600].find((s) => ((w - this.left) * s) / (b - a) > 64) ?? 7200;
+  /** What stands below each other: of two records, each with its title first. */
+  rows() {
+    return this.sets.flatMap(({ title, lanes, to }, slot) => [
+      ...(this.sets.length > 1 ? [{ title: title ?? `record ${slot + 1}`, spans: [] }] : []),
+      ...[...lanes.values()].map((lane) => ({ ...lane, now: this.app.live ? this.app.now() : to })),
+    ]);
+  }
+
+  axis(g, x, w, h) {
+    const [a, b] = this.view, step = STEPS.find((s) => ((w - this.left) * s) / (b - a) > 64) ?? STEPS.at(-1);
     g.strokeStyle = colour("grid");
     g.fillStyle = colour("soft");
     g.lineWidth = 1;
     for (let t = Math.ceil(a / step) * step; t <= b; t += step) {
-      g.beginPath(); g.moveTo(x(t), 0); g.lineTo(x(t), h); g.stroke();
+      g.beginPath();
+      g.moveTo(x(t), 0);
+      g.lineTo(x(t), h);
+      g.stroke();
       if (x(t) < w - 30) g.fillText(`${Number(t.toFixed(2))} s`, x(t) + 3, 6);
     }
   }
 
-  lane(g, lane, y, x, left, w, now) {
-    g.fillStyle = colour(lane.title ? "accent" : "ink");
-    const own = lane.path?.split("/").at(-1), name = lane.title ?? (!lane.name || lane.name === own || lane.name === lane.path ? own : `${own}: ${lane.name}`), deep = lane.title ? 0 : lane.path.split("/").length - 1;
-    g.save(); g.beginPath(); g.rect(0, y, lane.title ? w : left - 6, ROW); g.clip();
-    g.fillText(name, 4 + Math.min(deep, 5) * 8, y + ROW / 2); g.restore();
+  row(g, { title, path = "", name, spans, now }, y, x, w) {
+    const own = nameOf(path), label = title ?? (!name || name === own || name === path ? own : `${own}: ${name}`);
+    const deep = title ? 0 : Math.min(path.split("/").length - 1, 5);
+    g.fillStyle = colour(title ? "accent" : "ink");
+    g.save();
+    g.beginPath();
+    g.rect(0, y, title ? w : this.left - 6, ROW);
+    g.clip();
+    g.fillText(label, 4 + deep * 8, y + ROW / 2);
+    g.restore();
     let last = -1;
-    for (const [from, to, outcome] of lane.spans ?? []) {
-      const x0 = Math.max(x(from), left), x1 = Math.min(x(to ?? now), w);
-      if (x1 < left || x0 > w || (x1 - last < 0.5 && x1 - x0 < 0.5)) continue;  // thinned to what a screen shows
+    for (const [from, to, outcome] of spans) {
+      const x0 = Math.max(x(from), this.left), x1 = Math.min(x(to ?? now), w);
+      if (x1 < this.left || x0 > w || (x1 - last < 0.5 && x1 - x0 < 0.5)) continue;  // thinned to what a screen shows
       last = x1;
-      g.fillStyle = colour(outcome && BAD.test(outcome) ? "span-bad" : to === null ? "span-now" : "span");
+      g.fillStyle = colour(BAD_END.test(outcome) ? "span-bad" : to === null ? "span-now" : "span");
       g.fillRect(x0, y + 2, Math.max(x1 - x0 - 1, 1), ROW - 4);
-      if (outcome && x1 - x0 > 9 * outcome.length) { g.fillStyle = colour("span-ink"); g.fillText(outcome, x0 + 4, y + ROW / 2); }
-      this.hits.push([x0, x1, y, y + ROW, `${lane.path}: ${seconds(from)} – ${to === null ? "now" : seconds(to)}${outcome ? `, ${outcome}` : ""}`]);
+      g.fillStyle = colour("span-ink");
+      if (outcome && x1 - x0 > g.measureText(outcome).width + 8) g.fillText(outcome, x0 + 4, y + ROW / 2);
+      const lasted = `${seconds(from)} – ${to === null ? "now" : seconds(to)}`;
+      this.hits.push([x0, x1, y, y + ROW, `${path}: ${lasted}${outcome ? `, ${outcome}` : ""}`]);
     }
+  }
+
+  mark(g, { at, kind, text }, slot, x, w) {
+    const mid = x(at);
+    if (mid < this.left || mid > w) return;
+    g.fillStyle = colour(BAD_MARK.test(`${kind} ${text}`) ? "bad" : MARKS[kind] ?? "mark");
+    g.beginPath();
+    g.moveTo(mid - 4, TOP - 9);
+    g.lineTo(mid + 4, TOP - 9);
+    g.lineTo(mid, TOP - 2);
+    g.fill();
+    this.hits.unshift([mid - 5, mid + 5, 4, TOP, `${seconds(at)} ${kind}: ${text}${slot ? " (second)" : ""}`]);
   }
 }

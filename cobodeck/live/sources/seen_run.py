@@ -159,13 +159,20 @@ class SeenRun:
                 self._new.spans.append(ended[1])
             elif kind == "error":
                 self._mark(time_ns / 1e9, "error", f"{path}: {detail[0]}")
+        self._decided(group)
+
+    def _decided(self, group: Group) -> None:
+        """Mark what an operator has commanded, and where a shadow has decided otherwise."""
+        for told in group.messages("shadow"):
+            text = f"ran {told['ran']}, shadow {told['shadow']}"
+            self._mark(told["at_ns"] / 1e9, "shadow", text, path=told["path"])
         for told in group.messages("operator"):
-            self._mark(self._end_s, "command", told["command"])
+            self._mark(self._end_s, "command", _told_command(told))
             if told["command"] == "Replace":
                 self.replace(told["arguments"])
 
-    def _mark(self, at: float, kind: str, text: str) -> None:
-        mark = {"at": at, "kind": kind, "text": text}
+    def _mark(self, at: float, kind: str, text: str, **more: str) -> None:
+        mark = {"at": at, "kind": kind, "text": text, **more}
         self._marks.append(mark)
         self._new.marks.append(mark)
 
@@ -206,6 +213,12 @@ class _News:
     def __init__(self) -> None:
         self.spans: deque[NodeSpan] = deque(maxlen=MOST_SPANS)
         self.marks: deque[Message] = deque(maxlen=MOST_SPANS)
+
+
+def _told_command(told: Mapping[str, Any]) -> str:
+    """Who gave a command, and which; of what is beside the chart, such as a stop, what was done."""
+    name, given = told["command"], value(told["arguments"])
+    return f"{told.get('by') or 'operator'}: {given['text'] if name == 'Remark' else name}"
 
 
 def numbers_of(value: Any, name: str = "") -> Iterable[tuple[str, float]]:

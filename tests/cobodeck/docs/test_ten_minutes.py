@@ -49,6 +49,7 @@ def test_what_the_page_calls_its_buttons_stands_in_its_scripts() -> None:
         if file.suffix in (".js", ".html")
     )
 
-    for word in ("unlock", "take control", "reset", "acknowledge", "pause", "step", "force"):
+    named = ("unlock", "take control", "reset", "acknowledge", "pause", "resume", "step", "force")
+    for word in (*named, "breakpoint", "lock", "speed", "beside", "profile"):
         assert f"*{word}*" in MINUTES
         assert word in scripts

@@ -34,12 +34,25 @@ const jobs = {
   see: ({ js }) => page.evaluate(js),
   async until({ js }) {
     for (const end = Date.now() + PATIENCE; Date.now() < end; await wait(20)) if (await page.evaluate(js)) return true;
-    throw new Error(`in vain: ${js}; errors: ${heard.errors.join("; ")}`);
+    const seen = await page.evaluate("document.body.innerText");
+    throw new Error(`in vain: ${js}; errors: ${heard.errors.join("; ")}; the page says:\n${seen}`);
   },
   click: ({ on }) => page.click(on),
   fill: ({ on, text }) => page.fill(on, text),
   focus: ({ on }) => page.focus(on),
   press: ({ key }) => page.keyboard.press(key),
+  /** Whether another page gets a connection. */
+  async foreign({ page: of, url }) {
+    const other = await page.context().newPage();
+    await other.goto(of);
+    const opened = await other.evaluate((at) => new Promise((done) => {
+      const socket = new WebSocket(at);
+      socket.onopen = () => done(true);
+      socket.onerror = () => done(false);
+    }), url);
+    await other.close();
+    return opened;
+  },
   resize: ({ width, height }) => page.setViewportSize({ width, height }),
   scheme: ({ scheme }) => page.emulateMedia({ colorScheme: scheme }),
   async drag({ on, from, to }) {

@@ -107,6 +107,10 @@ class Browser:
         for key in keys:
             self._do("press", key=key)
 
+    def opens_from(self, page: str, url: str) -> bool:
+        """Whether another page gets a WebSocket."""
+        return bool(self._do("foreign", page=page, url=url))
+
     def drag(self, on: str, start: tuple[float, float], end: tuple[float, float]) -> None:
         """Of an element, from and to shares of its width and height."""
         self._do("drag", on=on, **{"from": start, "to": end})

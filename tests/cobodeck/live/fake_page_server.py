@@ -220,6 +220,8 @@ def lanes(at: float) -> Message:
 
 
 MARKS = [
+    {"at": 12.0, "kind": "command", "text": "anna: stop"},
+    {"at": 16.0, "kind": "command", "text": "anna: SetLevel"},
     {"at": 30.0, "kind": "request", "text": "asked for a prop"},
     {"at": 50.0, "kind": "escape", "text": "the user comes near"},
     {"at": 52.4, "kind": "missed", "text": "a tick was missed"},
@@ -235,15 +237,12 @@ def plot(signal: str, until: float) -> Message:
 class FakePageServer:
     """Serves the page on a port of its own; `received` is what pages sent, newest last."""
 
-    def __init__(self, svg: str, mode: str = "live", port: int = 0, at: float = 20.0) -> None:
-        self.svg, self.mode, self.port, self.at = svg, mode, port, at
-        self.speed = 1.0 if mode == "live" else 0.0
+    def __init__(self, svg: str, mode: str = "live", port: int = 0) -> None:
+        self.svg, self.port = svg, port
         self.received: list[Message] = []
-        self.more: dict[str, Any] = {}
         self.pages: dict[ServerConnection, str] = {}
-        self.holder: Any = None
-        self.stopped = False
-        self.real = False
+        self._turns = 0
+        self.begin(mode)
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
 
@@ -258,12 +257,33 @@ class FakePageServer:
         self._thread.join()
         self._loop.close()
 
+    def begin(self, mode: str, at: float = 20.0, speed: float = 0.0) -> None:
+        """Another run, record or folder of charts, with a token of its own; nobody is told yet."""
+        self.mode, self.at, self.speed = mode, at, speed
+        self._turns += 1
+        self.token = f"{TOKEN}-{self._turns}"
+        self.received = []
+        self.pages = dict.fromkeys(self.pages, "")
+        self.holder: Any = None
+        self.stopped = self.real = False
+
+    def renew(self) -> None:
+        """Tell all pages anew what there is."""
+        for page in list(self.pages):
+            self._now(self._show(page))
+
+    def marked(self) -> str:
+        """A line in the log, after all that was sent before."""
+        self._turns += 1
+        self.tell({"t": "say", "text": (text := f"mark {self._turns}")})
+        return text
+
     @property
     def url(self) -> str:
         return f"http://127.0.0.1:{self.port}/"
 
     def _now(self, job: Any) -> Any:
-        return asyncio.run_coroutine_threadsafe(job, self._loop).result(10)
+        return asyncio.run_coroutine_threadsafe(job, self._loop).result(60)
 
     def start(self) -> None:
         """Listens, after `close` on the same port again."""
@@ -272,7 +292,10 @@ class FakePageServer:
         self._clock = asyncio.run_coroutine_threadsafe(self._play(), self._loop)
 
     async def _listen(self) -> Server:
-        return await serve(self._talk, "127.0.0.1", self.port, process_request=self._file)
+        # no pings: pages of a busy machine are late, not gone
+        return await serve(
+            self._talk, "127.0.0.1", self.port, process_request=self._file, ping_interval=None
+        )
 
     def close(self) -> None:
         """Breaks all connections and listens no more."""
@@ -292,6 +315,8 @@ class FakePageServer:
     def _file(self, _: ServerConnection, request: Request) -> Response | None:
         if request.path == "/ws":
             return None
+        if request.path == "/elsewhere":  # a page that no policy binds
+            return Response(HTTPStatus.OK, "OK", Headers({"Content-Type": "text/html"}), b"<p>")
         name = "index.html" if request.path == "/" else request.path.removeprefix("/page/")
         if name not in {file.name for file in PAGE.iterdir()}:
             return Response(HTTPStatus.NOT_FOUND, "Not Found", Headers(), b"")
@@ -323,7 +348,6 @@ class FakePageServer:
             last = self.at
 
     def hello(self) -> Message:
-        live = self.mode == "live"
         return {
             "t": "hello",
             "v": 1,
@@ -331,7 +355,7 @@ class FakePageServer:
             "title": "cobodeck",
             "real": self.real,
             "about": ["lab_a", "demo", "tuned", "seed 1"],
-            "commands": live,
+            "commands": self.mode != "record",
             "tick_hz": 30,
             "until": UNTIL,
             "signals": [{"name": n, "type": t} for n, t in SIGNALS.items()],
@@ -349,7 +373,6 @@ class FakePageServer:
             "findings": [],
             "stale": False,
             "slot": 0,
-            **self.more,
             **more,
         }
 
@@ -373,16 +396,19 @@ class FakePageServer:
             "speed": self.speed,
         }
 
-    async def _talk(self, page: ServerConnection) -> None:
-        self.pages[page] = ""
+    async def _show(self, page: ServerConnection) -> None:
         begin = [self.hello(), self.chart()]
         if self.mode != "charts":
             begin.append(self.state(page))
             whole = UNTIL if self.mode == "record" else self.at
             begin += [room(), frame(self.at), lanes(whole), self.figures(None), HEALTH]
+        for message in begin:
+            await page.send(json.dumps(message))
+
+    async def _talk(self, page: ServerConnection) -> None:
+        self.pages[page] = ""
         try:
-            for message in begin:
-                await page.send(json.dumps(message))
+            await self._show(page)
             async for text in page:
                 message = json.loads(text)
                 self.received.append(message)
@@ -425,7 +451,7 @@ class FakePageServer:
         return [{"t": "ev", "at": self.at, "speed": speed}]
 
     def _auth(self, page: ServerConnection, message: Message) -> list[Message]:
-        if message["token"] != TOKEN:
+        if message["token"] != self.token:
             return [{"t": "ack", "id": 0, "ok": False, "text": "wrong token"}]
         self.pages[page] = message["name"]
         return [{"t": "ack", "id": 0, "ok": True, "text": f"let in as {message['name']}"}]
@@ -451,6 +477,8 @@ class FakePageServer:
         if message["do"] == "reset":
             self.stopped = False
             await self._tell({"t": "ev", "at": self.at, "stop": False})
+        if message["do"] == "start":
+            return [ack(True, "begun") | {"url": "http://127.0.0.1:1/"}]
         return [ack(True, "done")]
 
 
@@ -465,7 +493,8 @@ HEALTH = {
 def main() -> None:
     mode = sys.argv[1] if len(sys.argv) > 1 else "live"
     with FakePageServer(drawn("cobodeck", -1), mode, port=8765) as server:
-        sys.stdout.write(f"{server.url}\ntoken {TOKEN}\n")
+        server.begin(mode, speed=float(mode == "live"))
+        sys.stdout.write(f"{server.url}\ntoken {server.token}\n")
         threading.Event().wait()
 
 

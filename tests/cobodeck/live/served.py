@@ -12,7 +12,7 @@ from typing import Self
 
 from tests.program import ROOT
 
-PATIENCE_S = 60.0
+PATIENCE_S = 180.0
 FOUND = re.compile(r"page: (http://127\.0\.0\.1:\d+/)(?:  token: (\S+))?")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.cobodeck.live.browser import Browser
+from tests.cobodeck.live.fake_page_server import FakePageServer
 from tests.cobodeck.live.served import Served
-from tests.program import ROOT, python
 
 pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 SIMULATE = ("simulate", "--scene", "study")
@@ -21,6 +20,13 @@ SIMULATE = ("simulate", "--scene", "study")
 def browser() -> Iterator[Browser]:
     with Browser() as running:
         yield running
+
+
+@pytest.fixture
+def port() -> str:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return str(free.getsockname()[1])
 
 
 def lit(path: str) -> str:
@@ -37,26 +43,48 @@ def _says(word: str) -> str:
     return f"(b) => b.textContent === {word!r}"
 
 
-def test_a_run_lights_up_is_stopped_by_anybody_and_steered_with_the_token(
-    browser: Browser, tmp_path: Path
+def in_control(browser: Browser, token: str) -> None:
+    browser.fill("#name", "Ada")
+    browser.fill("#token", token)
+    browser.click("#auth button")
+    press(browser, "take control")
+    browser.until_text("#holder", "You hold control as Ada")
+
+
+def choose_level(browser: Browser, level: str) -> None:
+    browser.see(
+        f"((choice) => {{ choice.value = {level!r}; choice.dispatchEvent(new Event('change')); }})"
+        "(document.querySelector('#tools select'))"
+    )
+
+
+def find(browser: Browser, path: str) -> None:
+    browser.fill("#find", path)
+    browser.press("Enter")
+    browser.until_text("#details-head", path)
+
+
+def test_a_run_is_stopped_by_anybody_steered_with_the_token_and_found_again_as_a_record(
+    browser: Browser, tmp_path: Path, port: str
 ) -> None:
-    with Served(tmp_path, *SIMULATE, "--live") as run:
+    with Served(tmp_path, *SIMULATE, "--live", port, "--record", "a.mcap") as run:
         browser.open(run.url)
         browser.until(lit("chase"))
         browser.until("document.getElementById('swatch-robot').children.length > 0")
-        browser.fill("#find", "chase/danger")
-        browser.press("Enter")
+        find(browser, "chase/danger")
         browser.until_text("#details", "required")
         assert not browser.see("document.querySelector('#details-body button')")
+        with FakePageServer("<svg/>") as anybody:  # which lets in pages of others
+            elsewhere = f"{anybody.url}elsewhere"
+            assert browser.opens_from(elsewhere, f"ws://127.0.0.1:{anybody.port}/ws")
+            assert not browser.opens_from(elsewhere, f"ws://127.0.0.1:{port}/ws")
 
         browser.press("Escape")
 
         browser.until_text("#stop", "STOPPED")
         browser.until(lit("inform"))
-        browser.fill("#name", "Ada")
-        browser.fill("#token", run.token)
-        browser.click("#auth button")
-        press(browser, "take control", "reset", "sure? reset")
+        in_control(browser, run.token)
+        press(browser, "reset", "sure? reset")
         browser.until("!document.querySelector('#stop').textContent.includes('STOPPED')")
         press(browser, "acknowledge")
         browser.until(lit("chase"))
@@ -64,57 +92,84 @@ def test_a_run_lights_up_is_stopped_by_anybody_and_steered_with_the_token(
         browser.until_text("#log", "chase.escape_required → escape")
         browser.until_text("#log", "Ada: ForceOutcome path chase/danger")
         assert browser.errors == []
-
-
-def test_a_page_comes_back_when_a_run_begins_anew_on_its_port(
-    browser: Browser, tmp_path: Path
-) -> None:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = str(free.getsockname()[1])
-    with Served(tmp_path, *SIMULATE, "--live", port) as run:
-        browser.open(run.url)
-        browser.until(lit("chase"))
     browser.until("document.body.classList.contains('lost')")
 
-    with Served(tmp_path, *SIMULATE, "--live", port):
-        browser.until_text("#link", "connected")
+    with Served(tmp_path, "watch", "a.mcap", "--port", port):
+        browser.until_text("#clock", "0.0 s of ")
         browser.until("document.getElementById('banner').hidden")
         browser.until(lit("chase"))
-
-
-def test_the_slider_moves_a_record(browser: Browser, tmp_path: Path) -> None:
-    done = python(tmp_path, "-m", "cobodeck", *SIMULATE, "--duration", "6", "--record", "a.mcap")
-    assert done.returncode == 0, done.stderr
-    with Served(tmp_path, "watch", "a.mcap") as record:
-        browser.open(record.url)
-        browser.until(lit("chase"))
-        browser.until("document.getElementById('swatch-robot').children.length > 0")
+        assert "Ada" not in browser.text("#log")
         before = browser.see("document.getElementById('map').toDataURL()")
-
-        browser.fill("#slider", "4")
-
-        browser.until_text("#clock", "4.0 s of 6.0 s")
+        browser.focus("#slider")
+        browser.press("End")
+        browser.until_text("#log", "Ada: ForceOutcome path chase/danger")
         browser.until(f"document.getElementById('map').toDataURL() !== {before!r}")
-        assert browser.see(lit("chase"))
-        assert browser.errors == []
 
 
-def test_a_saved_chart_is_drawn_anew_and_a_broken_one_told_of(
+ASK = """\
+chart: ask
+about: Counts, and asks before.
+parameters: {pause: {type: duration, default: 30 s}}
+inputs: {count: {type: integer}}
+outcomes: [done]
+states:
+  wait:
+    watch: Wait
+    with: {time: $pause}
+    autonomy: {over: high}
+    timeout: 1 h
+    next: {over: add, timeout: .done}
+  add: {do: Sum, in: {a: count}, out: {sum: count}, next: {summed: wait}}
+"""
+
+
+def test_a_chart_is_edited_started_by_its_form_asks_for_consent_and_is_changed_while_it_runs(
     browser: Browser, tmp_path: Path
 ) -> None:
-    file = tmp_path / "escape.yaml"
-    shutil.copy(ROOT / "charts/escape.yaml", file)
-    good = file.read_text(encoding="utf-8")
-    with Served(tmp_path, "watch", "escape.yaml") as charts:
+    file = tmp_path / "ask.yaml"
+    file.write_text(ASK, encoding="utf-8")
+    with Served(tmp_path, "watch", "ask.yaml") as charts:
         browser.open(charts.url)
-        browser.until("document.getElementById('a_s:sign/show')")
+        browser.until("document.getElementById('a_s:add')")
 
-        file.write_text(good.replace("outcomes:", "outcomez:", 1), encoding="utf-8")
-
+        file.write_text(ASK.replace("outcomes:", "outcomez:", 1), encoding="utf-8")
         browser.until_text("#findings", "unknown key 'outcomez'")
         browser.until_text("#banner", "this is the last good picture")
-        assert browser.see("document.getElementById('a_s:sign/show') !== null")
-        file.write_text(good.replace(" show:", " display:").replace("show}", "display}"), "utf-8")
-        browser.until("document.getElementById('a_s:sign/display')")
+        assert browser.see("document.getElementById('a_s:add') !== null")
+        file.write_text(ASK.replace("add", "more"), encoding="utf-8")
+        browser.until("document.getElementById('a_s:more')")
         browser.until("document.getElementById('banner').hidden")
+
+        browser.fill("#name", "Ada")
+        browser.fill("#token", charts.token)
+        browser.click("#auth button")
+        browser.click("#start summary")
+        browser.fill("#start label:has-text('pause') input", "0.2 s")
+        browser.fill("#start label:has-text('count') input", "5")
+        press(browser, "start", "sure? start")
+        browser.until_text("#answer", "open its page")
+        token = browser.text("#answer").split("token: ")[1].split()[0]
+        browser.open(browser.see("document.querySelector('#answer a').href"))
+
+        browser.until(lit("wait"))
+        in_control(browser, token)
+        choose_level(browser, "low")
+        browser.until_text("#waiting", "wait: over waits for consent")
+        press(browser, "refuse")
+        browser.until_text("#log", "Ada: Answer")
+        browser.until_text("#waiting", "wait: over waits for consent")
+        find(browser, "more")
+        press(browser, "breakpoint", "consent")
+        browser.until_text("#doing", "paused")
+        press(browser, "resume")
+        browser.until_text("#waiting", "wait: over waits for consent")
+        press(browser, "no breakpoint")
+        choose_level(browser, "")  # so that what has waited goes on
+        browser.until("document.getElementById('waiting').children.length == 0")
+        browser.click("#replace summary")
+        changed = ASK.replace("30 s", "0.2 s").replace("add", "next_one")
+        browser.fill("#replace textarea", changed)
+        press(browser, "replace", "sure? replace")
+        browser.until("document.getElementById('a_s:next_one')")
+        browser.until_text("#log", "wait.over → next_one")
+        assert browser.errors == []

@@ -18,6 +18,7 @@ COLOURS = {
     name: (light, dark)
     for name, light, dark in re.findall(r"--([\w-]+): light-dark\((#\w+), (#\w+)\);", CSS)
 }
+LONGEST = 120
 MAP_STYLES = [
     *("wall", "inflation-0", "inflation-1", "inflation-2", "robot", "foam", "arm", "held", "user"),
     *("view", "zone", "path", "goal", "scan", "costmap", "chase", "escape", "haptic", "deep"),
@@ -73,6 +74,25 @@ def test_borders_and_what_is_active_stand_out(theme: int) -> None:
     seen = {(a, b): contrast(COLOURS[a][theme], COLOURS[b][theme]) for a, b in pairs}
 
     assert {pair: round(ratio, 2) for pair, ratio in seen.items() if ratio < 3} == {}
+
+
+def test_nothing_moves_by_itself() -> None:
+    moving = r"animation|transition:|@keyframes|scroll-behavior"
+
+    assert not re.findall(moving, CSS)
+    assert not [name for name, text in MODULES.items() if re.findall(r"smooth|\.animate\(", text)]
+
+
+def test_lines_are_as_long_as_can_be_read() -> None:
+    files = {"page.css": CSS, "index.html": HTML, **MODULES}
+    long = [
+        (name, number)
+        for name, text in files.items()
+        for number, line in enumerate(text.splitlines(), 1)
+        if len(line) > LONGEST and "Content-Security-Policy" not in line
+    ]
+
+    assert long == []
 
 
 def test_stop_can_be_read() -> None:
