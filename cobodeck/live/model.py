@@ -172,6 +172,10 @@ class RunModel:
         self.errors += 1
         self._say(ns, "error", message.get("name", ""), message["message"])
 
+    def _shadow(self, message: Mapping[str, Any], _ns: int) -> None:
+        told = f"ran {message['ran']}, shadow {message['shadow']}"
+        self._say(message["at_ns"], "shadow", message["path"], told)
+
     # what is asked for
 
     def state(self) -> dict[str, Any]:
@@ -237,7 +241,12 @@ def is_request(told: RecordedMessage) -> bool:
 
 ASKS = "asks to end with "
 """How the engine notes that an outcome waits for consent."""
-_FOLDED = {"trace": RunModel._trace, "operator": RunModel._command, "log": RunModel._log}
+_FOLDED = {
+    "trace": RunModel._trace,
+    "operator": RunModel._command,
+    "log": RunModel._log,
+    "shadow": RunModel._shadow,
+}
 
 
 def _with(held: list[str], path: str, there: bool) -> list[str]:

@@ -94,8 +94,8 @@ const heard = {
     redraw(shown);
     if (slot) return;
     app.at = m.at;
-    if (app.hello.mode === "record") $("log").replaceChildren();
-    if (first || app.hello.mode === "record") for (const entry of m.last ?? []) app.log(told(entry));
+    if (app.hello.mode === "record") for (const list of ["log", "shadow"]) $(list).replaceChildren();
+    if (first || app.hello.mode === "record") for (const entry of m.last ?? []) happened(entry);
     timeline.playingAt(m.paused ? 0 : m.speed ?? 0);
   },
   ev(m) {
@@ -104,7 +104,7 @@ const heard = {
     if (!slot) app.at = Math.max(app.at, m.at ?? 0);
     if (!last && Object.keys(changed).every((k) => k === "at")) return redraw(moved);
     for (const entry of last ?? []) {
-      app.log(told(entry), /error|fault|stop/.test(entry.kind) ? "error" : "");
+      happened(entry, /error|fault|stop/.test(entry.kind) ? "error" : "");
       const { child, outcome } = entry;
       if (child) app.charts[slot]?.taken(entry.path ? `${entry.path}/${child}` : child, outcome);
     }
@@ -123,13 +123,17 @@ const heard = {
   plot: (m) => signals.show(m),
   ack: (m) => operator.acknowledged(m),
   say: (m) => app.log(m.text),
-  shadow(m) {
-    $("shadow-box").hidden = false;
-    $("shadow").append(...m.rows.map((r) => el("li", {}, `${seconds(r.at)} ${r.path}: ran ${r.ran}, shadow ${r.shadow}`)));
-  },
 };
 
 // -- what is shown
+
+/** A line of the log, and, where a shadow decided otherwise, of its list. */
+function happened(entry, kind = "") {
+  app.log(told(entry), kind);
+  if (entry.kind !== "shadow") return;
+  $("shadow-box").hidden = false;
+  $("shadow").append(el("li", {}, told(entry)));
+}
 
 let spoken = "";
 

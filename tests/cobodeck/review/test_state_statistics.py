@@ -6,15 +6,13 @@ import json
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
 import pytest
-from hypothesis import given, strategies as st
 
 from cobodeck.__main__ import main
 from cobodeck.record.format.sink import open_free
 from cobodeck.review.node_visits import NodeVisit, visits_of
 from cobodeck.review.run_events import ANSWER, FORCE, RunEvents, events_of
-from cobodeck.review.state_statistics import quantile, review
+from cobodeck.review.state_statistics import review
 from cobodeck.run import trace_file
 from cobodeck.setup.options import Options
 from cobodeck.setup.setup import open_setup
@@ -147,14 +145,6 @@ def test_figures_are_sums_over_runs(sim: ChartTester) -> None:
     assert [(t.outcome, t.to, t.count) for t in drive.transitions] == [("arrived", "park", 2)]
     assert [one.named for one in found.classes] == ["DriveTo"]
     assert found.classes[0].total_s == drive.total_s
-
-
-numbers = st.lists(st.floats(0.0, 1e6), min_size=1, max_size=30)
-
-
-@given(numbers, st.floats(0.0, 1.0))
-def test_quantiles_are_those_of_numpy(values: list[float], share: float) -> None:
-    assert quantile(sorted(values), share) == pytest.approx(float(np.quantile(values, share)))
 
 
 @pytest.mark.slow
