@@ -21,7 +21,6 @@ class NodeVisit:
     """One visit; times are ns in the run.
 
     Attributes:
-        chart: that ran at the entry.
         path: of the node; `named` is the state or the chart that it names, "" for a container.
         ended: the outcome, or in brackets why the node was left without one.
         led: the node that followed; "" if the outcome ended the container, or was kept.
@@ -31,7 +30,6 @@ class NodeVisit:
         forced: an outcome was forced while it ran, when it did not want to end at all.
     """
 
-    chart: str
     path: str
     named: str
     start_ns: int
@@ -57,7 +55,7 @@ def visits_of(run: RunEvents) -> list[NodeVisit]:
 class _Reading:
     def __init__(self, run: RunEvents) -> None:
         self.visits: list[NodeVisit] = []
-        self._chart, self._named, self._until_ns = run.chart, run.named, run.until_ns
+        self._named, self._until_ns = run.named, run.until_ns
         self._open: dict[str, NodeVisit] = {}
         self._last: dict[str, NodeVisit] = {}
         self._waiting: dict[str, int] = {}
@@ -82,8 +80,7 @@ class _Reading:
     def _enter(self, event: TraceRecord) -> None:
         path = event.subject
         self._end_wait(path, event.time)  # refused, or let go on
-        named = self._named.get(path, "")
-        visit = NodeVisit(self._chart, path, named, event.time, self._until_ns)
+        visit = NodeVisit(path, self._named.get(path, ""), event.time, self._until_ns)
         self._open[path] = self._last[path] = visit
         self.visits.append(visit)
 
@@ -133,7 +130,7 @@ class _Reading:
             visit.forced = not self._closed(event.subject)
 
     def _replace(self, event: TraceRecord) -> None:
-        self._chart, self._named = event.detail
+        (self._named,) = event.detail
 
     def _closed(self, path: str) -> bool:
         return path not in self._open

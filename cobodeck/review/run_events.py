@@ -21,8 +21,8 @@ from engine.run import TraceRecord
 
 ANSWER, FORCE, CHART = "answer", "force", "chart"
 """Kinds of events beside those of the trace: an answer to a node that waits for consent, with
-whether it was granted; an outcome forced on a node; another chart in the place of the one that ran,
-with its name and what its nodes name."""
+whether it was granted; an outcome forced on a node; a changed chart in the place of the one that
+ran, with what its nodes name."""
 TRACE_FORMAT = "cobodeck trace "
 
 
@@ -30,7 +30,7 @@ TRACE_FORMAT = "cobodeck trace "
 class RunEvents:
     """The events of one run, up to the instant `until_ns`.
 
-    `chart` ran first; `named` is what its nodes name by their paths: a state's class, or a chart.
+    `named` is what the nodes name by their paths at first: a state's class, or a chart.
     `operated`: the operator's answers are among the events; if not, it is not known whether there
     were any.
     """
@@ -85,8 +85,9 @@ def _operated(at_ns: int, command: str, arguments: Mapping[str, Any]) -> Iterato
     elif command == "ForceOutcome":
         yield TraceRecord(at_ns, FORCE, arguments["path"], (arguments["outcome"],))
     elif command == "Replace":
-        charts, name = charts_again(arguments), arguments["chart"]
-        yield TraceRecord(at_ns, CHART, "", (name, dict(names_of(charts[name], charts))))
+        charts = charts_again(arguments)
+        named = dict(names_of(charts[arguments["chart"]], charts))
+        yield TraceRecord(at_ns, CHART, "", (named,))
 
 
 def _of_trace_file(file: Path) -> RunEvents:

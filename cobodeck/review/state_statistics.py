@@ -92,7 +92,7 @@ def review(runs: Iterable[RunEvents]) -> RunsReviewed:
         count += 1
         operated = operated and run.operated
         for visit in visits_of(run):
-            by_path.setdefault((visit.chart, visit.path), []).append(visit)
+            by_path.setdefault((run.chart, visit.path), []).append(visit)
             if visit.named:
                 by_name.setdefault(visit.named, []).append(visit)
     states = (_of(found, chart, path, found[-1].named) for (chart, path), found in by_path.items())

@@ -1,9 +1,9 @@
 """Where a run is in its chart, and how another run is set to that place.
 
 A shadow follows the chart that runs, and a test begins in the middle of a run. Nodes are found by
-their paths. What runs in both goes on; what is entered so is recorded in no trace, begins its work
-anew, and keeps the time of its entry, so that timeouts stay due when they were. What the operator
-has set is taken over as well: a pause, the level of autonomy, locks.
+their paths. What runs in both since the same instant goes on; what is entered so is recorded in no
+trace, begins its work anew, and keeps the time of its entry, so that timeouts stay due when they
+were. What the operator has set is taken over as well: a pause, the level of autonomy, locks.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from engine.machine import (
     CHOSEN,
     ENDED,
     IDLE,
+    NEVER_ENTERED,
     PUT_OFF,
     RETRYING,
     RUNNING,
@@ -87,7 +88,8 @@ def set_place(run: ChartRun, place: ChartPlace) -> None:
     _set_operated(run, place)
     targets = _targets(run, place)
     around = dict.fromkeys(box for node in targets for box in reversed(_around(node)))
-    _leave(run, targets, around)
+    same = [node for node in targets if node.since == place.active[node.path]]
+    _leave(run, same, around)
     for box in around:
         if box.status != RUNNING:
             box.status, box.entered = RUNNING, run.board.ticks
@@ -133,19 +135,19 @@ def _targets(run: ChartRun, place: ChartPlace) -> list[RunNode]:
     return sorted((node for node in known if node not in outer), key=lambda node: node.order)
 
 
-def _leave(run: ChartRun, targets: list[RunNode], around: Collection[RunNode]) -> None:
-    """Let all end, without a record, that is neither at nor around a target, nor below one."""
+def _leave(run: ChartRun, same: list[RunNode], around: Collection[RunNode]) -> None:
+    """Let all end, without a record, but what is around a target, and what stays and is below."""
     queue = run.queue
-    queue.put_off = [node for node in queue.put_off if any(t.spans(node) for t in targets)]
+    queue.put_off = [node for node in queue.put_off if any(stays.spans(node) for stays in same)]
     for node in reversed(run.nodes.values()):
-        kept = node in around or any(target.spans(node) for target in targets)
+        kept = node in around or any(stays.spans(node) for stays in same)
         if kept or node.status == IDLE:
             continue
         if isinstance(node, LeafNode):
             run.life.close_leaf(node)
         queue.drop(node)
         run.entered.pop(node, None)
-        node.status, node.step, node.deadline = IDLE, None, NEVER_NS
+        node.status, node.step, node.deadline, node.entered = IDLE, None, NEVER_NS, NEVER_ENTERED
 
 
 def _set_entry(run: ChartRun, node: RunNode, place: ChartPlace) -> None:
