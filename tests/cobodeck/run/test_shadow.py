@@ -11,6 +11,7 @@ import pytest
 from mcap.reader import make_reader
 
 from cobodeck.__main__ import main
+from cobodeck.live.model import RunModel
 from cobodeck.project import catalogue, chart_file
 from cobodeck.record.read.reader import Record
 from cobodeck.record.read.record_replay import stage_replay
@@ -98,6 +99,18 @@ def on_record(path: Path) -> list[dict[str, Any]]:
         return [json.loads(m.data) for _, _, m in make_reader(file).iter_messages(["shadow"])]
 
 
+def on_the_page(path: Path) -> list[tuple[float, str, str]]:
+    """The lines by which pages tell of it, among all that they get."""
+    model, found = RunModel(), []
+    for group in Record(path).groups():
+        model.changes()
+        model.add(group)
+        for line in (model.changes() or {}).get("last", ()):
+            if line["kind"] == "shadow":
+                found.append((line["at"], line["path"], line["text"]))
+    return found
+
+
 OTHER = """
 chart: alike
 outcomes: [over]
@@ -151,6 +164,10 @@ def test_differences_are_on_record_and_the_same_afterwards(
 
     assert figures["differed"] == len(rows) > 0
     assert set(rows[0]) == {"at_ns", "path", "ran", "shadow"}
+    assert on_the_page(Path("run.mcap")) == [
+        (row["at_ns"] / 1e9, row["path"], f"ran {row['ran']}, shadow {row['shadow']}")
+        for row in rows
+    ]
 
     assert main(["replay", "run.mcap", "--check", "--shadow", "other.yaml", "--json"]) == 0
     again = json.loads(capsys.readouterr().out)
