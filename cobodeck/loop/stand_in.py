@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from cobodeck.loop.plant import Inert
 from cobodeck.loop.wiring import freezers
-from engine.types import freeze
+from engine import freeze
 
 Answers = dict[tuple[str, str], Any]
 """The newest answer by part and method, or `Raises`; of an attribute by part and `.name`."""

@@ -8,7 +8,7 @@ start of the run. States that were entered before begin their work anew there.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from os.path import relpath
@@ -76,22 +76,38 @@ def write_case(record: Record, at_s: float, output: Path | None, known: Catalogu
     for file in (test, data):
         if file.exists():
             raise Problem(f"{file}: exists; name another file with -o")
-    for start in _starts(record, at_ns, end_ns, known):
-        expected = told(one for one in decisions if one.at_ns > start.at_ns or start.place is None)
-        _write_data(record, data, start, end_ns)
-        found = told(RecordedCase(data).play())
-        if found == expected:
-            break
-        data.unlink()
-    else:
-        there, here = _first_difference(expected, found)
-        raise Problem(
-            f"{record.path}: today's code does not decide what is on record\n"
-            f"  recorded  {there}\n  decided   {here}",
-            FAILED,
-        )
+    starts = _starts(record, at_ns, end_ns, known)
+    start, expected = _written(record, data, starts, decisions, end_ns)
     test.write_text(_text(record, at_s, start, data, name, expected), encoding="utf-8")
     return CaseWritten(test, data, start.at_ns / 1e9, expected)
+
+
+def _written(
+    record: Record, data: Path, starts: Iterable[CaseStart], decisions: list[Decision], end_ns: int
+) -> tuple[CaseStart, list[str]]:
+    """The first start from which today's code decides what is on record, and that; `data` has it.
+
+    Raises:
+        Problem: there is none.
+    """
+    there = here = ""
+    for start in starts:
+        expected = told(one for one in decisions if one.at_ns > start.at_ns or start.place is None)
+        _write_data(record, data, start, end_ns)
+        try:
+            found = told(RecordedCase(data).play())
+        except BaseException:
+            data.unlink()
+            raise
+        if found == expected:
+            return start, expected
+        data.unlink()
+        there, here = _first_difference(expected, found)
+    raise Problem(
+        f"{record.path}: today's code does not decide what is on record\n"
+        f"  recorded  {there}\n  decided   {here}",
+        FAILED,
+    )
 
 
 def _first_difference(expected: list[str], found: list[str]) -> tuple[str, str]:

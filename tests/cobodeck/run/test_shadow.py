@@ -101,14 +101,12 @@ def on_record(path: Path) -> list[dict[str, Any]]:
 
 def on_the_page(path: Path) -> list[tuple[float, str, str]]:
     """The lines by which pages tell of it, among all that they get."""
-    model, found = RunModel(), []
+    model, told = RunModel(), list[dict[str, Any]]()
     for group in Record(path).groups():
         model.changes()
         model.add(group)
-        for line in (model.changes() or {}).get("last", ()):
-            if line["kind"] == "shadow":
-                found.append((line["at"], line["path"], line["text"]))
-    return found
+        told += (model.changes() or {}).get("last", ())
+    return [(one["at"], one["path"], one["text"]) for one in told if one["kind"] == "shadow"]
 
 
 OTHER = """
