@@ -1,7 +1,8 @@
 """The pytest plugin for authors of charts and states.
 
 Fixtures: `sim` runs charts in virtual time (cobodeck.testing.testing), `parts` are stubs of the
-robot's parts, `golden` compares text with a file. A test that leaves a part moving fails.
+robot's parts, `golden` compares text with a file, `recorded_case` plays a moment of a recorded run
+(`cobodeck case` writes such tests). A test that leaves a part moving fails.
 Options: `--update-golden` writes the files that `golden` compares with, `--chart-coverage` tells
 which edges of the project's charts no run of a `sim` has taken (`--chart-coverage-fail-under=90`
 fails below 90 %), `--requirements` lists which R numbers the collected tests cover.
@@ -94,6 +95,18 @@ def golden(request: pytest.FixtureRequest) -> Callable[[str, str], None]:
             return
         assert file.is_file(), f"{file} is missing; write it with --update-golden and look at it"
         assert text == file.read_text(encoding="utf-8"), f"differs from {file}; see --update-golden"
+
+    return compare
+
+
+@pytest.fixture
+def recorded_case(request: pytest.FixtureRequest) -> Callable[[str, list[str]], None]:
+    """`recorded_case("x.mcap", lines)`: what the case in that file beside the test decides."""
+    from cobodeck.testing import RecordedCase
+
+    def compare(name: str, followed: list[str]) -> None:
+        __tracebackhide__ = True
+        RecordedCase(request.path.parent / name, request.config.rootpath).assert_followed(followed)
 
     return compare
 

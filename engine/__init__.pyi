@@ -63,6 +63,7 @@ from engine.types import (
     Key as Key,
     Type as Type,
     builtin_types as builtin_types,
+    freeze as freeze,
     from_annotation as from_annotation,
     known_types as known_types,
 )

@@ -25,6 +25,7 @@ from cobodeck.loop.sample_router import (
 from cobodeck.loop.stand_in import (
     Answers as Answers,
     Overheard as Overheard,
+    Raises as Raises,
     StandIn as StandIn,
 )
 from cobodeck.loop.stopwatch import (

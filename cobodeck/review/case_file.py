@@ -8,15 +8,17 @@ start of the run. States that were entered before begin their work anew there.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import zip_longest
+from os.path import relpath
 from pathlib import Path
 from typing import NamedTuple
 
 from cobodeck.loop import Ticked
 from cobodeck.project import Catalogue
 from cobodeck.record.format import Sink
-from cobodeck.record.read import Record, Replay, ReplayMismatch, setup_of, stage_replay
+from cobodeck.record.read import Group, Record, Replay, ReplayMismatch, setup_of, stage_replay
 from cobodeck.record.write import write_excerpt
 from cobodeck.review.run_events import traced
 from cobodeck.run import Decision, decisions_of
@@ -35,17 +37,15 @@ TEXT = '''"""What followed {at} s of {record}: {chart}, played from {start} s on
 profile or a state decides otherwise.
 """
 
-from pathlib import Path
-
-from cobodeck.testing import RecordedCase
+from collections.abc import Callable
 
 FOLLOWED = [
 {lines}
 ]
 
 
-def test_what_followed_{name}() -> None:
-    RecordedCase(Path(__file__).with_name("{data}")).assert_followed(FOLLOWED)
+def test_what_followed_{name}(recorded_case: Callable[[str, list[str]], None]) -> None:
+    recorded_case("{data}", FOLLOWED)
 '''
 
 
@@ -76,16 +76,43 @@ def write_case(record: Record, at_s: float, output: Path | None, known: Catalogu
     for file in (test, data):
         if file.exists():
             raise Problem(f"{file}: exists; name another file with -o")
-    for start in _starts(record, at_ns, end_ns, known):
-        expected = told(one for one in decisions if one.at_ns > start.at_ns or start.place is None)
-        _write_data(record, data, start, end_ns)
-        if told(RecordedCase(data, known).play()) == expected:
-            break
-        data.unlink()
-    else:
-        raise Problem(f"{record.path}: today's code does not decide what is on record", FAILED)
+    starts = _starts(record, at_ns, end_ns, known)
+    start, expected = _written(record, data, starts, decisions, end_ns)
     test.write_text(_text(record, at_s, start, data, name, expected), encoding="utf-8")
     return CaseWritten(test, data, start.at_ns / 1e9, expected)
+
+
+def _written(
+    record: Record, data: Path, starts: Iterable[CaseStart], decisions: list[Decision], end_ns: int
+) -> tuple[CaseStart, list[str]]:
+    """The first start from which today's code decides what is on record, and that; `data` has it.
+
+    Raises:
+        Problem: there is none.
+    """
+    there = here = ""
+    for start in starts:
+        expected = told(one for one in decisions if one.at_ns > start.at_ns or start.place is None)
+        _write_data(record, data, start, end_ns)
+        try:
+            found = told(RecordedCase(data).play())
+        except BaseException:
+            data.unlink()
+            raise
+        if found == expected:
+            return start, expected
+        data.unlink()
+        there, here = _first_difference(expected, found)
+    raise Problem(
+        f"{record.path}: today's code does not decide what is on record\n"
+        f"  recorded  {there}\n  decided   {here}",
+        FAILED,
+    )
+
+
+def _first_difference(expected: list[str], found: list[str]) -> tuple[str, str]:
+    pairs = zip_longest(expected, found, fillvalue="nothing")
+    return next(pair for pair in pairs if pair[0] != pair[1])
 
 
 def _following(record: Record, at_ns: int) -> tuple[list[Decision], int]:
@@ -94,7 +121,7 @@ def _following(record: Record, at_ns: int) -> tuple[list[Decision], int]:
     instants: dict[int, None] = {}
     last_ns = 0
     for group in record.groups():
-        if group.ticked.kind == "end":
+        if group.ticked.kind == "end" or _replaces(record, group, at_ns):
             break
         last_ns = group.ticked.at_ns
         with record.understood(group):
@@ -105,10 +132,26 @@ def _following(record: Record, at_ns: int) -> tuple[list[Decision], int]:
             return found, last_ns
     if not instants:
         raise Problem(
-            f"{record.path}: nothing is decided after {at_ns / 1e9:g} s, up to its end at "
+            f"{record.path}: nothing is decided after {at_ns / 1e9:g} s, up to "
             f"{last_ns / 1e9:.3f} s; name an earlier --at"
         )
     return found, last_ns
+
+
+def _replaces(record: Record, group: Group, at_ns: int) -> bool:
+    """Whether the chart is replaced in this tick: a case is of the chart that ran first.
+
+    Raises:
+        Problem: it was, at `at_ns` or before.
+    """
+    with record.understood(group):
+        replaces = any(told["command"] == "Replace" for told in group.messages("operator"))
+    if replaces and group.ticked.at_ns <= at_ns:
+        raise Problem(
+            f"{record.path}: the chart was replaced at {group.ticked.at_ns / 1e9:g} s; a case is "
+            "of the chart that ran first, so name an earlier --at"
+        )
+    return replaces
 
 
 def _starts(record: Record, at_ns: int, end_ns: int, known: Catalogue) -> Iterator[CaseStart]:
@@ -125,7 +168,11 @@ def _starts(record: Record, at_ns: int, end_ns: int, known: Catalogue) -> Iterat
 
 @dataclass(slots=True)
 class _Places:
-    """A tap that notes where a replay is after each tick with an entry, up to an instant."""
+    """A tap that notes where a replay is after each tick with an entry, up to an instant.
+
+    Attributes:
+        _found: by chart time, which is that of entries.
+    """
 
     replay: Replay
     until_ns: int
@@ -145,26 +192,37 @@ class _Places:
         if ticked.at_ns > self.until_ns or run.over or run.paused or run.trace.end == self._read:
             return
         self._read = run.trace.end
-        at_ns, paused_ns = ticked.at_ns, run.board.paused_ns
-        self._last = self._found[at_ns] = CaseStart(at_ns, paused_ns, place_of(run))
+        self._last = CaseStart(ticked.at_ns, place_of(run))
+        self._found[ticked.at_ns - run.board.paused_ns] = self._last
 
     def entries(self) -> list[CaseStart]:
-        """The instants of the entries of what was active at the end, in order."""
+        """The entries of what was active at the end, in order."""
         if self._last is None or self._last.place is None:
             return []
-        paused_ns = self._last.paused_ns
-        times = {since + paused_ns for since in self._last.place.active.values() if since}
-        return [self._found[at] for at in sorted(times) if at in self._found]
+        times = {since for since in self._last.place.active.values() if since}
+        return [self._found[since] for since in sorted(times) if since in self._found]
 
 
 def _write_data(record: Record, data: Path, start: CaseStart, end_ns: int) -> None:
-    sink = Sink(data)
-    write_excerpt(record, sink, max(0, start.at_ns - BEFORE_NS), end_ns, start.as_values())
+    sink, case = Sink(data), {**start.as_values(), "files": _files(record, data)}
+    write_excerpt(record, sink, max(0, start.at_ns - BEFORE_NS), end_ns, case)
     if sink.error is None:
         sink.finish()
     if sink.error is not None:
         sink.remove()
         raise Problem(f"{data}: {sink.error.strerror}", FAILED)
+
+
+def _files(record: Record, data: Path) -> dict[str, str]:
+    """The chart's file, and those that were given by their paths, as seen from the samples."""
+    header = record.header
+    given = {**header["given"], "chart": header["charts"][header["chart"]]}
+    paths = {key: Path(path) for key, path in given.items() if isinstance(path, str)}
+    return {
+        key: Path(relpath(path, data.parent)).as_posix()
+        for key, path in paths.items()
+        if path.is_file()
+    }
 
 
 def _text(

@@ -1,16 +1,19 @@
 """How often recorded runs have taken the edges of a chart, to be drawn on it.
 
-The chart is counted wherever a run has used it. A chart may have changed since a run: an edge
-counts if it led where it leads now.
+The chart is counted wherever a run has used it, also in a chart that was put in the place of the
+running one. A chart may have changed since a run: an edge counts if it led where it leads now.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import NamedTuple
 
 from cobodeck.project import Catalogue
-from cobodeck.record.read import Record, setup_of
+from cobodeck.record.format import value
+from cobodeck.record.read import Record, replaced, setup_of
 from cobodeck.review.run_events import nodes_of_chart, traced
+from cobodeck.setup import Setup
 from cobodeck.terminal import FAILED, Problem
 from cobodeck.testing import edges_of, taken
 from engine.chart import Chart
@@ -41,20 +44,46 @@ def edge_counts(
     counts = {(path, outcome): 0 for path, node in nodes.items() for outcome in node.next}
     for record in records:
         setup = setup_of(record, known)
-        machine = setup.machine()
-        places = _places(machine, chart.name)
-        if not places:
+        ran = [one for one in _ran(record, setup) if _places(one.machine, chart.name)]
+        if not ran:
             raise Problem(f"{record.path}: {setup.chart.name} ran, without {chart.name}", FAILED)
-        then = setup.library[chart.name]
-        if then.source.text != chart.source.text:
+        if {one.machine.library[chart.name].source.text for one in ran} != {chart.source.text}:
             tell(f"{record.path}: {chart.name} was another; edges count that led where they lead")
-        found = taken(machine, _records(record))
-        for (path, outcome), (_, edge) in edges_of(machine):
-            for inner in filter(None, (_inside(path, place) for place in places)):
-                if inner in nodes and nodes[inner].next.get(outcome, "") == edge.target:
-                    event = inner, outcome
-                    counts[event] = counts.get(event, 0) + found[path, outcome]
+        for machine, events in ran:
+            for event, target, count in _taken(machine, events, chart.name):
+                if event in counts and nodes[event[0]].next[event[1]] == target:
+                    counts[event] += count
     return counts
+
+
+class _Ran(NamedTuple):
+    """A chart that ran, and what the trace tells of it."""
+
+    machine: Machine
+    events: list[TraceRecord]
+
+
+def _ran(record: Record, setup: Setup) -> list[_Ran]:
+    """The charts that ran, one after the other."""
+    found = [_Ran(setup.machine(), [])]
+    for group in record.groups():
+        with record.understood(group):
+            commands = group.messages("operator")
+            new = [value(told["arguments"]) for told in commands if told["command"] == "Replace"]
+            found += [_Ran(replaced(setup, arguments), []) for arguments in new]
+            found[-1].events.extend(traced(group))
+    return found
+
+
+def _taken(
+    machine: Machine, events: Iterable[TraceRecord], chart: str
+) -> Iterator[tuple[tuple[str, str], str, int]]:
+    """The edges of `chart` in a machine: path in it and outcome, target, how often it was taken."""
+    found = taken(machine, events)
+    places = _places(machine, chart)
+    for (path, outcome), (_, edge) in edges_of(machine):
+        for inner in filter(None, (_inside(path, place) for place in places)):
+            yield (inner, outcome), edge.target, found[path, outcome]
 
 
 def _places(machine: Machine, chart: str) -> list[str]:
@@ -69,9 +98,3 @@ def _inside(path: str, place: str) -> str:
     if not place:
         return path
     return path.removeprefix(f"{place}/") if path.startswith(f"{place}/") else ""
-
-
-def _records(record: Record) -> Iterator[TraceRecord]:
-    for group in record.groups():
-        with record.understood(group):
-            yield from traced(group)

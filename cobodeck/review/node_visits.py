@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from cobodeck.review.run_events import ANSWER, FORCE, RunEvents
+from cobodeck.review.run_events import ANSWER, CHART, FORCE, RunEvents
 from engine.run import TraceRecord
 
 ASKS = "asks to end with "
@@ -67,6 +67,7 @@ class _Reading:
             "note": self._note,
             ANSWER: self._answer,
             FORCE: self._force,
+            CHART: self._replace,
         }
         for event in run.events:
             if event.kind in take:
@@ -127,6 +128,9 @@ class _Reading:
             self._end_wait(event.subject, event.time)
         else:
             visit.forced = not self._closed(event.subject)
+
+    def _replace(self, event: TraceRecord) -> None:
+        (self._named,) = event.detail
 
     def _closed(self, path: str) -> bool:
         return path not in self._open

@@ -19,9 +19,10 @@ from engine.chart import LEAVES, Chart, Node
 from engine.files import mistake, unreadable
 from engine.run import TraceRecord
 
-ANSWER, FORCE = "answer", "force"
+ANSWER, FORCE, CHART = "answer", "force", "chart"
 """Kinds of events beside those of the trace: an answer to a node that waits for consent, with
-whether it was granted; an outcome forced on a node."""
+whether it was granted; an outcome forced on a node; a changed chart in the place of the one that
+ran, with what its nodes name."""
 TRACE_FORMAT = "cobodeck trace "
 
 
@@ -29,8 +30,9 @@ TRACE_FORMAT = "cobodeck trace "
 class RunEvents:
     """The events of one run, up to the instant `until_ns`.
 
-    `named` are what nodes name by their paths: a state's class, or a chart. `operated`: the
-    operator's answers are among the events; if not, it is not known whether there were any.
+    `named` is what the nodes name by their paths at first: a state's class, or a chart.
+    `operated`: the operator's answers are among the events; if not, it is not known whether there
+    were any.
     """
 
     file: Path
@@ -64,7 +66,6 @@ def _record_of(line: list[Any]) -> TraceRecord:
 def _of_record(record: Record) -> RunEvents:
     record.require_ticks()
     setup = written_setup(record, catalogue(own=False))
-    named = dict(names_of(setup.chart, setup.library))
     events: list[TraceRecord] = []
     until_ns = 0
     for group in record.groups():
@@ -72,11 +73,9 @@ def _of_record(record: Record) -> RunEvents:
         with record.understood(group):
             for told in group.messages("operator"):
                 arguments = value(told["arguments"])
-                if told["command"] == "Replace":
-                    charts = charts_again(arguments)
-                    named |= dict(names_of(charts[arguments["chart"]], charts))
                 events += _operated(group.ticked.at_ns, told["command"], arguments)
             events += traced(group)
+    named = dict(names_of(setup.chart, setup.library))
     return RunEvents(record.path, setup.chart.name, named, tuple(events), until_ns, operated=True)
 
 
@@ -85,6 +84,10 @@ def _operated(at_ns: int, command: str, arguments: Mapping[str, Any]) -> Iterato
         yield TraceRecord(at_ns, ANSWER, arguments["path"], (arguments["granted"],))
     elif command == "ForceOutcome":
         yield TraceRecord(at_ns, FORCE, arguments["path"], (arguments["outcome"],))
+    elif command == "Replace":
+        charts = charts_again(arguments)
+        named = dict(names_of(charts[arguments["chart"]], charts))
+        yield TraceRecord(at_ns, CHART, "", (named,))
 
 
 def _of_trace_file(file: Path) -> RunEvents:

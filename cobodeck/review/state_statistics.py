@@ -10,6 +10,8 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 
+import numpy as np
+
 from cobodeck.review.node_visits import RUNNING, NodeVisit, visits_of
 from cobodeck.review.run_events import RunEvents
 
@@ -99,8 +101,8 @@ def review(runs: Iterable[RunEvents]) -> RunsReviewed:
 
 
 def _of(visits: Sequence[NodeVisit], chart: str, path: str, named: str) -> StateStatistics:
-    over = sorted(visit.lasted_s for visit in visits if visit.ended != RUNNING)
-    low, median, high = (quantile(over, share) if over else None for share in (LOW, 0.5, HIGH))
+    over = [visit.lasted_s for visit in visits if visit.ended != RUNNING]
+    low, median, high = _quantiles(over) if over else (None, None, None)
     return StateStatistics(
         chart=chart,
         path=path,
@@ -126,13 +128,9 @@ def _transitions(visits: Iterable[NodeVisit]) -> Iterable[TransitionStatistics]:
         if not visit.ended.startswith("("):
             groups.setdefault((visit.ended, visit.led), []).append(visit.lasted_s)
     for (outcome, to), times in sorted(groups.items(), key=lambda item: -len(item[1])):
-        median = quantile(sorted(times), 0.5)
-        yield TransitionStatistics(outcome, to, len(times), sum(times), median)
+        yield TransitionStatistics(outcome, to, len(times), sum(times), _quantiles(times)[1])
 
 
-def quantile(ordered: Sequence[float], share: float) -> float:
-    """The quantile of one or more ascending numbers, by linear interpolation."""
-    place = share * (len(ordered) - 1)
-    below = int(place)
-    above = min(below + 1, len(ordered) - 1)
-    return ordered[below] + (place - below) * (ordered[above] - ordered[below])
+def _quantiles(values: Sequence[float]) -> list[float]:
+    found: list[float] = np.quantile(values, (LOW, 0.5, HIGH)).tolist()
+    return found

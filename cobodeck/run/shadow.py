@@ -4,7 +4,8 @@ It commands stand-ins, and has a board of its own, fed with the same samples. In
 decides after the chart that runs, and what both have decided is compared, as far as both have the
 nodes. Whenever the running chart decides, the shadow is set to its place. If the shadow decides
 first, or otherwise, it stands still until the running chart's next decision, as from then on it
-would be elsewhere. The run does not depend on it: it ends alone if it raises.
+would be elsewhere. What it decides does not touch the run, and it ends alone if it raises; but it
+takes its time within the tick, about as much as the running chart takes.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from cobodeck.fitness import require
 from cobodeck.loop import Answers, Loop, Overheard, StandIn, Ticked, Wired, wire
 from cobodeck.run.decisions import Decision, DecisionReader
 from cobodeck.setup import Setup
@@ -43,6 +45,9 @@ class Shadow:
         setup: of the shadow: as that of the run, with another chart, or with other values.
         tell: called with a message if the shadow raises.
 
+    Raises:
+        Problem: an input of the chart has no value.
+
     Attributes:
         rows: where both differed.
         decided, same, later: ticks in which the running chart decided anything; in which the shadow
@@ -52,6 +57,7 @@ class Shadow:
     """
 
     def __init__(self, setup: Setup, tell: Callable[[str], object]) -> None:
+        require("begin", setup=setup)
         self.setup = setup
         self.rows: list[ShadowRow] = []
         self.decided = self.same = self.later = 0
@@ -75,10 +81,11 @@ class Shadow:
         `localizing` is the seed of the run's localization, None without one.
 
         Raises:
-            Problem: the shadow reads signals or commands parts that the run does not have.
+            Problem: the chart needs signals, or commands parts, that the run does not have.
         """
+        flowing = loop.wired.inlet.flowing
         parts = {
-            name: StandIn(name, tuple(part.signals), self._answers)
+            name: StandIn(name, tuple(s for s in part.signals if s in flowing), self._answers)
             for name, part in loop.plant.parts.items()
         }
         self._wired = wire(replace(self.setup, localizing=localizing), parts, eager=eager)
@@ -123,14 +130,15 @@ class Shadow:
 
     def _tick(self, ticked: Ticked) -> None:
         running, run = self._loop.wired.run, self._wired.run
-        for _, command in running.carried_out.since(self._commands_read):
-            if not isinstance(command, Replace):
-                run.command(command)
+        carried_out = running.carried_out.since(self._commands_read)
         self._commands_read = running.carried_out.total
         all_ran = self._running.new()
         ran = [one for one in all_ran if one.path in run.nodes]
         did: list[Decision] = []
         if self._held is None:
+            for _, command in carried_out:
+                if not isinstance(command, Replace):
+                    run.command(command)
             for instant in self._left_out(ticked.at_ns):
                 self._step(instant)
             self._step(ticked.at_ns, between=ticked.kind == "added")
@@ -186,6 +194,7 @@ class Shadow:
     def _follow(self, running: ChartRun) -> None:
         """Be where the run is."""
         self._held = None
+        self._wired.board.now = running.board.now
         set_place(self._wired.run, place_of(running))
         self._decisions.new()
 

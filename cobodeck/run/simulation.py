@@ -146,7 +146,11 @@ def _staged(
     taps: list[ValueTap] = [one.tap for one in (shadow, recorder) if one is not None]
     loop = stage(setup, options, clock=clock, tap=one_in_the_other(taps))
     if shadow is not None:
-        shadow.attend(loop, setup.localizing, eager=options.eager)
+        try:
+            shadow.attend(loop, setup.localizing, eager=options.eager)
+        except BaseException:
+            loop.plant.close()
+            raise
         if recorder is not None:
             shadow.note = recorder.shadow
     return loop

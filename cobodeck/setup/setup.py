@@ -181,16 +181,23 @@ class Setup:
         return Uses(frozenset(commands), frozenset(roots(known, needed)), welcome)
 
     def beside(self, chart: str) -> Setup:
-        """The same setup with another chart, by name or file, and no inputs of its own.
+        """The same setup with another chart, by name or file, and the inputs that both have.
 
         Raises:
             Problem: the chart cannot run; FileError: a file is wrong.
         """
-        given, connection = self.given, self.connection
-        robot = given["robot"] if connection is None else connection
-        profile, sets = given["profile"], given["set"]
+        given = self.given
+        main, library = open_chart(chart, self.catalogue)
         return open_setup(
-            chart, given["scene"], profile, self.tick_hz, robot, known=self.catalogue, sets=sets
+            chart,
+            given["scene"],
+            given["profile"],
+            self.tick_hz,
+            given["robot"] if self.connection is None else self.connection,
+            known=self.catalogue,
+            sets=given["set"],
+            inputs={name: self.inputs[name] for name in self.inputs.keys() & main.inputs.keys()},
+            opened=lambda *_: (main, library),
         )
 
     def machine(self, parameters: Mapping[str, Any] | None = None) -> Machine:

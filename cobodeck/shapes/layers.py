@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 from behaviors.profile import Profile, Settings
 from cobodeck.evaluate import ArmOutline, arm_outline
@@ -13,6 +14,7 @@ from cobodeck.shapes.moment import Moment, next_deep, planner_at, situation_at
 from cobodeck.shapes.sensed import costmap_shapes, scan_shapes
 from cobodeck.shapes.shape import Layer, MapShape
 from cobodeck.shapes.spaces import chase_shapes, escape_shapes, haptic_shapes
+from hw.model import Footprint
 from hw.scene import Scene
 from states import SubsystemName
 from states.environment import Environment
@@ -34,6 +36,11 @@ class Backdrop:
     def settings(self) -> Settings:
         """The values of the behaviours."""
         return self.profile.settings
+
+    @property
+    def footprint(self) -> Footprint:
+        """The robot's outline."""
+        return self.environment.robot.footprint
 
     @cached_property
     def arm(self) -> ArmOutline | None:
@@ -58,105 +65,79 @@ def shapes_of(moment: Moment, around: Backdrop, layers: Collection[str]) -> list
 
     Nothing is computed for other layers.
     """
-    asked = (make for layer, make in MOVING.items() if layer in layers)
-    return [shape for make in asked for shape in make(moment, around)]
+    found: list[MapShape] = []
+    for layer, (needs, make) in MOVING.items():
+        if layer in layers and all(getattr(moment, name) is not None for name in needs):
+            found += make(moment, around)
+    return found
 
 
 def _objects(moment: Moment, around: Backdrop) -> list[MapShape]:
-    scene = around.scene
-    return [
-        *room_parts.object_shapes(scene.objects, moment.at_s),
-        *room_parts.item_shapes(scene.items),
-    ]
+    objects = room_parts.object_shapes(around.scene.objects, moment.at_s)
+    return [*objects, *room_parts.item_shapes(around.scene.items)]
 
 
-def _robot(moment: Moment, around: Backdrop) -> list[MapShape]:
-    footprint = around.environment.robot.footprint
-    return [] if moment.robot is None else actors.robot_shapes(moment.robot, footprint)
+def _arm(moment: Any, around: Backdrop) -> list[MapShape]:
+    return [] if around.arm is None else actors.arm_shapes(moment.robot, moment.joints, around.arm)
 
 
-def _arm(moment: Moment, around: Backdrop) -> list[MapShape]:
-    if moment.robot is None or moment.joints is None or around.arm is None:
-        return []
-    return actors.arm_shapes(moment.robot, moment.joints, around.arm)
-
-
-def _user(moment: Moment, around: Backdrop) -> list[MapShape]:
-    if moment.user is None:
-        return []
-    keeping = around.environment.navigation.named("haptic" if moment.deep else "chase")
+def _user(moment: Any, around: Backdrop) -> list[MapShape]:
+    keeping = around.environment.navigation.named(_subsystem(moment))
     return actors.user_shapes(moment.user, keeping.user_radius)
 
 
-def _zones(moment: Moment, around: Backdrop) -> list[MapShape]:
-    user, escape = moment.user, around.settings.escape
-    return [] if user is None else actors.zone_shapes(user, escape)
+def _subsystem(moment: Moment) -> SubsystemName:
+    return "haptic" if moment.deep else "chase"
 
 
-def _goal(moment: Moment, around: Backdrop) -> list[MapShape]:
-    footprint = around.environment.robot.footprint
-    return [] if moment.goal is None else actors.goal_shapes(moment.goal, footprint)
-
-
-def _trails(moment: Moment, around: Backdrop) -> list[MapShape]:  # noqa: ARG001
+def _trails(moment: Moment, _: Backdrop) -> list[MapShape]:
     users = actors.trail_shapes(moment.user_trail, "trail-user")
     return [*users, *actors.trail_shapes(moment.robot_trail, "trail-robot")]
 
 
-def _scan(moment: Moment, around: Backdrop) -> list[MapShape]:
-    return scan_shapes(moment.scans, around.environment.robot.sensing)
-
-
-def _costmap(moment: Moment, around: Backdrop) -> list[MapShape]:
-    if moment.robot is None:
-        return []
-    environment = around.environment
-    name: SubsystemName = moment.subsystem or ("haptic" if moment.deep else "chase")
+def _costmap(moment: Any, around: Backdrop) -> list[MapShape]:
+    environment, name = around.environment, moment.subsystem or _subsystem(moment)
     values = environment.navigation.named(name).costmap
     planner = planner_at(environment, name, moment.obstacles)
     return costmap_shapes(planner, moment.robot, (values.width, values.height))
 
 
-def _chase(moment: Moment, around: Backdrop) -> list[MapShape]:
-    now = situation_at(moment, around.environment, around.settings, "chase")
-    return [] if now is None else chase_shapes(now, around.chase_cell)
-
-
-def _escape(moment: Moment, around: Backdrop) -> list[MapShape]:
-    now = situation_at(moment, around.environment, around.settings, "escape")
-    return [] if now is None else escape_shapes(now, moment.joints)
+def _situation(moment: Moment, around: Backdrop, name: SubsystemName) -> Any:
+    return situation_at(moment, around.environment, around.settings, name)
 
 
 def _haptic(moment: Moment, around: Backdrop) -> list[MapShape]:
     """The poses for the touch that is requested, or for one that would be requested now."""
-    settings, environment = around.settings, around.environment
-    deep = moment.deep
-    if deep is None:
-        if moment.user is None:
-            return []
+    settings, environment, deep = around.settings, around.environment, moment.deep
+    if deep is None and moment.user is not None:
         deep = next_deep(settings, moment.user)
+    if deep is None:
+        return []
     planner = planner_at(environment, "haptic", moment.obstacles)
-    return haptic_shapes(settings, planner, deep, moment.robot, environment.robot.footprint)
+    return haptic_shapes(settings, planner, deep, moment.robot, around.footprint)
 
 
-def _deep(moment: Moment, around: Backdrop) -> list[MapShape]:  # noqa: ARG001
-    return [] if moment.deep is None else actors.deep_shapes(moment.deep)
-
-
-MOVING: Mapping[Layer, Callable[[Moment, Backdrop], list[MapShape]]] = {
-    "costmap": _costmap,
-    "chase": _chase,
-    "objects": _objects,
-    "zones": _zones,
-    "user": _user,
-    "trails": _trails,
-    "path": lambda moment, around: actors.path_shapes(moment.path),  # noqa: ARG005
-    "goal": _goal,
-    "scan": _scan,
-    "escape": _escape,
-    "haptic": _haptic,
-    "robot": _robot,
-    "arm": _arm,
-    "deep": _deep,
+MOVING: Mapping[Layer, tuple[Sequence[str], Callable[[Any, Backdrop], list[MapShape]]]] = {
+    "costmap": (["robot"], _costmap),
+    "chase": (
+        ["robot", "user"],
+        lambda m, around: chase_shapes(_situation(m, around, "chase"), around.chase_cell),
+    ),
+    "objects": ([], _objects),
+    "zones": (["user"], lambda m, around: actors.zone_shapes(m.user, around.settings.escape)),
+    "user": (["user"], _user),
+    "trails": ([], _trails),
+    "path": ([], lambda m, _: actors.path_shapes(m.path)),
+    "goal": (["goal"], lambda m, around: actors.goal_shapes(m.goal, around.footprint)),
+    "scan": ([], lambda m, around: scan_shapes(m.scans, around.environment.robot.sensing)),
+    "escape": (
+        ["robot", "user"],
+        lambda m, around: escape_shapes(_situation(m, around, "escape"), m.joints),
+    ),
+    "haptic": ([], _haptic),
+    "robot": (["robot"], lambda m, around: actors.robot_shapes(m.robot, around.footprint)),
+    "arm": (["robot", "joints"], _arm),
+    "deep": (["deep"], lambda m, _: actors.deep_shapes(m.deep)),
 }
-"""What makes the layers that move, in the order in which they are drawn."""
+"""The layers that move, in the order in which they are drawn: what of a moment each needs, and what
+makes its shapes."""

@@ -1,20 +1,29 @@
 """A moment of a recorded run, played in a test: its samples, and today's chart, set to its place.
 
 `cobodeck case` writes such tests. Nothing is simulated: the samples are those of the record, and
-the parts answer as they did, whatever is commanded. So what counts is what the chart decides.
+the parts answer as they did, whatever is commanded. What the operator did happens again. So what
+counts is what the chart decides.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from cobodeck.loop import Answers, Inert, Loop, StandIn, Ticked, Wired, wire
+from cobodeck.loop import Answers, Inert, Loop, Raises, StandIn, Ticked, Wired, wire
 from cobodeck.project import Catalogue, catalogue, chart_names, own_files_around
-from cobodeck.record.format import text, value
-from cobodeck.record.read import RECORD, Record, Recorded, RecordedClock, RecordFeed
+from cobodeck.record.format import raised_again, text, value
+from cobodeck.record.read import (
+    RECORD,
+    Record,
+    Recorded,
+    RecordedClock,
+    RecordFeed,
+    command_of,
+)
 from cobodeck.run import Decision, DecisionReader
 from cobodeck.setup import Setup, open_setup
 from engine import TickGrid
@@ -31,33 +40,26 @@ FOR_EVER_NS = 1 << 61
 
 @dataclass(frozen=True, slots=True)
 class CaseStart:
-    """From when on a case is played, ns in the run, and where the chart is then.
+    """After which tick a case is played, ns in the run, and where the chart is then.
 
-    `paused_ns` is for how long the run had been paused; without `place` the chart begins.
+    Without `place` the chart begins, with that tick.
     """
 
     at_ns: int
-    paused_ns: int = 0
     place: ChartPlace | None = None
 
     def as_values(self) -> dict[str, Any]:
         """For metadata; values of the chart as in a record."""
-        p = self.place
-        place = None if p is None else text((p.active, p.tries, p.kept, p.data))
-        return {"at_ns": self.at_ns, "paused_ns": self.paused_ns, "place": place}
+        place = self.place
+        held = {} if place is None else {f.name: getattr(place, f.name) for f in fields(place)}
+        return {"at_ns": self.at_ns, "place": text(held) if held else None}
 
     @classmethod
     def of_values(cls, values: Mapping[str, Any]) -> CaseStart:
         """What `as_values` has made values of."""
         place = values["place"]
-        found = None if place is None else ChartPlace(*value(_parsed(place)))
-        return cls(values["at_ns"], values["paused_ns"], found)
-
-
-def _parsed(written: str) -> Any:
-    import json
-
-    return json.loads(written)
+        found = None if place is None else ChartPlace(**value(json.loads(place)))
+        return cls(values["at_ns"], found)
 
 
 class RecordedCase:
@@ -65,17 +67,17 @@ class RecordedCase:
 
     Args:
         file: the excerpt.
-        known: what charts may name; by default what is found around the file.
+        root: a folder of the project whose states and files it names, by default the current one.
     """
 
-    def __init__(self, file: Path, known: Catalogue | None = None) -> None:
-        self.record = Record(file)
-        self._known = known
-        start = self.record.metadata("case")
-        if start is None:
+    def __init__(self, file: Path, root: Path | None = None) -> None:
+        self.record, self._root = Record(file), root
+        case = self.record.metadata("case")
+        if case is None:
             raise mistake(file, "is no case", hint="`cobodeck case` writes them")
         with self.record.usable("where it begins"):
-            self.start = CaseStart.of_values(start)
+            self.start = CaseStart.of_values(case)
+            self._files = {key: str(file.parent / path) for key, path in case["files"].items()}
 
     def assert_followed(self, expected: Sequence[str]) -> None:
         """Assert that the chart decides what followed on record; see `told`."""
@@ -92,20 +94,19 @@ class RecordedCase:
 
     def play(self) -> list[Decision]:
         """What the chart decides after the start of the case."""
-        folder = self.record.path.resolve().parent
-        with with_own_files(own_files_around(folder)):
-            setup = self._setup(self._known or catalogue(folder))
+        with with_own_files(own_files_around(self._root)):
+            setup = self._setup(catalogue(self._root))
             player = _Player(self.record, setup, self.start)
         player.loop.go(FOR_EVER_NS)
         return player.decisions
 
     def _setup(self, known: Catalogue) -> Setup:
         """As recorded, with the files of today."""
-        header = self.record.header
-        name, given = header["chart"], header["given"]
+        header, name = self.record.header, self.record.header["chart"]
+        given = {**header["given"], **self._files}
         connection = given.get("connection")
         return open_setup(
-            name if name in chart_names(known) else header["charts"][name],
+            name if name in chart_names(known) else given["chart"],
             given["scene"],
             given["profile"],
             header["tick_hz"],
@@ -166,18 +167,22 @@ class _Player:
         self._wired.run.pause()
 
     def watch(self, now_ns: int) -> None:
-        """Begin in time, and let the parts answer as they did."""
-        run, start = self._wired.run, self.start
+        """Begin in time, and let the parts answer, and the operator act, as they did."""
         for call in self._feed.fed.calls:
-            if "raised" not in call:
-                self._answers[call["part"], call["what"]] = value(call.get("answer"))
-        if self._begun or now_ns < start.at_ns:
-            return
-        self._begun = True
-        run.resume()
-        run.board.paused_ns = start.paused_ns
-        if start.place is not None:
-            set_place(run, start.place)
+            raised = call.get("raised")
+            answer = value(call.get("answer")) if raised is None else Raises(raised_again(raised))
+            self._answers[call["part"], call["what"]] = answer
+        run, place = self._wired.run, self.start.place
+        if not self._begun and now_ns >= self.start.at_ns:
+            self._begun = True
+            run.resume()
+            run.board.paused_ns = 0
+            if place is not None:
+                set_place(run, place)
+                return  # what the operator did in this tick has led there
+        if self._begun:
+            for found in self._feed.fed.commands:
+                run.command(command_of(found, self.setup))
 
     def failed(self, part: str, error: BaseException) -> None:
         """Do nothing; parts have failed on record, too."""

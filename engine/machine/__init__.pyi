@@ -25,6 +25,7 @@ from engine.machine.node import (
     EVERY_TICK as EVERY_TICK,
     IDLE as IDLE,
     KEEP as KEEP,
+    NEVER_ENTERED as NEVER_ENTERED,
     PUT_OFF as PUT_OFF,
     REOPEN as REOPEN,
     RETRY as RETRY,

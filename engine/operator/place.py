@@ -1,8 +1,9 @@
 """Where a run is in its chart, and how another run is set to that place.
 
 A shadow follows the chart that runs, and a test begins in the middle of a run. Nodes are found by
-their paths. What runs in both goes on; what is entered so is recorded in no trace, begins its work
-anew, and keeps the time of its entry, so that timeouts stay due when they were.
+their paths. What runs in both since the same instant goes on; what is entered so is recorded in no
+trace, begins its work anew, and keeps the time of its entry, so that timeouts stay due when they
+were. What the operator has set is taken over as well: a pause, the level of autonomy, locks.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from engine.machine import (
     CHOSEN,
     ENDED,
     IDLE,
+    NEVER_ENTERED,
     PUT_OFF,
     RETRYING,
     RUNNING,
@@ -39,12 +41,20 @@ class ChartPlace:
         tries: the further tries made by these, other than none.
         kept: the outcomes kept by boxes, by name of the child.
         data: the values of the charts around active nodes, by path of the node and by key.
+        paused_ns: for how long the run has been paused so far; `paused`: whether it is now, and
+            `stepping` if that was but for one tick.
+        level, locks: of autonomy; the paths that are locked.
     """
 
     active: Mapping[str, int | None]
     tries: Mapping[str, int] = field(default_factory=dict)
     kept: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     data: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    paused_ns: int = 0
+    paused: bool = False
+    stepping: bool = False
+    level: int | None = None
+    locks: tuple[str, ...] = ()
 
 
 def place_of(run: ChartRun) -> ChartPlace:
@@ -61,18 +71,25 @@ def place_of(run: ChartRun) -> ChartPlace:
             for box in boxes
             if box.box.cells
         },
+        run.board.paused_ns,
+        run.paused,
+        run.stepping,
+        run.judge.level,
+        tuple(sorted(run.judge.locks)),
     )
 
 
 def set_place(run: ChartRun, place: ChartPlace) -> None:
     """Let `run` go on from `place` with its next tick, as far as its chart has the same nodes.
 
-    Of an active node that it lacks, the innermost node around it counts that it has. The outputs
-    of kept outcomes are not taken over.
+    Its board has to be at the instant of the place. Of an active node that it lacks, the innermost
+    node around it counts that it has. The outputs of kept outcomes are not taken over.
     """
+    _set_operated(run, place)
     targets = _targets(run, place)
     around = dict.fromkeys(box for node in targets for box in reversed(_around(node)))
-    _leave(run, targets, around)
+    same = [node for node in targets if node.since == place.active[node.path]]
+    _leave(run, same, around)
     for box in around:
         if box.status != RUNNING:
             box.status, box.entered = RUNNING, run.board.ticks
@@ -87,6 +104,18 @@ def set_place(run: ChartRun, place: ChartPlace) -> None:
         _set_entry(run, node, place)
     run.outcome, run.over = None, False
     run.life.early = True
+
+
+def _set_operated(run: ChartRun, place: ChartPlace) -> None:
+    """What the operator has set; commands that wait count for another place."""
+    run.commands.clear()
+    run.resume()
+    run.board.paused_ns = place.paused_ns
+    if place.paused:
+        run.pause()
+    run.stepping = place.stepping
+    run.judge.level, run.judge.locks = place.level, set(place.locks)
+    run.forget_routes()
 
 
 def _around(node: RunNode) -> list[BoxNode]:
@@ -106,19 +135,19 @@ def _targets(run: ChartRun, place: ChartPlace) -> list[RunNode]:
     return sorted((node for node in known if node not in outer), key=lambda node: node.order)
 
 
-def _leave(run: ChartRun, targets: list[RunNode], around: Collection[RunNode]) -> None:
-    """Let all end, without a record, that is neither at nor around a target, nor below one."""
+def _leave(run: ChartRun, same: list[RunNode], around: Collection[RunNode]) -> None:
+    """Let all end, without a record, but what is around a target, and what stays and is below."""
     queue = run.queue
-    queue.put_off = [node for node in queue.put_off if any(t.spans(node) for t in targets)]
+    queue.put_off = [node for node in queue.put_off if any(stays.spans(node) for stays in same)]
     for node in reversed(run.nodes.values()):
-        kept = node in around or any(target.spans(node) for target in targets)
+        kept = node in around or any(stays.spans(node) for stays in same)
         if kept or node.status == IDLE:
             continue
         if isinstance(node, LeafNode):
             run.life.close_leaf(node)
         queue.drop(node)
         run.entered.pop(node, None)
-        node.status, node.step, node.deadline = IDLE, None, NEVER_NS
+        node.status, node.step, node.deadline, node.entered = IDLE, None, NEVER_NS, NEVER_ENTERED
 
 
 def _set_entry(run: ChartRun, node: RunNode, place: ChartPlace) -> None:

@@ -15,6 +15,8 @@ from cobodeck.record.read.record_comparison import (
 from cobodeck.record.read.record_replay import (
     Replay as Replay,
     RunTexts as RunTexts,
+    command_of as command_of,
+    replaced as replaced,
     setup_of as setup_of,
     stage_replay as stage_replay,
     texts_of as texts_of,

@@ -35,7 +35,7 @@ from engine.chart import Library, load_text
 from engine.files import FileError, instead, mistake
 from engine.files.declared import with_own_files
 from engine.machine import Machine
-from engine.run import ChartRun
+from engine.run import ChartRun, Command
 from hw.connection import load_connection
 
 
@@ -59,26 +59,11 @@ class ReplayChecker:
         """Issue the commands of this tick."""
         for found in self.feed.fed.commands:
             try:
-                arguments = value(found["arguments"])
-                by = str(found.get("by", ""))
-                command = command_again(found["command"], arguments, self._machine, by)
+                command = command_of(found, self.setup)
             except Exception as error:  # noqa: BLE001  an altered message may cause anything
                 self.feed.differ("a command", found.get("command"), repr(error))
             else:
                 self.run.command(command)
-
-    def _machine(self, arguments: Mapping[str, Any]) -> Machine:
-        known, charts = self.setup.catalogue, charts_again(arguments)
-        chart = charts[arguments["chart"]]
-        return Machine(
-            chart,
-            charts,
-            known.interfaces,
-            arguments["parameters"],
-            known.types,
-            inputs=arguments.get("inputs"),
-            around=self.setup.named_values,
-        )
 
     def failed(self, part: str, error: BaseException) -> None:
         """Do nothing; failures of parts are fed from the record."""
@@ -114,6 +99,30 @@ class ReplayChecker:
             if then != now:
                 self.feed.differ("the trace", then, now)
                 return
+
+
+def command_of(found: Mapping[str, Any], setup: Setup) -> Command:
+    """A recorded command of the operator, to be issued again.
+
+    Raises:
+        value_codec.Unknown, and anything else: an altered message.
+    """
+    arguments, by = value(found["arguments"]), str(found.get("by", ""))
+    return command_again(found["command"], arguments, partial(replaced, setup), by)
+
+
+def replaced(setup: Setup, arguments: Mapping[str, Any]) -> Machine:
+    """The machine of a chart that was put in the place of the running one."""
+    known, charts = setup.catalogue, charts_again(arguments)
+    return Machine(
+        charts[arguments["chart"]],
+        charts,
+        known.interfaces,
+        arguments["parameters"],
+        known.types,
+        inputs=arguments.get("inputs"),
+        around=setup.named_values,
+    )
 
 
 def _shown(t: Ticked) -> str:

@@ -6,15 +6,13 @@ import json
 from collections import Counter
 from pathlib import Path
 
-import numpy as np
 import pytest
-from hypothesis import given, strategies as st
 
 from cobodeck.__main__ import main
 from cobodeck.record.format.sink import open_free
 from cobodeck.review.node_visits import NodeVisit, visits_of
 from cobodeck.review.run_events import ANSWER, FORCE, RunEvents, events_of
-from cobodeck.review.state_statistics import quantile, review
+from cobodeck.review.state_statistics import review
 from cobodeck.run import trace_file
 from cobodeck.setup.options import Options
 from cobodeck.setup.setup import open_setup
@@ -66,7 +64,9 @@ def drives(sim: ChartTester) -> list[NodeVisit]:
     return [visit for visit in visits_of(events_in(sim.run)) if visit.path == "drive"]
 
 
-def test_a_consent_agrees_and_its_wait_is_told_apart_from_the_visit(sim: ChartTester) -> None:
+def test_a_consent_agrees_its_wait_is_told_apart_and_figures_are_sums_over_runs(
+    sim: ChartTester,
+) -> None:
     asking(sim)
     sim.operator.consent("drive")
     sim.wait(0.2)
@@ -82,6 +82,17 @@ def test_a_consent_agrees_and_its_wait_is_told_apart_from_the_visit(sim: ChartTe
     assert visit.lasted_s == pytest.approx(1.0, abs=0.1)
     assert visit.waited_ns / 1e9 == pytest.approx(0.5, abs=0.1)
 
+    run = events_in(sim.run)
+    found = review([run, run])
+    drive = next(one for one in found.states if one.path == "drive")
+
+    assert found.runs == 2
+    assert (drive.visits, drive.waits, drive.agreed, drive.differed) == (2, 2, 2, 0)
+    assert drive.outcomes == {"arrived": 2}
+    assert [(t.outcome, t.to, t.count) for t in drive.transitions] == [("arrived", "park", 2)]
+    assert [one.named for one in found.classes] == ["DriveTo"]
+    assert found.classes[0].total_s == drive.total_s
+
 
 def test_a_refusal_differs_and_the_further_try_is_a_visit(sim: ChartTester) -> None:
     asking(sim)
@@ -94,6 +105,7 @@ def test_a_refusal_differs_and_the_further_try_is_a_visit(sim: ChartTester) -> N
     assert (second.agreed, second.ended) == (None, "(running)")
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("outcome", "agreed"), [("arrived", True), ("stuck", False)])
 def test_a_forced_outcome_agrees_if_it_is_the_one_asked_for(
     sim: ChartTester, outcome: str, agreed: bool
@@ -130,31 +142,6 @@ def test_a_consent_that_nobody_gave_is_no_answer(sim: ChartTester) -> None:
 
     assert (visit.led, visit.agreed) == ("park", None)
     assert visit.waited_ns > 0
-
-
-def test_figures_are_sums_over_runs(sim: ChartTester) -> None:
-    asking(sim)
-    sim.operator.consent("drive")
-    sim.wait(1.0)
-    run = events_in(sim.run)
-
-    found = review([run, run])
-    drive = next(one for one in found.states if one.path == "drive")
-
-    assert found.runs == 2
-    assert (drive.visits, drive.waits, drive.agreed, drive.differed) == (2, 2, 2, 0)
-    assert drive.outcomes == {"arrived": 2}
-    assert [(t.outcome, t.to, t.count) for t in drive.transitions] == [("arrived", "park", 2)]
-    assert [one.named for one in found.classes] == ["DriveTo"]
-    assert found.classes[0].total_s == drive.total_s
-
-
-numbers = st.lists(st.floats(0.0, 1e6), min_size=1, max_size=30)
-
-
-@given(numbers, st.floats(0.0, 1.0))
-def test_quantiles_are_those_of_numpy(values: list[float], share: float) -> None:
-    assert quantile(sorted(values), share) == pytest.approx(float(np.quantile(values, share)))
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ import pytest
 from mcap.reader import make_reader
 
 from cobodeck.__main__ import main
+from cobodeck.live.sources.seen_run import SeenRun
 from cobodeck.project import catalogue, chart_file
 from cobodeck.record.read.reader import Record
 from cobodeck.record.read.record_replay import stage_replay
@@ -98,6 +99,16 @@ def on_record(path: Path) -> list[dict[str, Any]]:
         return [json.loads(m.data) for _, _, m in make_reader(file).iter_messages(["shadow"])]
 
 
+def on_the_page(path: Path) -> list[tuple[float, str, str]]:
+    """The marks by which pages tell of it."""
+    record = Record(path)
+    seen = SeenRun(record, catalogue())
+    for group in record.groups():
+        seen.add(group)
+    marks = seen.lanes()["marks"]
+    return [(one["at"], one["path"], one["text"]) for one in marks if one["kind"] == "shadow"]
+
+
 OTHER = """
 chart: alike
 outcomes: [over]
@@ -151,6 +162,10 @@ def test_differences_are_on_record_and_the_same_afterwards(
 
     assert figures["differed"] == len(rows) > 0
     assert set(rows[0]) == {"at_ns", "path", "ran", "shadow"}
+    assert on_the_page(Path("run.mcap")) == [
+        (row["at_ns"] / 1e9, row["path"], f"ran {row['ran']}, shadow {row['shadow']}")
+        for row in rows
+    ]
 
     assert main(["replay", "run.mcap", "--check", "--shadow", "other.yaml", "--json"]) == 0
     again = json.loads(capsys.readouterr().out)

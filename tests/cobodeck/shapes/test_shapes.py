@@ -303,6 +303,7 @@ def test_beams_end_where_the_scanner_saw_something() -> None:
         assert at.bearing_to(Pose2(x, y)) == pytest.approx(-0.2 + 0.1 * beam)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("window", [(2.0, 3.0), (9.0, 9.0)])
 @pytest.mark.parametrize("robot", [Pose2(5.0, 5.0), Pose2(0.4, 9.8)])
 def test_cells_of_a_costmap_have_the_highest_cost_within_them(
