@@ -39,8 +39,11 @@ LARGEST = 1 << 20
 CHUNK = 1 << 16
 LOOK_S = 0.1
 STATUS_S = 1.0
-BESIDE = frozenset({"stop", "reset", "ack", "speed"})
-"""Commands that the run itself does not know: they are put on record as remarks."""
+BESIDE = frozenset({"reset", "ack", "speed"})
+"""Commands that the run itself does not know: they are put on record as remarks, as a stop is."""
+ITSELF = "live page"
+"""Who stops a run whose operator is lost."""
+OVER = "the run has ended"
 KEPT_TIMES = 600
 """Ticks of whose times the 99th percentile is told."""
 
@@ -177,7 +180,7 @@ class PageOperator:
             if len(begun) > LARGEST:
                 begun = b""
         if on_parts and self._holder is not None:
-            self._stop("the server of the live page has ended")
+            self._stop(ITSELF, "the server of the live page has ended")
         self._socket.close()
 
     def _received(self) -> bytes | None:
@@ -189,14 +192,16 @@ class PageOperator:
             return b""
 
     def close(self) -> None:
-        """Nobody is missed any more: the run is over."""
+        """Nobody is missed any more: the run is over, and what waits is refused."""
         self._holder = None
+        while self._queue:
+            self._answer(self._queue.popleft()[0], OVER)
 
     def _miss(self, on_parts: bool) -> None:
         """Stop the robot if who has control has not been heard (R55)."""
         if on_parts and self._holder is not None and time.monotonic() - self._heard > LOST_S:
             name, self._holder = self._holder, None
-            self._stop(f"the page of {name} is not heard any more")
+            self._stop(ITSELF, f"the page of {name} is not heard any more")
 
     def _take(self, line: bytes) -> None:
         try:
@@ -208,22 +213,27 @@ class PageOperator:
         if do == "held":
             self._holder = order.get("name")
         elif do == "stop":
-            self._stop(f"stop by {order.get('who')}")
+            self._stop(str(order.get("who")))
             self._scripted_away(True)
-            self._queue.append((order, _done))
+            self._answer(order, None)
         elif do != "beat":
             self._prepare(do, order)
 
-    def _stop(self, why: str) -> None:
+    def _stop(self, by: str, why: str = "") -> None:
+        """Stop at once; that is on record after the end of the chart, too, while parts close."""
         line = self._loop.plant.parts.get("stop_line")
         if line is None:
-            self._loop.stop()
+            self._loop.stop(by)
         else:
-            line.pull(why)
+            line.pull(why or f"stop by {by}")
             self._loop.clock.wake()
+        Operator(self._loop.wired.run, by).remark(f"stop: {why}" if why else "stop")
 
     def _prepare(self, do: str, order: Mapping[str, Any]) -> None:
         """Make ready what does a command, and queue it."""
+        if self._loop.wired.run.over:
+            self._answer(order, OVER)
+            return
         try:
             act = self._act(do, order)
         except (ValueError, TypeError, KeyError, Mismatch, FileError, yaml.YAMLError) as error:

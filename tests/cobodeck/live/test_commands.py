@@ -12,6 +12,7 @@ import pytest
 
 from cobodeck.live.commands import PageOperator
 from cobodeck.loop.loop import Loop
+from cobodeck.record.format.value_codec import value
 from cobodeck.record.read.reader import Record
 from cobodeck.record.read.record_replay import stage_replay
 from cobodeck.record.write.run_recorder import Recorder
@@ -164,6 +165,32 @@ def test_a_stop_does_not_wait_for_a_tick(steered: Steered) -> None:
     assert line.reason is None
     steered.loop.tick()
     assert dict(steered.answers.told)["status"]["stop"] in (True, False)
+
+
+def test_a_stop_while_parts_are_closed_is_on_record_and_the_rest_is_refused(
+    steered: Steered,
+) -> None:
+    steered.send(do="end")
+    until(lambda: steered.loop.tick() == "stopped")
+    plant, told = steered.loop.plant, []
+
+    def close() -> None:
+        numbers = steered.send(do="stop"), steered.send(do="pause")
+        until(lambda: steered.answers.ack(numbers[1]))
+        told.extend(steered.answers.ack(number)["ok"] for number in numbers)
+        type(plant).close(plant)
+
+    plant.close = close  # type: ignore[method-assign]
+    record = Record(steered.finish())
+
+    assert told == [True, False]
+    *_, last = record.groups()
+    commands = [(m["command"], value(m["arguments"]), m["by"]) for m in last.messages("operator")]
+    assert commands == [("Remark", {"text": "stop"}, "ann")]
+    replay = stage_replay(record)
+    replay.loop.go(1 << 62)
+    assert replay.difference is None
+    assert [c.by for _, c in replay.loop.wired.run.carried_out] == ["ann", "ann"]
 
 
 def test_lines_that_are_none_disturb_nothing(steered: Steered) -> None:
