@@ -162,9 +162,7 @@ def _not_used(library: Library, files: set[str]) -> list[Chart]:
     """The charts of these files that no other chart uses."""
     nodes = (node for chart in library.values() for node in chart.root.walk())
     used = {node.target for node in nodes if node.form == "use"}
-    return [
-        chart for name, chart in library.items() if chart.file in files and name not in used
-    ]
+    return [chart for name, chart in library.items() if chart.file in files and name not in used]
 
 
 def _walked(chart: Chart, library: Library, known: Catalogue, limit: int) -> Explored:

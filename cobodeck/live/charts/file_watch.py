@@ -1,7 +1,8 @@
 """Tells when files have changed, by looking at them again and again.
 
 A file counts as changed when its bytes are others. Those of a file that was written just now are
-compared even if its time and size are as before: the clocks of file systems are coarse.
+compared even if its time and size are as before: the clocks of file systems are coarse. Of files
+that are too large to be read as charts, time and size count.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+
+from engine.files import MAX_BYTES
 
 YOUNG_NS = 100_000_000
 """A file written within this time may be written again without a later time of change."""
@@ -69,9 +72,9 @@ def _stamp(path: Path) -> _Stamp | None:
 
 
 def _digest(path: Path, stamp: _Stamp) -> bytes:
-    """A hash of a file's bytes; of what cannot be read, and of folders, its stamp."""
+    """A hash of a file's bytes; of what is too large or cannot be read, and of folders, its stamp."""
     try:
-        if path.is_file():  # reading a pipe would block
+        if stamp[1] <= MAX_BYTES and path.is_file():  # reading a pipe would block
             return hashlib.sha256(path.read_bytes()).digest()
     except OSError:
         pass

@@ -230,6 +230,9 @@ class FakePage:
 
 
 class FakePages(list[FakePage]):
+    async def some(self) -> None:
+        pass
+
     def tell(self, message: Any, key: str | None = None) -> None:
         for page in self:
             page.tell(message)
