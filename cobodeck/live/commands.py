@@ -13,22 +13,19 @@ import socket
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from threading import Thread
 from typing import Any
 
 import yaml
 
 from cobodeck.live.access import LOST_S
+from cobodeck.live.charts import changed_machine
 from cobodeck.live.feed import Feed
 from cobodeck.loop import Loop, Paced
-from cobodeck.project import findings_of
 from cobodeck.setup import Setup
-from engine import convert, text
-from engine.chart import Library, chart_value, load_text
-from engine.files import FileError, did_you_mean
-from engine.files.declared import Mismatch
-from engine.machine import Machine
+from engine import convert
+from engine.chart import chart_value
+from engine.files import did_you_mean
 from engine.operator import Operator, output_types
 from hw import Sample
 from hw.sim.sensors import ScriptedOperator
@@ -207,7 +204,7 @@ class PageOperator:
         try:
             order = json.loads(line)
             do = order["do"]
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, RecursionError):
             return
         self._heard = time.monotonic()
         if do == "held":
@@ -236,7 +233,7 @@ class PageOperator:
             return
         try:
             act = self._act(do, order)
-        except (ValueError, TypeError, KeyError, Mismatch, FileError, yaml.YAMLError) as error:
+        except Exception as error:  # noqa: BLE001  the next one may be a stop
             self._answer(order, str(error) or type(error).__name__)
             return
         if isinstance(act, str):
@@ -297,21 +294,9 @@ class PageOperator:
         return lambda: operator.force(path, outcome, outputs)
 
     def _replaced(self, operator: Operator, written: str) -> Act | str:
-        run, known = self._loop.wired.run, self._setup.catalogue
-        old = run.machine
-        found = load_text(written, old.chart.file)
-        chart = next(iter(found.values()), None)
-        if chart is None or found.findings:
-            return text(found.findings, found.sources).rstrip() or "this is no chart"
-        library = Library()
-        library.update({**old.library, chart.name: chart})
-        library.sources |= found.sources
-        errors = [
-            f for f in findings_of(library, known, [Path(chart.file)]) if f.severity == "error"
-        ]
-        if errors:
-            return text(errors, library.sources).rstrip()
-        machine: Machine = old.changed(chart, library)
+        machine = changed_machine(self._loop.wired.run.machine, written, self._setup)
+        if isinstance(machine, str):
+            return machine
         return lambda: "; ".join(operator.replace(machine)) or None
 
     def _paced(self, speed: float) -> Act | str:

@@ -191,6 +191,8 @@ def watch_in_terminal(link: FarLink | NearLink) -> int:
         with suppress(KeyboardInterrupt), _keys(), _screen():
             _loop(link, page)
         _leave(page)
+        if link.is_over:
+            complain("it has ended")
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         told = f"what comes is not what pages of this version are told: {error!r}"
         raise Problem(told, FAILED) from error

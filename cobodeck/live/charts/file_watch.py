@@ -72,7 +72,7 @@ def _stamp(path: Path) -> _Stamp | None:
 
 
 def _digest(path: Path, stamp: _Stamp) -> bytes:
-    """A hash of a file's bytes; of what is too large or cannot be read, and of folders, its stamp."""
+    """A hash of a file's bytes; of folders, large files, and what cannot be read, its stamp."""
     try:
         if stamp[1] <= MAX_BYTES and path.is_file():  # reading a pipe would block
             return hashlib.sha256(path.read_bytes()).digest()

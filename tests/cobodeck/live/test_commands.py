@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from cobodeck.live.commands import PageOperator
+from cobodeck.live.sources.seen_run import SeenRun
 from cobodeck.loop.loop import Loop
 from cobodeck.record.format.value_codec import value
 from cobodeck.record.read.reader import Record
@@ -151,6 +152,55 @@ def test_another_chart_goes_on_or_is_refused_with_the_place(steered: Steered) ->
     assert "look" in steered.do("replace", text=CHART.replace("100 s", "50 s"))
     assert steered.do("replace", text="nonsense: [")
     assert steered.active == ["look"]
+
+
+OUTER = """
+chart: outer
+outcomes: [done]
+parameters: {long: {type: duration, default: 70 s}}
+states:
+  one: {use: inner, next: {done: two}}
+  two: {watch: Wait, with: {time: $long}, next: {over: .done}}
+"""
+INNER = CHART.replace("steered", "inner")
+
+
+@pytest.mark.slow
+def test_a_used_chart_is_changed_and_locks_breakpoints_and_values_of_the_profile_stay(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "outer.yaml").write_text(OUTER)
+    (tmp_path / "inner.yaml").write_text(INNER)
+    sets = ["charts.outer.long=50 s"]
+    setup = open_setup(str(tmp_path / "outer.yaml"), "study", sets=sets)
+    found = Steered(setup, tmp_path / "run.mcap")
+    run = found.loop.wired.run
+    assert found.do("lock", path="one/again") == ""
+    assert found.do("break", path="one/again") == ""
+
+    assert found.do("replace", text=INNER.replace("200 s", "300 s")) == ""
+
+    assert (run.machine.chart.name, found.active) == ("outer", ["one/look"])
+    assert "300 s" in run.machine.library["inner"].source.text
+    assert run.machine.chart.parameters["long"].default == "50 s"
+    assert run.judge.locks == {"one/again"}
+    assert dict(found.answers.told)["status"]["breaks"] == ["one/again"]
+    wrong = found.do("replace", text=INNER.replace("over: .done", "over: .gone"))
+    assert "inner.yaml:" in wrong
+    assert "outer.yaml:" in found.do("replace", text=INNER.replace("done", "gone"))
+    assert "no chart 'iner' runs here" in found.do("replace", text=INNER.replace("inner", "iner"))
+    assert found.do("replace", text=OUTER.replace("two}}", "two}, break: true}")) == ""
+    assert dict(found.answers.told)["status"]["breaks"] == ["one", "one/again"]
+    assert "300 s" in run.machine.library["inner"].source.text
+
+    found.close()
+    record = Record(found.finish())
+    seen = SeenRun(record, setup.catalogue)
+    for group in record.groups():
+        seen.add(group)
+    (picture,) = seen.charts()
+    assert picture["nodes"]["one/again"]["values"]["time"] == "300 s"
+    assert [path for path, node in picture["nodes"].items() if node["break"]] == ["one"]
 
 
 def test_a_stop_does_not_wait_for_a_tick(steered: Steered) -> None:

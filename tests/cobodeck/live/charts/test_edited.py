@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import shutil
 from collections.abc import Awaitable, Callable
 from functools import cache
 from pathlib import Path
+from threading import Event, Thread
 from typing import Any
 
 import pytest
@@ -15,10 +17,12 @@ import pytest
 from cobodeck.__main__ import main
 from cobodeck.live.charts import chart_folder
 from cobodeck.live.charts.chart_folder import PATIENCE, ChartFolder, Shown
+from cobodeck.live.charts.chart_reader import ChartReader
 from cobodeck.live.charts.edited import EditedCharts
 from cobodeck.live.charts.file_watch import YOUNG_NS, FileWatch
 from cobodeck.project.state_catalogue import Catalogue, catalogue
 from cobodeck.terminal.console import Problem
+from engine.files.source import MAX_BYTES
 
 GOOD = """\
 chart: mine
@@ -199,6 +203,67 @@ def test_pages_outlive_whatever_a_text_brings_about(
     monkeypatch.setattr(chart_folder, "chart_message", failing)
 
     assert "mine.yaml cannot be shown: RecursionError: too deep" in shown(charts)["trouble"]
+
+
+def test_a_look_waits_for_a_message_that_is_made(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    charts = ChartFolder(folder / "mine.yaml", known())
+    begun, released = Event(), Event()
+
+    def reading(*_: object) -> None:
+        begun.set()
+        released.wait(60.0)
+        raise OSError("no disk")
+
+    monkeypatch.setattr(ChartReader, "read", reading)
+    making = Thread(target=shown, args=(charts,))
+    making.start()
+    assert begun.wait(60.0)
+    looking = Thread(target=charts.look)
+    looking.start()
+    looking.join(0.1)
+
+    waited = looking.is_alive()
+    released.set()
+    making.join()
+    looking.join()
+
+    assert waited
+    assert "OSError: no disk" in shown(charts)["trouble"]
+
+
+def test_only_the_newest_messages_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    charts = ChartFolder(folder / "mine.yaml", known())
+    made: list[str] = []
+
+    def keeping(_: object, one: Shown) -> dict[str, Any]:
+        made.append(one.profile)
+        return {"t": "chart"}
+
+    monkeypatch.setattr(ChartFolder, "_message", keeping)
+    monkeypatch.setattr(chart_folder, "KEPT", 2)
+
+    for profile in "abaca":
+        charts.chart(Shown(charts.first, profile), 0)
+    charts.chart(Shown(charts.first, "b"), 0)
+
+    assert "".join(made) == "abcb"
+
+
+def test_a_folder_that_is_gone_has_no_charts_any_more(tmp_path: Path) -> None:
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    (inner / "mine.yaml").write_text(GOOD)
+    (tmp_path / "other.yaml").write_text(OTHER)
+    charts = ChartFolder(inner, known())
+
+    shutil.rmtree(inner)
+    while charts.names:
+        charts.look()
+
+    assert charts.listing()["charts"] == []
+    assert "No such file" in shown(charts)["findings"][0]["message"]
 
 
 @pytest.mark.slow
@@ -427,6 +492,19 @@ def test_files_that_go_and_come_have_changed(file: Path, tmp_path: Path) -> None
     other.write_text("")
 
     assert watch.changed([file, other]) == {file, other}
+
+
+def test_files_too_large_for_charts_are_not_read(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    os.truncate(file, MAX_BYTES + 1)
+    monkeypatch.setattr(Path, "read_bytes", lambda path: pytest.fail(f"{path} is read"))
+    watch = FileWatch()
+    assert watch.changed([file]) == set()
+
+    os.truncate(file, MAX_BYTES + 2)
+
+    assert watch.changed([file]) == {file}
 
 
 def test_pipes_are_not_read(tmp_path: Path) -> None:
