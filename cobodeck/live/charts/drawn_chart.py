@@ -149,7 +149,7 @@ def _node(
         "about": seen.about,
         "values": shown_values(seen, interfaces),
         "outcomes": outcomes_at(seen, charts, interfaces),
-        "break": bool(getattr(node, "breaks", False)),
+        "break": node.breaks,
         "file": seen.chart.file,
         "line": node.at[0],
     }

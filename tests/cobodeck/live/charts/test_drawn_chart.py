@@ -222,3 +222,14 @@ def test_the_form_has_parameters_and_inputs_with_units_and_defaults() -> None:
     assert form["far"]["default"] is None
     assert form["goal"]["about"] == "where to"
     assert "x:" in form["goal"]["what"] or "Pose2" in form["goal"]["what"]
+
+
+def test_a_breakpoint_is_told_and_changes_no_picture() -> None:
+    chart, _ = main_nodes()
+    broken = load_text(TEXT.replace("first: {", "first: {break: true, "), "main.yaml")["main"]
+    plain = chart_message(chart, {"main": chart}, load_profile("tuned"))
+
+    shown = chart_message(broken, {"main": broken}, load_profile("tuned"))
+
+    assert shown["svg"] == plain["svg"]
+    assert [path for path, node in shown["nodes"].items() if node["break"]] == ["work/first"]
