@@ -26,6 +26,8 @@ from engine.files import visible
 
 LOOK_S = 0.1
 PATIENCE_S = 10.0
+FIRST_S = 60.0
+"""Time until there is something to show, s."""
 MOST = 256
 """Messages that are taken before the keys are looked at again, and that may wait."""
 LARGEST = 64 << 20
@@ -207,7 +209,7 @@ def _leave(page: WatchedPage) -> None:
 
 
 def _once(link: FarLink | NearLink, page: WatchedPage) -> int:
-    until = time.monotonic() + PATIENCE_S
+    until = time.monotonic() + FIRST_S
     while not page.is_there and not link.is_over and time.monotonic() < until:
         for message in link.messages(LOOK_S):
             page.take(message)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
-from time import perf_counter
+from time import thread_time
 from typing import Any
 
 from cobodeck.live.charts.chart_reader import ChartReader, ReadChart
@@ -61,6 +61,7 @@ class ChartFolder:
         self._reader = ChartReader(known)
         self._watch = FileWatch()
         self._good: dict[tuple[Path, str], ReadChart] = {}
+        self._drawn: dict[tuple[Path, str], Message] = {}
         self._messages: dict[Shown, Message] = {}
         self._pending: set[Path] = set()
         self._looks = LOOKS_PER_LISTING
@@ -136,7 +137,9 @@ class ChartFolder:
             return self._message(shown)
         except Exception as error:  # noqa: BLE001  pages outlive whatever a text brings about
             told = f"{shown.file} cannot be shown: {type(error).__name__}: {error}"
-            return {**_without_picture(shown.file, []), "trouble": told}
+            last = self._drawn.get((shown.file, shown.profile))
+            last = last or _without_picture(shown.file, [])
+            return {**last, "trouble": told, "findings": [], "stale": True}
 
     def _message(self, shown: Shown) -> Message:
         now = self._reader.read(shown.file, shown.profile)
@@ -153,14 +156,16 @@ class ChartFolder:
         )  # fmt: skip
         unfolded = None if shown.unfolded is None else sorted(shown.unfolded)
         findings = _findings(now, found["nodes"])
-        return {**found, "profile": shown.profile, "unfolded": unfolded, "findings": findings}
+        found |= {"profile": shown.profile, "unfolded": unfolded, "findings": findings}
+        self._drawn[key] = found
+        return found
 
     def _list_again(self) -> None:
-        begin = perf_counter()
+        begin = thread_time()
         listed = self._listed()
         self._pending |= set(listed) ^ set(self.files)
         self.files = listed
-        spent = (perf_counter() - begin) / EVERY_S
+        spent = (thread_time() - begin) / EVERY_S
         self._looks = max(LOOKS_PER_LISTING, round(spent / LISTING_SHARE))
 
     def _listed(self) -> list[Path]:

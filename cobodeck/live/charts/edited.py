@@ -79,9 +79,8 @@ class EditedCharts:
         }
 
     def snapshot(self, page: Page) -> Iterable[Message]:
-        """The list of charts, and those that the page shows."""
-        places = enumerate(self._of(page))
-        return [self._list, *(self._told(p, n) for n, p in places if p.shown is not None)]
+        """The list of charts, and those that were told already; the others follow."""
+        return [self._list, *(p.told for p in self._of(page) if p.told is not None)]
 
     async def run(self, pages: Pages) -> None:
         """Look at the files again and again, and tell pages what has changed."""
@@ -89,9 +88,9 @@ class EditedCharts:
             await self._tell_list(pages)
             while True:
                 await pages.some()
-                await asyncio.sleep(EVERY_S)
                 async with self._turn:
                     await self._look(pages)
+                await asyncio.sleep(EVERY_S)
         finally:
             await self._runs.close()
 
@@ -102,10 +101,10 @@ class EditedCharts:
             return [_said(f"no place {slot!r}; 0 or 1")]
         async with self._turn:
             place = self._of(page)[slot]
-            chosen = self._chosen(message, place.shown)
+            chosen = await asyncio.to_thread(self._chosen, message, place.shown)
             if isinstance(chosen, str):
                 return [_said(chosen)]
-            place.shown = chosen
+            place.shown, place.told = chosen, None
             if chosen is None:
                 return []
             return [await asyncio.to_thread(self._told, place, slot)]
@@ -168,22 +167,22 @@ class EditedCharts:
 
     async def _look(self, pages: Pages) -> None:
         try:
-            if await asyncio.to_thread(self._folder.look):
-                await self._renew(pages)
+            changed = await asyncio.to_thread(self._folder.look)
+            for page in pages:
+                for slot, place in enumerate(self._of(page)):
+                    if place.shown is not None and (changed or place.told is None):
+                        await self._renew(page, place, slot)
+            if changed:
+                await self._tell_list(pages)
         except Exception as error:  # noqa: BLE001  pages outlive whatever files bring about
             pages.tell(_said(f"{type(error).__name__}: {error}"))
 
-    async def _renew(self, pages: Pages) -> None:
-        """Tell each page what is new in its places, then all of them the list of charts."""
-        for page in pages:
-            for slot, place in enumerate(self._of(page)):
-                if place.shown is None:
-                    continue
-                before = place.told
-                found = await asyncio.to_thread(self._told, place, slot)
-                if found != before:
-                    page.tell(found)
-        await self._tell_list(pages)
+    async def _renew(self, page: Page, place: _Place, slot: int) -> None:
+        """Tell a page what one of its places shows, if that is new."""
+        before = place.told
+        found = await asyncio.to_thread(self._told, place, slot)
+        if found != before:
+            page.tell(found)
 
     async def _tell_list(self, pages: Pages) -> None:
         found = await asyncio.to_thread(self._folder.listing)

@@ -196,6 +196,9 @@ def test_pages_outlive_whatever_a_text_brings_about(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     charts = ChartFolder(folder / "mine.yaml", known())
+    before = shown(charts)
+    save(folder / "mine.yaml", GOOD.replace("park:", "fold:"))
+    charts.look()
 
     def failing(*args: object, **options: object) -> None:
         raise RecursionError("too deep")
@@ -203,6 +206,7 @@ def test_pages_outlive_whatever_a_text_brings_about(
     monkeypatch.setattr(chart_folder, "chart_message", failing)
 
     assert "mine.yaml cannot be shown: RecursionError: too deep" in shown(charts)["trouble"]
+    assert shown(charts)["svg"] == before["svg"]
 
 
 def test_a_look_waits_for_a_message_that_is_made(
@@ -333,16 +337,15 @@ def test_a_page_is_told_of_a_save_and_another_one_that_shows_another_chart_is_no
 ) -> None:
     async def play(source: EditedCharts, pages: FakePages) -> None:
         first, second = pages
-        begin = list(source.snapshot(first))
-        assert [message["t"] for message in begin] == ["charts", "chart"]
+        await heard(first, lambda m: m["t"] == "chart")
+        assert [message["t"] for message in source.snapshot(first)] == ["charts", "chart"]
         (answer,) = await source.asked(second, {"t": "show", "chart": "other", "slot": 0})
         assert answer["name"] == "other"
 
         save(folder / "mine.yaml", GOOD.replace("park:", "fold:"))
 
-        message = await heard(first, lambda m: m["t"] == "chart")
-        assert "fold" in message["nodes"]
-        assert not [m for m in second.told if m["t"] == "chart"]
+        await heard(first, lambda m: m["t"] == "chart" and "fold" in m["nodes"])
+        assert not [m for m in second.told if m["t"] == "chart" and "fold" in m["nodes"]]
 
     served(folder, play, pages=2)
 
@@ -353,6 +356,7 @@ def test_two_charts_stand_side_by_side_each_with_its_profile(folder: Path) -> No
         (page,) = pages
         (second,) = await source.asked(page, {"t": "second", "chart": "other"})
         (paper,) = await source.asked(page, {"t": "profile", "name": "paper", "slot": 1})
+        await heard(page, lambda m: m.get("slot") == 0)
         begin = [message for message in source.snapshot(page) if message["t"] == "chart"]
 
         assert (second["name"], second["slot"]) == ("other", 1)
