@@ -114,7 +114,7 @@ class NearLink:
     @property
     def is_over(self) -> bool:
         """See `Link`."""
-        return not self._thread.is_alive() and self._queue.empty()
+        return not self._thread.is_alive() and self._queue.empty() and self._error is None
 
     def messages(self, wait_s: float) -> Iterator[Message]:
         """See `Link`."""

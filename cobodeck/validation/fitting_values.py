@@ -25,6 +25,7 @@ def fitting_value(kind: Type, depth: int = DEPTH) -> Any:
 
 
 def _guesses(kind: Type, depth: int) -> Iterator[Any]:
+    cls: Any = kind.python
     if kind.optional or not depth:
         return
     if kind.choices:
@@ -36,10 +37,10 @@ def _guesses(kind: Type, depth: int) -> Iterator[Any]:
         yield [fitting_value(kind.item, depth - 1)]
     elif kind.name in _PLAIN:
         yield _PLAIN[kind.name]
-    elif kind.python is not None and issubclass(kind.python, Enum):
-        yield from kind.python.__members__
-    elif kind.python is not None:
-        fields = (fields_of(kind.python) or {}).items()
+    elif cls is not None and issubclass(cls, Enum):
+        yield from cls.__members__
+    elif cls is not None:
+        fields = (fields_of(cls) or {}).items()
         yield {name: fitting_value(f.type, depth - 1) for name, f in fields if f.required}
 
 

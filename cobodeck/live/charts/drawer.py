@@ -11,12 +11,17 @@ import json
 import socket
 from contextlib import suppress
 from threading import Lock
-from typing import BinaryIO
+from typing import TYPE_CHECKING, Any
 
 from engine.draw import CannotRender
 from hw.ipc import Child
 
-PATIENCE_S = 60.0
+if TYPE_CHECKING:
+    from io import BufferedRWPair
+
+    Lines = BufferedRWPair[Any, Any]
+
+PATIENCE_S = 20.0
 """Longest time for a picture, s of wall time."""
 PROCESS = "cobodeck.live.charts.drawing_process"
 
@@ -32,7 +37,7 @@ class Drawer:
         self._patience_s = patience_s
         self._lock = Lock()
         self._child: Child | None = None
-        self._lines: BinaryIO | None = None
+        self._lines: Lines | None = None
         atexit.register(self.close)
 
     def svg(self, text: str) -> str:
@@ -55,6 +60,12 @@ class Drawer:
             raise CannotRender(told["trouble"])
         return told["svg"]
 
+    def stop(self) -> None:
+        """Let a picture that is being drawn fail; from any thread."""
+        child = self._child
+        if child is not None:
+            child.kill()
+
     def close(self) -> None:
         """End the process; the next text starts another one."""
         child, lines, self._child, self._lines = self._child, self._lines, None, None
@@ -74,7 +85,7 @@ class Drawer:
         found: dict[str, str] = json.loads(line)
         return found
 
-    def _started(self) -> BinaryIO:
+    def _started(self) -> Lines:
         ours, theirs = socket.socketpair()
         with ours, theirs:
             fd = theirs.fileno()

@@ -87,6 +87,11 @@ def _svg(text: str) -> str:
     return _drawer().svg(text)
 
 
+def stop_drawing() -> None:
+    """Let the picture that is being drawn fail, because nobody wants it any more."""
+    _drawer().stop()
+
+
 @cache
 def _drawer() -> Drawer:
     return Drawer()

@@ -16,6 +16,8 @@ from weakref import WeakKeyDictionary
 from behaviors.profile import profile_names
 from cobodeck.live.access import Rules
 from cobodeck.live.charts.chart_folder import EVERY_S, ChartFolder, Shown
+from cobodeck.live.charts.drawn_chart import stop_drawing
+from cobodeck.live.charts.file_watch import stamp_of
 from cobodeck.live.charts.started_runs import StartedRuns
 from cobodeck.setup import PROFILE
 from engine.files import did_you_mean
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
     from cobodeck.project import Catalogue
 
 SLOTS = 2
+LONG_S = 2.0
+"""A picture that takes longer, s, is given up when its chart is saved again."""
 ABOUT = (
     "a chart is checked and drawn at each save",
     "the code of states is read once: start `cobodeck watch` again after changing it",
@@ -92,6 +96,7 @@ class EditedCharts:
                     await self._look(pages)
                 await asyncio.sleep(EVERY_S)
         finally:
+            stop_drawing()
             await self._runs.close()
 
     async def asked(self, page: Page, message: Message) -> Iterable[Message]:
@@ -107,7 +112,8 @@ class EditedCharts:
             place.shown, place.told = chosen, None
             if chosen is None:
                 return []
-            return [await asyncio.to_thread(self._told, place, slot)]
+            found = await self._told(place, chosen, slot)
+            return [] if found is None else [found]
 
     async def commanded(self, page: Page, message: Message) -> Message | None:
         """Start a run; there is nothing else to command."""
@@ -159,10 +165,18 @@ class EditedCharts:
         first = Shown(self._folder.first, self._profile)
         return self._places.setdefault(page, (_Place(first), _Place(None)))
 
-    def _told(self, place: _Place, slot: int) -> Message:
-        """The message of what a place shows, which is told now."""
-        assert place.shown is not None
-        place.told = self._folder.chart(place.shown, slot)
+    async def _told(self, place: _Place, shown: Shown, slot: int) -> Message | None:
+        """The message of what a place shows, which is told now; None: it is saved again already."""
+        clock, stamp = asyncio.get_running_loop().time, stamp_of(shown.file)
+        making = asyncio.create_task(asyncio.to_thread(self._folder.chart, shown, slot))
+        begin, stopped = clock(), False
+        while not (await asyncio.wait([making], timeout=EVERY_S))[0]:
+            if clock() - begin > LONG_S and stamp_of(shown.file) != stamp:
+                stopped = True
+                stop_drawing()
+        if stopped:
+            return None
+        place.told = making.result()
         return place.told
 
     async def _look(self, pages: Pages) -> None:
@@ -171,18 +185,14 @@ class EditedCharts:
             for page in pages:
                 for slot, place in enumerate(self._of(page)):
                     if place.shown is not None and (changed or place.told is None):
-                        await self._renew(page, place, slot)
+                        before = place.told
+                        found = await self._told(place, place.shown, slot)
+                        if found is not None and found != before:
+                            page.tell(found)
             if changed:
                 await self._tell_list(pages)
         except Exception as error:  # noqa: BLE001  pages outlive whatever files bring about
             pages.tell(_said(f"{type(error).__name__}: {error}"))
-
-    async def _renew(self, page: Page, place: _Place, slot: int) -> None:
-        """Tell a page what one of its places shows, if that is new."""
-        before = place.told
-        found = await asyncio.to_thread(self._told, place, slot)
-        if found != before:
-            page.tell(found)
 
     async def _tell_list(self, pages: Pages) -> None:
         found = await asyncio.to_thread(self._folder.listing)

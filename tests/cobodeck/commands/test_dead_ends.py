@@ -178,6 +178,7 @@ def test_inputs_of_a_test_have_values_of_their_types(
     assert f"{written}: run it with pytest" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_inputs_that_charts_cannot_write_are_left_open_and_told(
     project: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -209,7 +209,7 @@ class Telling:
         return {"mode": "record"}
 
     def snapshot(self, _page: object) -> list[dict[str, Any]]:
-        return [{"t": "state", "at": 1.0}]
+        return [] if self.error else [{"t": "state", "at": 1.0}]
 
     async def run(self, pages: Pages) -> None:
         if self.error is not None:
