@@ -36,6 +36,7 @@ class LiveSource:
         self._model = RunModel()
         self._run: SeenRun | None = None
         self._speed = 1.0
+        self._replaced = False
         self._health: dict[str, Any] = {}
         self._figures: Mapping[str, Any] | None = None
         self._pages = Pages()
@@ -82,8 +83,12 @@ class LiveSource:
             if kind == "begin":
                 self._run = await asyncio.to_thread(SeenRun.written, *content)
                 self._pages.renew()
-            else:
-                self._take(kind, content)
+                continue
+            self._take(kind, content)
+            if self._replaced and self._run is not None:
+                await asyncio.to_thread(self._run.charts)  # meanwhile, pages can stop the run
+                self._replaced = False
+                self._pages.renew()
 
     async def asked(self, page: Page, message: Message) -> Iterable[Message]:
         """The newest value of a plotted signal; what is past is in the record."""
@@ -129,8 +134,8 @@ class LiveSource:
         self._model.add(group)
         if self._run is not None:
             self._run.add(group)
-            if any(told["command"] == "Replace" for told in group.messages("operator")):
-                self._pages.renew()
+            commands = group.messages("operator")
+            self._replaced |= any(told["command"] == "Replace" for told in commands)
 
     def _status(self, told: Mapping[str, Any]) -> None:
         for key, value in told.items():

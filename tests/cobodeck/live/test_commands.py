@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import socket
-from collections.abc import Iterator, Mapping
+from collections.abc import AsyncIterator, Iterator, Mapping
 from pathlib import Path
+from threading import get_ident
 from typing import Any
 
 import pytest
 
+from cobodeck.live.access import Rules
 from cobodeck.live.commands import PageOperator
+from cobodeck.live.sources import live_run
 from cobodeck.live.sources.seen_run import SeenRun
-from cobodeck.loop.loop import Loop
+from cobodeck.loop.loop import Loop, Ticked
 from cobodeck.record.format.value_codec import value
-from cobodeck.record.read.reader import Record
+from cobodeck.record.read.reader import Group, Record, RecordedMessage
 from cobodeck.record.read.record_replay import stage_replay
 from cobodeck.record.write.run_recorder import Recorder
 from cobodeck.record.write.start import recorder
@@ -269,3 +273,30 @@ def test_real_parts_are_not_reset_from_pages(tmp_path: Path) -> None:
     assert "console" in found.do("reset")
     found.close()
     found.finish()
+
+
+def test_another_chart_is_drawn_beside_the_loop_that_takes_commands(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    command = b'{"command":"Replace","arguments":{"$dict":[]}}'
+    told = RecordedMessage("operator", "cobodeck.Command", command, 0)
+    drawn_in: list[int] = []
+
+    class Run:
+        def add(self, _group: Group) -> None:
+            pass
+
+        def charts(self) -> list[Any]:
+            drawn_in.append(get_ident())
+            return []
+
+    async def frames(_reader: object) -> AsyncIterator[tuple[str, Group]]:
+        yield "tick", Group(Ticked(0, 0, "grid"), (told,), told)
+
+    monkeypatch.setattr(live_run, "frames", frames)
+    source = live_run.LiveSource(None, None, Rules())  # type: ignore[arg-type]
+    source._run = Run()  # type: ignore[assignment]
+    asyncio.run(source._read())
+
+    assert len(drawn_in) == 1
+    assert drawn_in[0] != get_ident()
