@@ -19,14 +19,14 @@ from engine.files import MAX_BYTES
 YOUNG_NS = 100_000_000
 """A file written within this time may be written again without a later time of change."""
 
-Stamp = tuple[int, int, int]
+FileStamp = tuple[int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
 class _Look:
     """What a file was: its stamp, None if there is none; its bytes' hash; whether it was young."""
 
-    stamp: Stamp | None = None
+    stamp: FileStamp | None = None
     digest: bytes = b""
     young: bool = False
 
@@ -64,7 +64,7 @@ class FileWatch:
         return _Look(stamp, _digest(path, stamp), begun - stamp[0] < YOUNG_NS)
 
 
-def stamp_of(path: Path) -> Stamp | None:
+def stamp_of(path: Path) -> FileStamp | None:
     """Time of change, ns, size and number of a file; None if there is none."""
     with suppress(OSError, ValueError):
         found = path.stat()
@@ -72,7 +72,7 @@ def stamp_of(path: Path) -> Stamp | None:
     return None
 
 
-def _digest(path: Path, stamp: Stamp) -> bytes:
+def _digest(path: Path, stamp: FileStamp) -> bytes:
     """A hash of a file's bytes; of folders, large files, and what cannot be read, its stamp."""
     try:
         if stamp[1] <= MAX_BYTES and path.is_file():  # reading a pipe would block
