@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from cobodeck.__main__ import main
-from cobodeck.live.charts import chart_folder
+from cobodeck.live.charts import chart_folder, edited
 from cobodeck.live.charts.chart_folder import PATIENCE, ChartFolder, Shown
 from cobodeck.live.charts.chart_reader import ChartReader
 from cobodeck.live.charts.edited import EditedCharts
@@ -388,6 +388,31 @@ def test_used_charts_are_unfolded_one_by_one_and_all(folder: Path) -> None:
         assert await ask(None, True) == (None, True, True)
         assert await ask("a", False) == (["b"], False, True)
         assert await ask(None, False) == ([], False, False)
+
+    served(folder, play)
+
+
+def test_a_picture_of_what_was_saved_again_is_given_up(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stopped = Event()
+    given_up: list[str] = []
+
+    def chart(_: ChartFolder, one: Shown, slot: int) -> dict[str, Any]:
+        stopped.clear()
+        save(one.file, BROKEN)
+        assert stopped.wait(60.0)
+        given_up.append(one.file.stem)
+        return {"t": "chart", "slot": slot}
+
+    monkeypatch.setattr(edited, "LONG_S", 0.0)
+    monkeypatch.setattr(edited, "stop_drawing", stopped.set)
+    monkeypatch.setattr(ChartFolder, "chart", chart)
+
+    async def play(source: EditedCharts, pages: FakePages) -> None:
+        assert await source.asked(pages[0], {"t": "second", "chart": "other"}) == []
+        assert "other" in given_up
+        assert [m["t"] for m in source.snapshot(pages[0])] == ["charts"]
 
     served(folder, play)
 
