@@ -179,9 +179,7 @@ def socket_url(url: str) -> str:
 
 
 def watch_in_terminal(link: FarLink | NearLink) -> int:
-    """Show what comes until `q`, Ctrl-C or the end; without a terminal, once.
-
-    Returns the exit code.
+    """The exit code, once `q`, Ctrl-C or the end has come; without a terminal all is shown once.
 
     Raises:
         Problem: it is not what a page is told; what the source raises.
