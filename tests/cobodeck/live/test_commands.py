@@ -268,8 +268,8 @@ def test_who_has_control_on_parts_is_missed_also_when_the_server_dies(tmp_path: 
         found.finish()
 
 
-def test_real_parts_are_not_reset_from_pages(tmp_path: Path) -> None:
-    found = Steered(study(), tmp_path / "run.mcap", real=True)
+def test_real_parts_are_not_reset_from_pages(setup: Setup, tmp_path: Path) -> None:
+    found = Steered(setup, tmp_path / "run.mcap", real=True)
     assert "console" in found.do("reset")
     found.close()
     found.finish()
