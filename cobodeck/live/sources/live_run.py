@@ -40,6 +40,7 @@ class LiveSource:
         self._run, self._reader, self._writer = run, reader, writer
         self._model = RunModel()
         self._speed = 1.0
+        self._replaced = False
         self._health: dict[str, Any] = {}
         self._figures: Mapping[str, Any] | None = None
         self._pages = Pages()
@@ -81,6 +82,10 @@ class LiveSource:
         async for kind, content in frames(self._reader):
             try:
                 self._take(kind, content)
+                if self._replaced:
+                    await asyncio.to_thread(self._run.charts)  # meanwhile, pages can stop the run
+                    self._replaced = False
+                    self._pages.renew()
             except Exception as error:  # noqa: BLE001  who watches can still stop
                 self._pages.unforeseen(error)
 
@@ -132,8 +137,8 @@ class LiveSource:
     def _tick(self, group: Group) -> None:
         self._model.add(group)
         self._run.add(group)
-        if any(told["command"] == "Replace" for told in group.messages("operator")):
-            self._pages.renew()
+        commands = group.messages("operator")
+        self._replaced |= any(told["command"] == "Replace" for told in commands)
 
     def _status(self, told: Mapping[str, Any]) -> None:
         for key, value in told.items():
