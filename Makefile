@@ -22,6 +22,7 @@ demo: .venv/installed
 	@$(BIN)/cobodeck simulate cobodeck --scene lab_a --user demo --requests 5 --record out/demo.mcap
 	@$(BIN)/cobodeck render out/demo.mcap -o out/demo.svg
 	@echo; echo "cobodeck is in $(BIN); to call it by its name: . $(BIN)/activate"
+	@echo "to see the run in a browser: cobodeck watch out/demo.mcap; one that goes on: cobodeck simulate --live"
 
 # the tests of a file share what they compile and record, so that it stays with one worker;
 # what runs in real time has the machine to itself, files beside each other; it sleeps most of its time;

@@ -12,7 +12,7 @@ import hmac
 import ipaddress
 import secrets
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 from urllib.parse import urlsplit
@@ -58,21 +58,21 @@ class PageAddress(NamedTuple):
 
 
 def new_token() -> str:
-    """A token that nobody guesses."""
+    """A token of 96 random bits: nobody guesses it, however often they come back to try."""
     return secrets.token_urlsafe(12)
 
 
-def is_ours(host: str | None, port: int, at: PageAddress) -> bool:
+def is_ours(host: str, port: int, at: PageAddress) -> bool:
     """Whether a header `Host` names this server: by a local name, an address, or as it was told.
 
     Names of others are refused, as they may be made to point here by whoever owns them.
     """
     try:
-        found = urlsplit(f"//{host or ''}")
-        name, given = found.hostname, found.port or 80
+        found = urlsplit(f"//{host}")
+        name, given = found.hostname, 80 if found.port is None else found.port
     except ValueError:
         return False
-    if name is None or found.username is not None or found.path or given != port:
+    if name is None or found.netloc != host or found.username is not None or given != port:
         return False
     if name in LOCAL or name == at.host.lower():
         return True
@@ -81,9 +81,9 @@ def is_ours(host: str | None, port: int, at: PageAddress) -> bool:
     return _is_address(name) or name == socket.gethostname().lower()
 
 
-def is_same_origin(origin: str | None, host: str) -> bool:
+def is_same_origin(origins: Sequence[str], host: str) -> bool:
     """Whether a page of this server asks; programs without a page name no origin."""
-    return origin is None or origin == f"http://{host}"
+    return not origins or list(origins) == [f"http://{host}"]
 
 
 def _is_address(name: str) -> bool:
@@ -118,7 +118,7 @@ class Access:
 
     def authorize(self, page: int, token: object, name: object) -> str | None:
         """Take a token; returns why it is refused."""
-        given = token.encode() if isinstance(token, str) else b""
+        given = token.encode(errors="replace") if isinstance(token, str) else b""
         if not hmac.compare_digest(given, self._token):
             self._wrong[page] = self._wrong.get(page, 0) + 1
             return "this is not the token that was printed in the terminal"

@@ -8,14 +8,21 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 from collections import deque
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping
 from typing import Any, Protocol
 
 from cobodeck.live.access import Rules
+from cobodeck.terminal import complain
+from engine.run import raised
 
 Message = Mapping[str, Any]
 """A message of the page's protocol: JSON values, with its kind as `t`."""
+LARGEST_MESSAGE = 64 << 10
+"""Of a page, bytes."""
+DEEPEST, LARGEST_NUMBER, LONGEST_ID = 3, 1 << 53, 40
+"""Of a message of a page: objects in objects, numbers, characters of its `id` and `do`."""
 BOUND = 2 << 20
 """Events that may wait for a page, in characters of JSON."""
 
@@ -23,6 +30,40 @@ BOUND = 2 << 20
 def encoded(message: Message) -> str:
     """A message as it is sent."""
     return json.dumps(message, separators=(",", ":"))
+
+
+def parsed(text: str | bytes) -> dict[str, Any] | None:
+    """A message of a page; None if it is none that any page sends."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(found, dict) or not isinstance(found.get("t"), str):
+        return None
+    named = found.get("id", 0)
+    is_id = isinstance(named, int) or (isinstance(named, str) and len(named) <= LONGEST_ID)
+    return found if is_id and _is_plain(found, DEEPEST) else None
+
+
+def _is_plain(value: object, depth: int) -> bool:
+    if isinstance(value, dict | list):
+        inside = value.values() if isinstance(value, dict) else value
+        return depth > 0 and all(_is_plain(one, depth - 1) for one in inside)
+    if isinstance(value, int | float):
+        return math.isfinite(value) and abs(value) <= LARGEST_NUMBER
+    return True
+
+
+def number(message: Message, key: str, what: str) -> float:
+    """A number in a message of a page; `what` it is, with its unit.
+
+    Raises:
+        ValueError: it is none.
+    """
+    found = message.get(key)
+    if isinstance(found, bool) or not isinstance(found, int | float):
+        raise ValueError(f"`{key}` is a number, {what}")
+    return float(found)
 
 
 class Page:
@@ -105,6 +146,7 @@ class Pages:
     def __init__(self) -> None:
         self.by_number: dict[int, Page] = {}
         self._some = asyncio.Event()
+        self._wrong = ""
 
     def add(self, page: Page) -> None:
         """A page has come."""
@@ -143,6 +185,15 @@ class Pages:
         for page in self:
             page.renew()
 
+    def unforeseen(self, error: Exception) -> str:
+        """Tell an error of ours on the terminal and to all, not again and again; returns it."""
+        told = f"an error of the program: {raised(0, '', error)}"
+        if told != self._wrong:
+            self._wrong = told
+            complain(f"live page: {told}")
+            self.tell({"t": "say", "text": told})
+        return told
+
 
 class Source(Protocol):
     """What a server shows; its methods run in the server's event loop."""
@@ -166,5 +217,9 @@ class Source(Protocol):
         ...
 
     async def commanded(self, page: Page, message: Message) -> Message | None:
-        """Carry out a command with `who`; its `ack`, or None if that comes later."""
+        """Carry out a command with `who`; its `ack`, or None if that comes later.
+
+        Messages of the server itself, too: `beat`, a sign of life of the page that has control,
+        and `held`, the `name` of who has it.
+        """
         ...

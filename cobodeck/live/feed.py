@@ -1,9 +1,9 @@
 """The feed of a run: what its recorder writes, on its way to the process that serves pages.
 
-The run never waits. The messages of a tick become one frame, which a thread of its own writes to a
-socket. What waits to be written is bounded in bytes: beyond that, whole ticks are dropped and
-counted. Once half of it is free again, a frame with everything that holds now follows, so that
-whoever reads is right again.
+The run never waits. The messages of a tick, and of those that follow at once, become one frame,
+which a thread of its own writes to a socket. What waits to be written is bounded in bytes: beyond
+that, whole ticks are dropped and counted. Once half of it is free again, a frame with everything
+that holds now follows, so that whoever reads is right again.
 
 A frame is its length, 4 bytes, and a pickled tuple: its kind and its content. Only our own child
 reads it; what comes back are lines of JSON.
@@ -16,8 +16,9 @@ import pickle
 import socket
 import struct
 import threading
+import time
 from asyncio import IncompleteReadError, StreamReader
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import suppress
 from queue import SimpleQueue
 from typing import Any, NamedTuple
@@ -33,9 +34,13 @@ BOUND = 8 << 20
 """What may wait to be written, bytes; about 20 s of a run with scans."""
 LARGEST = 256 << 20
 """A frame larger than this is none of ours."""
+TOGETHER_S = 0.02
+"""Between two frames of ticks, s: to wake the thread that writes costs more than to add a tick."""
 CLOSING_S = 1.0
 """How long the end of a run may wait for the last frames, s."""
 _LENGTH = struct.Struct("<I")
+_Told = tuple[int, bytes, int]
+"""A message of a tick: the number of its channel, its bytes, the time of the run, ns."""
 
 
 class Whole(NamedTuple):
@@ -69,21 +74,26 @@ class Feed:
     Args:
         to: the socket that it is written to; closed at the end.
         bound: of what may wait, bytes.
+        now: a clock, s.
 
     Attributes:
         dropped: ticks that were not written, because too much waited.
         error: why nothing more is written.
     """
 
-    def __init__(self, to: socket.socket, bound: int = BOUND) -> None:
+    def __init__(
+        self, to: socket.socket, bound: int = BOUND, now: Callable[[], float] = time.monotonic
+    ) -> None:
         self.error: Exception | None = None
         self.dropped = 0
-        self._socket, self._bound = to, bound
+        self._socket, self._bound, self._now = to, bound, now
         self._frames: SimpleQueue[bytes | None] = SimpleQueue()
         self._given = self._written = 0  # bytes; each is changed by one thread alone
         self._channels: list[tuple[str, str]] = []
         self._told = 0  # channels that the reader knows
-        self._tick: list[tuple[int, bytes, int]] = []
+        self._tick: list[_Told] = []
+        self._ticks: list[list[_Told]] = []  # not yet sent
+        self._due = 0.0  # when they are
         self._behind = False
         self._loop: Loop | None = None
         self._entered: dict[str, int] = {}  # in dropped ticks
@@ -101,9 +111,9 @@ class Feed:
 
     # what the recorder does
 
-    def begin(self, header: Mapping[str, Any], attachments: Mapping[str, bytes]) -> None:
-        """Send the header and the attachments."""
-        self._put("begin", dict(header), dict(attachments))
+    def begin(self, header: Mapping[str, Any], attachments: Mapping[str, bytes]) -> None:  # noqa: ARG002
+        """Send the header; who serves the run has its texts already."""
+        self._put("begin", dict(header))
 
     def channel(self, topic: str, schema: MessageSchema) -> WriteBytes:
         """A function that adds a message to the tick."""
@@ -113,44 +123,59 @@ class Feed:
         return lambda data, now_ns: add((number, data, now_ns))
 
     def end_tick(self, now_ns: int) -> None:
-        """Send the tick, or drop it if too much waits."""
+        """Send the tick, soon, or drop it if too much waits."""
         messages = self._tick.copy()
         self._tick.clear()
         if self._behind or self.waiting > self._bound:
             self._leave_out(messages, now_ns)
             return
-        self._announce()
-        self._put("tick", messages)
+        self._ticks.append(messages)
+        if self._now() >= self._due:
+            self.flush()
+
+    def flush(self) -> None:
+        """Send all ticks so far."""
+        if self._ticks:
+            self._due = self._now() + TOGETHER_S
+            self._announce()
+            self._put("ticks", self._ticks)
+            self._ticks.clear()
 
     def write_metadata(self, name: str, values: Mapping[str, Any]) -> None:
         """Send values, such as the figures."""
+        self.flush()
         self._put(name, dict(values))
 
     def finish(self) -> None:
         """Leave it open: `close` ends it, once it is known where the record is."""
 
     def give_up(self, error: Exception | None = None) -> str | None:
-        """Close it."""
-        self.close()
-        return None if error is None else f"no live page any more: {error}"
+        """Send nothing any more; `close` ends it, as the run must not wait for that."""
+        self.error = self.error or error
+        return None if error is None else f"no live page any more, the run goes on: {error}"
 
     # beside the record
 
-    def tell(self, kind: str, value: Any) -> None:
-        """Send something else, from any thread; dropped if too much waits."""
-        if self.waiting <= self._bound:
-            self._put(kind, value)
+    def tell(self, kind: str, value: Any) -> bool:
+        """Send something else at once; False if it is dropped, because too much waits."""
+        if self.waiting > self._bound:
+            return False
+        self.flush()
+        self._put(kind, value)
+        return True
 
     def close(self) -> None:
         """Send what waits, as far as it is taken at once, and close the socket."""
+        self.flush()
         self._frames.put(None)
         self._thread.join(CLOSING_S)
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_WR)
         self._socket.close()
 
-    def _leave_out(self, messages: list[tuple[int, bytes, int]], now_ns: int) -> None:
+    def _leave_out(self, messages: list[_Told], now_ns: int) -> None:
         """Drop a tick, or send all that holds at its end, once there is room for it."""
+        self.flush()
         self._remember_entries(messages)
         if self._behind and self.waiting <= self._bound // 2:
             self._behind = False
@@ -165,9 +190,9 @@ class Feed:
             self._put("channels", self._channels[self._told :])
             self._told = len(self._channels)
 
-    def _put(self, *frame: Any) -> None:
+    def _put(self, kind: str, content: Any) -> None:
         if self.error is None:
-            data = pickle.dumps(frame, pickle.HIGHEST_PROTOCOL)
+            data = pickle.dumps((kind, content), pickle.HIGHEST_PROTOCOL)
             self._given += len(data)
             self._frames.put(_LENGTH.pack(len(data)) + data)
 
@@ -180,7 +205,7 @@ class Feed:
                 return
             self._written += len(frame) - _LENGTH.size
 
-    def _remember_entries(self, messages: list[tuple[int, bytes, int]]) -> None:
+    def _remember_entries(self, messages: list[_Told]) -> None:
         for number, data, _ in messages:
             if self._channels[number][0] == "trace":
                 time, kind, path, *_ = trace_line(json.loads(data))
@@ -220,22 +245,23 @@ def _newest(loop: Loop, now_ns: int) -> list[RecordedMessage]:
 
 
 async def frames(stream: StreamReader) -> AsyncIterator[tuple[str, Any]]:
-    """The frames of a feed, each with its kind; a tick as `Group`. Ends with the stream."""
+    """What a feed has, each with its kind; a `tick` as `Group`. Ends with the stream."""
     channels: list[tuple[str, str]] = []
     while True:
         try:
             [size] = _LENGTH.unpack(await stream.readexactly(_LENGTH.size))
             assert size <= LARGEST, f"a frame of {size} bytes"
-            kind, *content = pickle.loads(await stream.readexactly(size))  # from our own parent
+            kind, content = pickle.loads(await stream.readexactly(size))  # from our own parent
         except (IncompleteReadError, OSError):
             return
         if kind == "channels":
-            channels += content[0]
-        elif kind == "tick":
-            yield kind, _group(content[0], channels)
+            channels += content
+        elif kind == "ticks":
+            for told in content:
+                yield "tick", _group(told, channels)
         else:
-            yield kind, content[0] if len(content) == 1 else tuple(content)
+            yield kind, content
 
 
-def _group(told: list[tuple[int, bytes, int]], channels: list[tuple[str, str]]) -> Group:
+def _group(told: list[_Told], channels: list[tuple[str, str]]) -> Group:
     return closed([RecordedMessage(*channels[n], data, ns) for n, data, ns in told])

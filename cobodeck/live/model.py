@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from cobodeck.loop import LATE_NS
 from cobodeck.record.format import TOPIC, sample_of, trace_line, truth_again, value
 from cobodeck.record.read import Group, RecordedMessage
 from engine.chart import AUTONOMY
@@ -73,7 +74,7 @@ class RunModel:
         ticked = group.ticked
         self.at_ns = max(0, ticked.at_ns)
         self.missed += ticked.missed
-        self.late += ticked.late_ns > 0
+        self.late += ticked.late_ns > LATE_NS
         if ticked.kind == "end":
             self._set("active", {})
 

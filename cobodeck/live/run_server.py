@@ -5,14 +5,13 @@ from __future__ import annotations
 import asyncio
 import os
 import socket
-from contextlib import suppress
 from typing import Any
 
 from cobodeck.live.access import PageAddress
 from cobodeck.live.server import PageServer, serve
-from cobodeck.live.sources import LiveSource
-from cobodeck.project import catalogue
+from cobodeck.live.sources import LiveSource, SeenRun
 from cobodeck.terminal import Problem
+from engine.files import FileError
 from hw.ipc import Parent, Ready, serve as serve_parent
 
 NICE = 10
@@ -23,17 +22,26 @@ LIMIT = 1 << 20
 
 
 def main(settings: Any, ready: Ready, parent: Parent) -> None:  # noqa: ARG001
-    """Serve; see `hw.ipc`. The feed ends with the parent."""
+    """Serve; see `hw.ipc`. Charts and room are made before the clock of the run begins.
+
+    The feed ends with the parent.
+
+    Raises:
+        ValueError: the run cannot be shown.
+        OSError: the address cannot be had.
+    """
+    try:
+        run = SeenRun.written(settings["header"], settings["attachments"])
+    except (Problem, FileError) as error:
+        raise ValueError(f"the run cannot be shown: {error}") from None
     os.nice(NICE)
-    with suppress(Problem):  # as told when the run is shown
-        catalogue()  # imported now, before the clock of the run
-    asyncio.run(_serve_feed(settings, ready))
+    asyncio.run(_serve_feed(settings, run, ready))
 
 
-async def _serve_feed(settings: Any, ready: Ready) -> None:
+async def _serve_feed(settings: Any, run: SeenRun, ready: Ready) -> None:
     feed = socket.socket(fileno=settings["feed"])
     reader, writer = await asyncio.open_unix_connection(sock=feed, limit=LIMIT)
-    source = LiveSource(reader, writer, settings["rules"])
+    source = LiveSource(run, reader, writer, settings["rules"])
 
     def announce(server: PageServer) -> None:
         ready({"url": server.url, "port": server.port})

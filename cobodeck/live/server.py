@@ -8,44 +8,32 @@ Connections, messages and what waits to be sent are bounded.
 from __future__ import annotations
 
 import asyncio
-import json
-import mimetypes
+import logging
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from http import HTTPStatus
-from pathlib import Path
 from typing import Any
 
 from websockets.asyncio.server import Server, ServerConnection, serve as serve_sockets
-from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from cobodeck.live.access import Access, PageAddress, is_ours, is_same_origin
-from cobodeck.live.clients import Message, Page, Pages, Source
+from cobodeck.live.clients import LARGEST_MESSAGE, Page, Pages, Source, parsed
+from cobodeck.live.conversation import Conversation
+from cobodeck.live.page_files import page_file, refusal
 
-PAGE = Path(__file__).parent / "page"
-"""Its files are served: `index.html` as `/`, the others as `/page/NAME`."""
-VERSION = 1
-STOP_IS = "a software stop, not a safety device"
 MOST_PAGES, MOST_CONNECTIONS = 64, 128
-LARGEST_MESSAGE = 64 << 10
-"""Of a page, bytes."""
 UNREAD = 4 << 20
 """A connection that does not read is cut off above so many bytes."""
 RATE, BURST = 50.0, 200.0
 """Messages of one page: per s, and at once."""
 PING_S, PATIENCE_S, OPENING_S = 5.0, 10.0, 5.0
-LOOK_S = 0.1
-"""Between two looks at whether the controlling page is still there, s."""
-SECURE = {
-    "Content-Security-Policy": "default-src 'self'; style-src 'self' 'unsafe-inline'; "
-    "img-src 'self' data:; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Cache-Control": "no-store",
-}
+UNLOGGED = logging.getLogger(__name__)
+"""What clients do wrong is told to them, and does not fill the terminal of a run."""
+UNLOGGED.addHandler(logging.NullHandler())
+UNLOGGED.propagate = False
 
 
 class PageServer:
@@ -69,6 +57,7 @@ class PageServer:
         self.port = address.port
         self.pages = Pages()
         self.access = Access(source.rules, token, now)
+        self._talk = Conversation(source, self.pages, self.access)
         self._now, self._numbers = now, 0
         self._server: Server | None = None
         self._open: set[PageConnection] = set()
@@ -98,11 +87,12 @@ class PageServer:
             ping_interval=PING_S,
             ping_timeout=PATIENCE_S,
             close_timeout=1.0,
+            logger=UNLOGGED,
         )
         self.port = next(iter(self._server.sockets)).getsockname()[1]
         self._tasks = [
             asyncio.create_task(self.source.run(self.pages)),
-            asyncio.create_task(self._look_after()),
+            asyncio.create_task(self._talk.look_after()),
         ]
 
     async def close(self) -> None:
@@ -137,16 +127,18 @@ class PageServer:
 
     def _answer(self, _connection: ServerConnection, request: Request) -> Response | None:
         """A file, a refusal, or None: the WebSocket is opened."""
-        host = request.headers.get("Host")
-        if not is_ours(host, self.port, self.address):
-            return _refusal(HTTPStatus.MISDIRECTED_REQUEST, f"{host!r} is not served here")
+        hosts, origins = (request.headers.get_all(name) for name in ("Host", "Origin"))
+        if len(hosts) != 1 or not is_ours(hosts[0], self.port, self.address):
+            told = f"{', '.join(hosts) or 'no host'} is not served here, but {self.url}; a tunnel"
+            told += f" (`ssh -L`) has port {self.port} at both ends"
+            return refusal(HTTPStatus.MISDIRECTED_REQUEST, told)
         path = request.path.partition("?")[0]
         if path != "/ws":
-            return _file(path)
-        if not is_same_origin(request.headers.get("Origin"), str(host)):
-            return _refusal(HTTPStatus.FORBIDDEN, "only pages of this server may ask")
+            return page_file(path)
+        if not is_same_origin(origins, hosts[0]):
+            return refusal(HTTPStatus.FORBIDDEN, "only pages of this server may ask")
         if len(self.pages) >= MOST_PAGES:
-            return _refusal(HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_PAGES} pages are open already")
+            return refusal(HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_PAGES} pages are open already")
         return None
 
     async def _serve_page(self, connection: ServerConnection) -> None:
@@ -156,16 +148,25 @@ class PageServer:
         self._numbers += 1
         page = Page(self._numbers)
         self.pages.add(page)
-        sending = asyncio.create_task(page.send_all(connection.send, self._snapshot))
+        sending = asyncio.create_task(self._send(page, connection))
         try:
             with suppress(ConnectionClosed):
                 await self._hear(page, connection)
         finally:
             sending.cancel()
-            with suppress(asyncio.CancelledError, ConnectionClosed):
+            with suppress(asyncio.CancelledError):
                 await sending
             self.pages.remove(page)
-            self._left(page)
+            self._talk.left(page)
+
+    async def _send(self, page: Page, connection: ServerConnection) -> None:
+        try:
+            await page.send_all(connection.send, self._talk.snapshot)
+        except ConnectionClosed:
+            return
+        except Exception as error:  # noqa: BLE001  of a source; other pages go on
+            self.pages.unforeseen(error)
+            await connection.close(1011, "an error of the program")
 
     async def _hear(self, page: Page, connection: ServerConnection) -> None:
         allowed, before = BURST, self._now()
@@ -176,105 +177,14 @@ class PageServer:
             if allowed < 0.0:
                 await connection.close(1008, "too many messages")
                 return
-            message = _parsed(text)
+            message = parsed(text)
             if message is None:
-                await connection.close(1003, "a message is a JSON object with `t`")
+                await connection.close(1003, "a message is a small JSON object with `t`")
                 return
-            await self._take(page, message)
+            await self._talk.take(page, message)
             if self.access.tries_too_much(page.number):
                 await connection.close(1008, "too many wrong tokens")
                 return
-
-    def _left(self, page: Page) -> None:
-        held = self.access.holder
-        self.access.left(page.number)
-        if held != self.access.holder:
-            self._show_operator()
-
-    # messages
-
-    def _snapshot(self, page: Page) -> list[Message]:
-        hello = {
-            "t": "hello", "v": VERSION, "mode": "charts", "title": "", "about": [], "real": False,
-            "commands": self.source.rules.commands, "tick_hz": 0, "until": None, "signals": [],
-            "layers": [], "profiles": [], "stop_is": STOP_IS, **self.source.hello(),
-        }  # fmt: skip
-        operator = {"operator": self._operator(page)}
-        told = map(dict, self.source.snapshot(page))
-        return [hello, *(m | operator if m["t"] == "state" else m for m in told)]
-
-    def _operator(self, page: Page) -> dict[str, Any]:
-        return {"name": self.access.name, "you": self.access.holder == page.number}
-
-    def _show_operator(self) -> None:
-        for page in self.pages:
-            page.tell({"t": "ev", "operator": self._operator(page)})
-
-    async def _take(self, page: Page, message: dict[str, Any]) -> None:
-        kind = message["t"]
-        if kind == "auth":
-            self._authorize(page, message)
-        elif kind == "beat":
-            if self.access.beat(page.number):
-                await self.source.commanded(page, {"t": "cmd", "do": "beat"})
-        elif kind == "layers":
-            page.layers = {str(name) for name in _list(message.get("on"))}
-        elif kind == "cmd":
-            await self._command(page, message)
-        else:
-            try:
-                answers = await self.source.asked(page, message)
-            except (ValueError, TypeError, KeyError) as error:
-                answers = [{"t": "say", "text": f"{kind}: {error}"}]
-            for answer in answers:
-                page.tell(answer)
-
-    def _authorize(self, page: Page, message: dict[str, Any]) -> None:
-        wrong = self.access.authorize(page.number, message.get("token"), message.get("name"))
-        page.name = self.access.name_of(page.number)
-        page.tell(_ack(message, wrong, f"you are {page.name}"))
-
-    async def _command(self, page: Page, message: dict[str, Any]) -> None:
-        do = str(message.get("do"))
-        before = self.access.holder
-        wrong = self.access.refusal(page.number, do)
-        if wrong is not None:
-            page.tell(_ack(message, wrong))
-            return
-        if do in ("take", "release"):
-            await self._hand_over(page, message, do)
-            return
-        if before != self.access.holder:
-            await self._tell_holder()
-        who = page.name or f"page {page.number}"
-        answer = await self.source.commanded(page, {**message, "do": do, "who": who})
-        if answer is not None:
-            page.tell(answer)
-
-    async def _hand_over(self, page: Page, message: dict[str, Any], do: str) -> None:
-        if do == "release":
-            wrong = None if self.access.release(page.number) else "this page has no control"
-            page.tell(_ack(message, wrong, "released"))
-        else:
-            before = self.access.take(page.number)
-            page.tell(_ack(message, None, f"taken over from {before}" if before else "taken"))
-            self.pages.tell({"t": "say", "text": f"{self.access.name} has control"})
-        await self._tell_holder()
-
-    async def _tell_holder(self) -> None:
-        """Show who has control, and tell the run, which watches over it, too."""
-        self._show_operator()
-        told = {"t": "cmd", "do": "held", "name": self.access.name}
-        await self.source.commanded(Page(0), told)
-
-    async def _look_after(self) -> None:
-        while True:
-            await asyncio.sleep(LOOK_S)
-            name = self.access.lost()
-            if name is not None:
-                lost = {"t": "cmd", "do": "stop", "who": f"the page of {name} is gone"}
-                await self.source.commanded(Page(0), lost)
-                await self._tell_holder()
 
 
 class PageConnection(ServerConnection):
@@ -302,45 +212,6 @@ class PageConnection(ServerConnection):
             self.transport.abort()
             return
         super().data_received(data)
-
-
-def _parsed(text: str | bytes) -> dict[str, Any] | None:
-    """A message of a page; None if it is none."""
-    try:
-        found = json.loads(text)
-    except (ValueError, RecursionError):
-        return None
-    is_message = isinstance(found, dict) and isinstance(found.get("t"), str)
-    return found if is_message else None
-
-
-def _list(value: object) -> list[Any]:
-    return value if isinstance(value, list) else []
-
-
-def _ack(message: Message, wrong: str | None, text: str = "") -> Message:
-    return {"t": "ack", "id": message.get("id"), "ok": wrong is None, "text": wrong or text}
-
-
-def _file(path: str) -> Response:
-    """A file of the page, by its name; names are compared, so no path leads elsewhere."""
-    name = "index.html" if path == "/" else path.removeprefix("/page/")
-    file = {found.name: found for found in PAGE.iterdir() if found.is_file()}.get(name)
-    if file is None or (path != "/" and not path.startswith("/page/")):
-        return _refusal(HTTPStatus.NOT_FOUND, "there is no such page")
-    kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
-    return _response(HTTPStatus.OK, file.read_bytes(), kind)
-
-
-def _refusal(status: HTTPStatus, text: str) -> Response:
-    return _response(status, f"{text}\n".encode(), "text/plain")
-
-
-def _response(status: HTTPStatus, body: bytes, kind: str) -> Response:
-    text = f"{kind}; charset=utf-8" if kind.startswith("text/") else kind
-    length = str(len(body))
-    headers = {"Content-Type": text, "Content-Length": length, "Connection": "close", **SECURE}
-    return Response(status.value, status.phrase, Headers(headers), body)
 
 
 async def serve(

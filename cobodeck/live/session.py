@@ -11,14 +11,17 @@ from pathlib import Path
 
 from cobodeck.live.access import PageAddress, Rules, new_token
 from cobodeck.live.clients import Source
-from cobodeck.live.commands import PageOperator
 from cobodeck.live.feed import Feed
+from cobodeck.live.steering import PageOperator
 from cobodeck.loop import Loop
+from cobodeck.record.format import attachments, header_of_setup
 from cobodeck.setup import Options, Setup
 from cobodeck.terminal import Problem
 from hw.ipc import Child
 
 SERVER = "cobodeck.live.run_server"
+STARTING_S = 60.0
+"""How long it may take to start, s: it draws the charts, perhaps beside much else."""
 FAR = (
     "anybody who reaches {host} sees this run, and can stop it; with the token they command it. "
     "Nothing is encrypted: use it in a network of its own, or through `ssh -L`"
@@ -86,11 +89,13 @@ class LivePage:
             "rules": rules,
             "address": tuple(address),
             "token": token,
+            "header": {**header_of_setup(setup, options), "signals": []},
+            "attachments": attachments(setup),
         }
         self._child = Child(SERVER, settings, "the server of the live page", [theirs.fileno()])
         theirs.close()
         try:
-            told = self._child.wait()
+            told = self._child.wait(STARTING_S)
         except OSError as error:
             ours.close()
             raise Problem(f"no live page at {address.host}:{address.port}: {error}") from None

@@ -5,6 +5,7 @@ from cobodeck.loop.clocks import (
     Virtual as Virtual,
 )
 from cobodeck.loop.loop import (
+    LATE_NS as LATE_NS,
     Kind as Kind,
     Loop as Loop,
     Observer as Observer,

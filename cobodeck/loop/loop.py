@@ -50,7 +50,8 @@ class Ticked(NamedTuple):
     `kind`: a tick of the `grid`; an instant of the grid `left_out`, at which samples were taken
     but the chart did not run; a tick `added` off the grid; samples `taken` off the grid without a
     tick; or the `end` of the run, when the nodes still running were closed. `number` is that of
-    the grid, `missed` the ticks of the grid skipped just before, `late_ns` how late the clock was.
+    the grid, `missed` the ticks of the grid skipped just before, `late_ns` how long after the
+    instant at which a tick was due by the grid it began.
     """
 
     at_ns: int
@@ -106,6 +107,7 @@ class Loop:
     busy: bool = False
     _told: int = 0
     _plant_ns: int = 0
+    _late_ns: int = 0
     _leaps: bool = False
     _stopping: str | None = None
 
@@ -223,7 +225,7 @@ class Loop:
         watch, self.busy = self.stopwatch, True
         if watch is not None:
             watch.begin()
-        before, read = self.missed, now
+        before = self.missed
         now = self._begin(now)
         if watch is not None:
             watch.lap(0)
@@ -239,7 +241,7 @@ class Loop:
             kind = "grid" if self._decide(now) else "left_out"
         finally:  # a tick that Ctrl-C interrupts counts as well
             if self.taps:
-                self._end(Ticked(now, self.ticks - 1, kind, self.missed - before, read - now))
+                self._end(Ticked(now, self.ticks - 1, kind, self.missed - before, self._late_ns))
         if watch is not None:
             watch.end(self.grid.period_ns)
         self.busy = False
@@ -253,7 +255,8 @@ class Loop:
         """Advance the plant to the latest instant of the grid; returns the tick's instant, ns."""
         number = self.ticks
         instant = self.grid.instant(number)
-        if now - instant > LATE_NS:
+        self._late_ns = now - instant
+        if self._late_ns > LATE_NS:
             number = self.grid.last(now)
             self.missed += number - self.ticks
             instant, on_grid = now, self.grid.instant(number)

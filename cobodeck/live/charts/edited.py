@@ -117,10 +117,9 @@ class EditedCharts:
 
     async def commanded(self, page: Page, message: Message) -> Message | None:
         """Start a run; there is nothing else to command."""
-        do = message.get("do")
-        if do in ("beat", "held") or not page.number:  # the server's own
+        if message["t"] != "cmd":  # who controls is nothing to a chart
             return None
-        if do != "start":
+        if message["do"] != "start":
             return _ack(message, "nothing runs here; start a chart, its page has all commands")
         file = self._folder.file_of(message.get("chart"))
         if isinstance(file, str):

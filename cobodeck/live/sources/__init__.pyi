@@ -7,5 +7,4 @@ from cobodeck.live.sources.recorded import (
 )
 from cobodeck.live.sources.seen_run import (
     SeenRun as SeenRun,
-    Texts as Texts,
 )

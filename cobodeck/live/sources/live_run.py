@@ -23,18 +23,22 @@ class LiveSource:
     """A run from its feed; commands go back on the same socket, as lines of JSON.
 
     Args:
+        run: what is run, made before it begins.
         reader: the feed.
         writer: takes the commands.
         rules: what may be commanded.
     """
 
     def __init__(
-        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, rules: Rules
+        self,
+        run: SeenRun,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+        rules: Rules,
     ) -> None:
         self.rules = rules
-        self._reader, self._writer = reader, writer
+        self._run, self._reader, self._writer = run, reader, writer
         self._model = RunModel()
-        self._run: SeenRun | None = None
         self._speed = 1.0
         self._replaced = False
         self._health: dict[str, Any] = {}
@@ -43,15 +47,11 @@ class LiveSource:
 
     def hello(self) -> Message:
         """The message `hello`."""
-        early = {"title": "cobodeck", "about": ["charts and scene are being prepared"]}
-        about = early if self._run is None else self._run.hello()
-        return {**about, "mode": "live", "real": self.rules.real, "until": None}
+        return {**self._run.hello(), "mode": "live", "real": self.rules.real, "until": None}
 
     def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
         """All that a page has to know."""
         self._tell_changes()  # to others: what is new is in there
-        if self._run is None:
-            return [self._state()]
         told = [*self._run.charts(), self._run.room(), self._state(), self._run.lanes()]
         return [*told, self._figure_rows()]
 
@@ -76,25 +76,26 @@ class LiveSource:
         self._pages.tell({"t": "ev", "over": True})
 
     def _seen(self) -> list[tuple[SeenRoom, RunModel, int]]:
-        return [] if self._run is None else [(self._run.place, self._model, 0)]
+        return [(self._run.place, self._model, 0)]
 
     async def _read(self) -> None:
         async for kind, content in frames(self._reader):
-            if kind == "begin":
-                self._run = await asyncio.to_thread(SeenRun.written, *content)
-                self._pages.renew()
-                continue
-            self._take(kind, content)
-            if self._replaced and self._run is not None:
-                await asyncio.to_thread(self._run.charts)  # meanwhile, pages can stop the run
-                self._replaced = False
-                self._pages.renew()
+            try:
+                self._take(kind, content)
+                if self._replaced:
+                    await asyncio.to_thread(self._run.charts)  # meanwhile, pages can stop the run
+                    self._replaced = False
+                    self._pages.renew()
+            except Exception as error:  # noqa: BLE001  who watches can still stop
+                self._pages.unforeseen(error)
 
     async def asked(self, page: Page, message: Message) -> Iterable[Message]:
         """The newest value of a plotted signal; what is past is in the record."""
-        if message["t"] != "plot" or self._run is None:
+        if message["t"] != "plot":
             return [{"t": "say", "text": "this is for records: watch the record of this run"}]
-        signal = str(message["signal"])
+        signal = str(message.get("signal"))
+        if signal not in self._run.signals:
+            return [{"t": "say", "text": f"no signal {signal!r}; the list has all"}]
         if not message.get("on"):
             page.plots.discard(signal)
             return []
@@ -102,7 +103,7 @@ class LiveSource:
         return filter(None, [self._run.plot(self._model, signal, more=False)])
 
     async def commanded(self, page: Page, message: Message) -> Message | None:
-        """Pass a command on to the run, whose `ack` comes later."""
+        """Pass a command, or what the server says itself, on to the run; an `ack` comes later."""
         told = {**message, "page": page.number}
         self._writer.write(json.dumps(told).encode() + b"\n")
         await self._writer.drain()
@@ -112,7 +113,10 @@ class LiveSource:
         return {**self._model.state(), "speed": self._speed}
 
     def _take(self, kind: str, content: Any) -> None:
-        if kind == "tick":
+        if kind == "begin":
+            self._run.begin(content)
+            self._pages.renew()
+        elif kind == "tick":
             self._tick(content)
         elif kind == "whole":
             self._model.renew(content)
@@ -132,10 +136,9 @@ class LiveSource:
 
     def _tick(self, group: Group) -> None:
         self._model.add(group)
-        if self._run is not None:
-            self._run.add(group)
-            commands = group.messages("operator")
-            self._replaced |= any(told["command"] == "Replace" for told in commands)
+        self._run.add(group)
+        commands = group.messages("operator")
+        self._replaced |= any(told["command"] == "Replace" for told in commands)
 
     def _status(self, told: Mapping[str, Any]) -> None:
         for key, value in told.items():
@@ -152,17 +155,23 @@ class LiveSource:
             await self._pages.some()
             due = max(due + FRAME_S, clock.time())
             await asyncio.sleep(due - clock.time())
-            self._tell_changes()
-            if clock.time() >= health and self._run is not None:
-                health = clock.time() + HEALTH_S
-                self._pages.tell(self._health_message(), "health")
-                self._pages.tell(self._figure_rows(), "figures")
+            try:
+                self._tell_changes()
+                if clock.time() >= health:
+                    health = clock.time() + HEALTH_S
+                    self._tell_figures()
+            except Exception as error:  # noqa: BLE001  who watches can still stop
+                self._pages.unforeseen(error)
+
+    def _tell_figures(self) -> None:
+        self._pages.tell(self._health_message(), "health")
+        self._pages.tell(self._figure_rows(), "figures")
 
     def _tell_changes(self) -> None:
         changes = self._model.changes()
         if changes is not None:
             self._pages.tell(changes)
-        if self._run is None or not len(self._pages):
+        if not len(self._pages):
             return
         lanes = self._run.new_lanes()
         if lanes is not None:

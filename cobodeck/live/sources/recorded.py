@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.live.access import Rules
-from cobodeck.live.clients import Message, Page, Pages
+from cobodeck.live.clients import Message, Page, Pages, number
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
 from cobodeck.live.sources.seen_run import SeenRun, numbers_of
@@ -222,22 +222,23 @@ class RecordSource:
         """Seek and play for all pages; plots and figures of a range for the one that asks."""
         kind = message["t"]
         if kind == "seek":
-            self._at = min(self.until, max(0.0, float(message["at"])))
+            self._at = min(self.until, max(0.0, number(message, "at", "s in the run")))
             for run in self._runs:
                 run.seek(round(self._at * 1e9))
                 run.model.changes()
             self._tell_states()
         elif kind == "play":
-            speed = float(message["speed"])
+            speed = number(message, "speed", f"0 or from {SLOWEST:g} to {FASTEST:g}")
             self._play(min(FASTEST, max(SLOWEST, speed)) if speed else 0.0)
         elif kind == "plot":
             if not message.get("on"):
                 return []
-            signal = str(message["signal"])
+            signal = str(message.get("signal"))
             plots = [await asyncio.to_thread(run.plot, signal) for run in self._runs]
             return [plot for plot in plots if plot is not None]
         elif kind == "range":
-            between = float(message["from"]), float(message["to"])
+            ends = (number(message, key, "s in the run") for key in ("from", "to"))
+            between = next(ends), next(ends)
             return [await asyncio.to_thread(range_message, run, between) for run in self._runs]
         return []
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from cobodeck.live.clients import Message, Pages, encoded
+from cobodeck.live.clients import Message, Page, Pages, encoded
 from cobodeck.live.model import RunModel
 from cobodeck.record.format import value
 from cobodeck.setup import Setup
@@ -31,7 +31,8 @@ FRAME_S = 0.05
 """Between two frames, s."""
 FIRST_OFF = frozenset({"inflations", "places", "tracked", "costmap", "chase", "escape", "haptic"})
 """Layers that a page shows only when asked: what nobody needs always, or what takes long."""
-SHOWN = frozenset(LAYERS) - FIRST_OFF
+ALL = frozenset(LAYERS)
+SHOWN = ALL - FIRST_OFF
 PLAN_S = 0.25
 """Between two plans of the path to a goal, s in the run."""
 CHASE_CELL = 0.1
@@ -133,30 +134,40 @@ Seen = Callable[[], Iterable[tuple[SeenRoom, RunModel, int]]]
 
 
 async def tell_frames(pages: Pages, seen: Seen) -> None:
-    """Tell pages what moves, each its layers, as often as it changes; until cancelled.
-
-    Only layers that somebody shows are made; pages with the same ones get the same text.
-    """
+    """Tell pages what moves, each its layers, as often as it changes; until cancelled."""
     told: object = None
     while True:
         await pages.some()
         await asyncio.sleep(FRAME_S)
-        asked = {p: frozenset(SHOWN if p.layers is None else p.layers) for p in pages}
+        asked = {page: _shown(page) for page in pages}
         runs = list(seen())
         state = [(p.number, p.snapshots, *sorted(shown)) for p, shown in asked.items()]
         now = [model.at_ns for _, model, _ in runs], state
         if now == told or not asked:
             continue
         told = now
-        wanted = frozenset().union(*asked.values())
-        for room, model, slot in runs:
-            at, moment = model.at_ns / 1e9, room.moment(model)
-            shapes = await asyncio.to_thread(room.shapes, moment, wanted)
-            slotted = {"slot": slot} if slot else {}
-            texts = {}
-            for shown in set(asked.values()):
-                seen_shapes = [shape for shape in shapes if shape["l"] in shown]
-                frame = {"t": "frame", "at": at, "shapes": seen_shapes, **slotted}
-                texts[shown] = encoded(frame)
-            for page, shown in asked.items():
-                page.put(texts[shown], f"frame{slot}")
+        try:
+            for run in runs:
+                await _tell_frame(asked, *run)
+        except Exception as error:  # noqa: BLE001  who watches can still stop
+            pages.unforeseen(error)
+
+
+def _shown(page: Page) -> frozenset[str]:
+    return SHOWN if page.layers is None else ALL & page.layers
+
+
+async def _tell_frame(
+    asked: Mapping[Page, frozenset[str]], room: SeenRoom, model: RunModel, slot: int
+) -> None:
+    """Only layers that somebody shows are made; pages with the same ones get the same text."""
+    wanted = frozenset().union(*asked.values())
+    at, moment = model.at_ns / 1e9, room.moment(model)
+    shapes = await asyncio.to_thread(room.shapes, moment, wanted)
+    slotted = {"slot": slot} if slot else {}
+    texts = {}
+    for shown in set(asked.values()):
+        seen_shapes = [shape for shape in shapes if shape["l"] in shown]
+        texts[shown] = encoded({"t": "frame", "at": at, "shapes": seen_shapes, **slotted})
+    for page, shown in asked.items():
+        page.put(texts[shown], f"frame{slot}")

@@ -44,7 +44,9 @@ class SeenRun:
 
     def __init__(self, texts: Texts | Record, known: Catalogue, slot: int = 0) -> None:
         self.setup: Setup = written_setup(texts, known)
-        self._texts, self._known, self.slot = texts, known, slot
+        self._header, self._file = texts.header, texts.path.name
+        self._known, self.slot = known, slot
+        self._types = types_of(known.signals)
         self.place = SeenRoom(self.setup)
         self._chart = self.setup.chart
         self._charts: Mapping[str, Chart] = self.setup.library
@@ -52,14 +54,16 @@ class SeenRun:
         self._visits, self._spans = Visits(), deque[NodeSpan](maxlen=MOST_SPANS)
         self._marks: deque[Message] = deque(maxlen=MOST_SPANS)
         self._new = _News()
-        self._begun: dict[str, float] = {}
-        self._told_begun: dict[str, float] = {}
-        self._end_s = self._told_s = 0.0
+        self._end_s = 0.0
         self._message: Message | None = None
 
     @classmethod
     def written(cls, header: Mapping[str, Any], attachments: Mapping[str, bytes]) -> SeenRun:
-        """A run from what its recorder says of it."""
+        """A run from its texts, before it begins.
+
+        Raises:
+            Problem, FileError: as the class.
+        """
         texts = Texts(Path("this run"), header, attachments)
         try:
             found = cls(texts, catalogue())
@@ -68,12 +72,17 @@ class SeenRun:
         found.charts()  # drawn now, while nobody waits
         return found
 
+    def begin(self, header: Mapping[str, Any]) -> None:
+        """Take what is known once the run has begun, such as its signals."""
+        self._header = header
+
     def hello(self) -> dict[str, Any]:
         """What `hello` says of it."""
-        header: Any = self._texts.header
-        about = [f"{header['plant']}, {header['profile']['name']}", f"began {header['began']}"]
-        types = types_of(self._known.signals)
-        signals = [{"name": n, "type": str(types.get(n, ""))} for n in header["signals"]]
+        header: Any = self._header
+        about = [f"{header['plant']}, {header['profile']['name']}"]
+        if "began" in header:
+            about.append(f"began {header['began']}")
+        signals = [{"name": n, "type": str(self._types.get(n, ""))} for n in self.signals]
         return {
             "title": self._chart.name,
             "about": about,
@@ -107,6 +116,12 @@ class SeenRun:
         self._used = used_charts(self._chart, self._charts)
 
     # what moves
+
+    @property
+    def signals(self) -> Sequence[str]:
+        """The names of those that the run has."""
+        found: Sequence[str] = self._header["signals"]
+        return found
 
     @property
     def slotted(self) -> dict[str, int]:
@@ -160,7 +175,6 @@ class SeenRun:
     def lanes(self) -> Message:
         """All lanes, whole."""
         self._new = _News()
-        self._told_s = self._end_s
         return self._lanes("lanes", self._spans, list(self._marks))
 
     def new_lanes(self) -> Message | None:
@@ -183,7 +197,7 @@ class SeenRun:
             rows[path].append([self._visits.open[path][1], None, ""])
         lanes = [{"path": p, "name": self._used.get(p, p), "spans": s} for p, s in rows.items()]
         told = {"t": kind, "lanes": lanes, "marks": marks, "from": 0.0, "to": self._end_s}
-        return told | {"title": self._texts.path.name} | self.slotted
+        return told | {"title": self._file} | self.slotted
 
 
 class _News:

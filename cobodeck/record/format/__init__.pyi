@@ -34,6 +34,7 @@ from cobodeck.record.format.record_header import (
     code as code,
     header as header,
     header_of_replay as header_of_replay,
+    header_of_setup as header_of_setup,
     label as label,
     machine as machine,
     read_files as read_files,

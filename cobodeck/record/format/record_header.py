@@ -58,13 +58,31 @@ def header(
         began: the wall time of the start, ISO 8601.
     """
     guard, board = loop.plant.guard, loop.wired.board
-    scene = setup.scene
     return {
         "format": FORMAT,
         "began": began,
         "command": list(command),
-        "plant": kind_of(options),
+        **header_of_setup(setup, options),
         "real_time": loop.clock.waits,
+        "latency_ns": loop.plant.latency_ns,
+        "parts": {name: list(part.signals) for name, part in loop.plant.parts.items()},
+        "signals": list(board.slots),
+        "flowing": sorted(loop.wired.inlet.flowing),
+        "guard": None
+        if guard is None
+        else {"governor": guard.chain.limits.governor, "watched": guard.chain.limits.watched},
+        "versions": versions(),
+        "machine": machine(),
+        "files": {label(path): sha256(data) for path, data in read_files()} | _of_person(options),
+        "code": code(setup.catalogue),
+    }
+
+
+def header_of_setup(setup: Setup, options: Options) -> dict[str, Any]:
+    """What of the header is known before anything is built."""
+    scene = setup.scene
+    return {
+        "plant": kind_of(options),
         "chart": setup.chart.name,
         "charts": {name: label(Path(setup.library[name].file)) for name in _charts(setup)},
         "inputs": dict(setup.inputs),
@@ -82,17 +100,6 @@ def header(
         "tick_hz": setup.tick_hz,
         "options": _plain(options),
         "user": options.user or (None if scene is None else scene.user),
-        "latency_ns": loop.plant.latency_ns,
-        "parts": {name: list(part.signals) for name, part in loop.plant.parts.items()},
-        "signals": list(board.slots),
-        "flowing": sorted(loop.wired.inlet.flowing),
-        "guard": None
-        if guard is None
-        else {"governor": guard.chain.limits.governor, "watched": guard.chain.limits.watched},
-        "versions": versions(),
-        "machine": machine(),
-        "files": {label(path): sha256(data) for path, data in read_files()} | _of_person(options),
-        "code": code(setup.catalogue),
     }
 
 

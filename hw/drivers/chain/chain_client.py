@@ -118,7 +118,7 @@ class ChainLink:
         self._asked: int | None = None
         self._answered: tuple[int, str | None] = (-1, None)
         try:
-            self._child = Child(MODULE, self._settings(opening, rate, arm), NAME)
+            self.child = Child(MODULE, self._settings(opening, rate, arm), NAME)
         except BaseException:
             self._feed.close()
             self._outlet.close()
@@ -166,7 +166,7 @@ class ChainLink:
         Raises:
             OSError: the wheels cannot be opened, or another engine uses them.
         """
-        self._child.wait()
+        self.child.wait()
         self._heard_ns = time.monotonic_ns()
         self._feed.start()
 
@@ -179,7 +179,7 @@ class ChainLink:
     @property
     def pid(self) -> int:
         """Process id."""
-        return self._child.pid
+        return self.child.pid
 
     @property
     def fault(self) -> str | None:
@@ -190,7 +190,7 @@ class ChainLink:
         """Stop the wheels until a reset; may be called from any thread."""
         if self.stopped is None:
             self.stopped = reason
-        self._child.send("pull", reason[:LONGEST_TEXT])
+        self.child.send("pull", reason[:LONGEST_TEXT])
 
     def reset(self) -> bool:
         """Ask to release the stop; waits RESET_S at most. `why` says why it stays."""
@@ -204,7 +204,7 @@ class ChainLink:
                 return True
             token = next(self._tokens)
             self._asked = token
-            self._child.send("reset", token)
+            self.child.send("reset", token)
             heard = self._answer.wait_for(lambda: self._answered[0] == token, RESET_S)
             self._asked = None
             self.why = self._answered[1] if heard else "no answer"
@@ -217,7 +217,7 @@ class ChainLink:
             OSError: not all records of its cycles have arrived.
         """
         self._closing = True
-        self._child.close(CLOSING_S)
+        self.child.close(CLOSING_S)
         self._feed.close()
         self._outlet.close()
         if self.remote.lost > 0:
@@ -259,7 +259,7 @@ class ChainLink:
         if self._closing or self._dead is not None or self._heard_ns is None:
             return
         if looked_ns - self._heard_ns > CHAIN_SILENT_NS:
-            self._dead = self._child.fault or SILENT
+            self._dead = self.child.fault or SILENT
             self._stop(self._dead)
 
     def _stop(self, reason: str) -> None:

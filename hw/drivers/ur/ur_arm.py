@@ -100,7 +100,7 @@ class UrArm:
         self._renewing: threading.Thread | None = None
         self._over = threading.Event()
         self._watching = threading.Thread(target=self._watch, name="arm", daemon=True)
-        self._child = Child(WORKER, self._settings, NAME)
+        self.child = Child(WORKER, self._settings, NAME)
 
     @staticmethod
     def probe(host: str, **_: Any) -> str:
@@ -155,7 +155,7 @@ class UrArm:
     @property
     def pid(self) -> int:
         """Process id of its worker."""
-        return self._child.pid
+        return self.child.pid
 
     def acknowledge(self) -> bool:
         """Restart a lost arm on the operator's order; False until it is ready: then ask again."""
@@ -172,23 +172,23 @@ class UrArm:
         for thread in (self._watching, self._renewing):
             if thread is not None and thread.is_alive():
                 thread.join()
-        self._child.close()
+        self.child.close()
         self._feed.close()
         self._orders.close()
 
     # ---- the worker
 
     def _begin(self) -> None:
-        found = self._child.wait()
+        found = self.child.wait()
         self._orders.doors = [Door(*found["orders"])]
         self._heard = self._begun = time.monotonic_ns()
         self._fault = None
 
     def _renew(self) -> None:
         """Start a worker in place of a lost one; if that fails, the fault says why."""
-        self._child.close()
+        self.child.close()
         settings = replace(self._settings, course=self._number, acknowledged=True)
-        self._child = Child(WORKER, settings, NAME)
+        self.child = Child(WORKER, settings, NAME)
         try:
             self._begin()
         except OSError as error:
@@ -201,7 +201,7 @@ class UrArm:
             self._tell_here()
             looks = looks + 1 if time.monotonic_ns() - self._heard > WORKER_SILENT_NS else 0
             silent = looks >= LOOKS
-            fault = self._child.fault or (f"{NAME} is silent" if silent else None)
+            fault = self.child.fault or (f"{NAME} is silent" if silent else None)
             if self._fault is None and fault is not None:
                 self._lose(fault)
             if self._fault is not None and silent:
@@ -209,8 +209,8 @@ class UrArm:
 
     def _end_worker(self) -> None:
         """Kill the worker: a client that has lost its link would otherwise retry by itself."""
-        if not (self._renewing is not None and self._renewing.is_alive()) and self._child.alive:
-            self._child.kill()
+        if not (self._renewing is not None and self._renewing.is_alive()) and self.child.alive:
+            self.child.kill()
 
     def _lose(self, reason: str) -> None:
         self._fault = f"arm: {reason}"

@@ -49,7 +49,7 @@ class Shown:
 
     @property
     def done(self) -> list[str]:
-        return [str(order["do"]) for order in self.orders if order["do"] not in ("held", "beat")]
+        return [str(order["do"]) for order in self.orders if order["t"] == "cmd"]
 
 
 class Client:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-import select
 import signal
 import subprocess
 import sys
 from pathlib import Path
+from threading import Timer
 from typing import Self
 
 from tests.program import ROOT
@@ -33,10 +33,15 @@ class Served:
             text=True,
         )
         assert self._running.stdout
-        ready, _, _ = select.select([self._running.stdout], [], [], PATIENCE_S)
-        line = self._running.stdout.readline() if ready else "nothing"
-        found = FOUND.search(line)
-        assert found, line
+        patience = Timer(PATIENCE_S, self._running.kill)
+        patience.start()
+        lines, found = list[str](), None
+        for line in self._running.stdout:  # libraries may warn before it says its first line
+            lines.append(line)
+            if found := FOUND.search(line):
+                break
+        patience.cancel()
+        assert found, lines
         self.url, self.token = found[1], found[2]
         return self
 

@@ -7,15 +7,17 @@ import json
 import socket
 from collections.abc import AsyncIterator, Iterator, Mapping
 from pathlib import Path
-from threading import get_ident
+from threading import Event, get_ident
 from typing import Any
 
 import pytest
 
 from cobodeck.live.access import Rules
-from cobodeck.live.commands import PageOperator
 from cobodeck.live.sources import live_run
 from cobodeck.live.sources.seen_run import SeenRun
+from cobodeck.live.steering.orders import Orders, Refused
+from cobodeck.live.steering.page_operator import PageOperator
+from cobodeck.loop.clocks import Paced
 from cobodeck.loop.loop import Loop, Ticked
 from cobodeck.record.format.value_codec import value
 from cobodeck.record.read.reader import Group, Record, RecordedMessage
@@ -25,6 +27,7 @@ from cobodeck.record.write.start import recorder
 from cobodeck.run.build_run import stage
 from cobodeck.setup.options import Options
 from cobodeck.setup.setup import Setup, open_setup
+from engine.run.errors import Raised
 from tests.cobodeck.live.folding import AT, study
 from tests.waiting import until
 
@@ -44,9 +47,12 @@ class Answers:
 
     def __init__(self) -> None:
         self.told: list[tuple[str, Any]] = []
+        self.full = False
 
-    def tell(self, kind: str, value: Any) -> None:
-        self.told.append((kind, value))
+    def tell(self, kind: str, value: Any) -> bool:
+        if not self.full:
+            self.told.append((kind, value))
+        return not self.full
 
     def ack(self, number: int) -> Mapping[str, Any] | None:
         return next((v for k, v in self.told if k == "ack" and v["id"] == number), None)
@@ -63,6 +69,8 @@ class Steered:
         self.loop: Loop = stage(setup, options, tap=self.recorder.tap)
         self.recorder.attend(self.loop)
         self.answers, self._count = Answers(), 0
+        self.errors: list[Raised] = []
+        self.loop.tell = self.errors.append
         self.page, self.ours = socket.socketpair()
         self.operator = PageOperator(setup, self.loop, self.answers, self.ours, real)  # type: ignore[arg-type]
         self.operator.attend(parts)
@@ -70,13 +78,15 @@ class Steered:
 
     def send(self, **order: Any) -> int:
         self._count += 1
-        told = {"id": self._count, "page": 1, "who": "ann", **order}
+        told = {"t": "cmd", "id": self._count, "page": 1, "who": "ann", **order}
         self.page.sendall(json.dumps(told).encode() + b"\n")
         return self._count
 
     def do(self, do: str, **more: Any) -> str:
         """Command, and tick until there is an answer: empty, or why not."""
-        number = self.send(do=do, **more)
+        return self.answer(self.send(do=do, **more))
+
+    def answer(self, number: int) -> str:
         until(lambda: self.loop.tick() is None and self.answers.ack(number))
         self.loop.tick()
         ack = self.answers.ack(number)
@@ -218,7 +228,8 @@ def test_a_stop_does_not_wait_for_a_tick(steered: Steered) -> None:
     assert steered.do("reset") == ""
     assert line.reason is None
     steered.loop.tick()
-    assert dict(steered.answers.told)["status"]["stop"] in (True, False)
+    told = [held["stop"] for kind, held in steered.answers.told if kind == "status"]
+    assert told[-1] is False
 
 
 def test_a_stop_while_parts_are_closed_is_on_record_and_the_rest_is_refused(
@@ -226,18 +237,22 @@ def test_a_stop_while_parts_are_closed_is_on_record_and_the_rest_is_refused(
 ) -> None:
     steered.send(do="end")
     until(lambda: steered.loop.tick() == "stopped")
-    plant, told = steered.loop.plant, []
+    plant, sent = steered.loop.plant, []
 
     def close() -> None:
-        numbers = steered.send(do="stop"), steered.send(do="pause")
-        until(lambda: steered.answers.ack(numbers[1]))
-        told.extend(steered.answers.ack(number)["ok"] for number in numbers)
+        sent.extend((steered.send(do="stop"), steered.send(do="pause")))
+        until(lambda: len(steered.operator._ready) == 2)
         type(plant).close(plant)
 
     plant.close = close  # type: ignore[method-assign]
     record = Record(steered.finish())
+    steered.operator.close()
 
-    assert told == [True, False]
+    acks = [steered.answers.ack(number) for number in sent]
+    assert [ack and (ack["ok"], ack["text"]) for ack in acks] == [
+        (True, "done"),
+        (False, "the run has ended"),
+    ]
     *_, last = record.groups()
     commands = [(m["command"], value(m["arguments"]), m["by"]) for m in last.messages("operator")]
     assert commands == [("Remark", {"text": "stop"}, "ann")]
@@ -248,10 +263,109 @@ def test_a_stop_while_parts_are_closed_is_on_record_and_the_rest_is_refused(
 
 
 def test_lines_that_are_none_disturb_nothing(steered: Steered) -> None:
-    for line in (b"\xff\xfe\n", b"[]\n", b"{}\n", b"null\n", b'{"do": 5}\n', b"{" * 3000 + b"\n"):
+    lines = (b"\xff\xfe\n", b"[]\n", b"{}\n", b"null\n", b'{"t": "cmd"}\n', b"[" * 60_000 + b"\n")
+    for line in lines:
         steered.page.sendall(line)
 
     assert steered.do("pause") == ""
+    assert {error.path for error in steered.errors} == {"live page"}
+
+
+WRONG: tuple[tuple[dict[str, Any], str], ...] = (
+    ({"do": "lock"}, "the path of a node; given: nothing"),
+    ({"do": "lock", "path": ["look"]}, "the path of a node"),
+    ({"do": "level", "level": []}, "off, low, high or full"),
+    ({"do": "force", "path": "look", "outcome": 5}, "one of the node's outcomes"),
+    ({"do": "force", "path": "look", "outcome": "over", "outputs": [1]}, "comes with []"),
+    ({"do": "force", "path": "look", "outcome": "over", "outputs": {"x": 1}}, "comes with []"),
+    ({"do": "force", "path": "\ud800", "outcome": "over"}, "no node"),
+    ({"do": "replace", "text": {"chart": "x"}}, "a chart in YAML"),
+    ({"do": "replace", "text": "{" * 5000}, "Y06"),
+    ({"do": "replace", "text": "a: &a [x]\nb: *a"}, "alias"),
+    ({"do": "speed", "speed": 10**400}, "real time"),
+    ({"do": "[]"}, "no command '[]'"),
+)
+
+
+def test_a_command_of_a_wrong_type_is_refused_with_what_would_be_right(steered: Steered) -> None:
+    for order, right in WRONG:
+        assert right in steered.do(**order)
+    assert steered.errors == []
+    assert steered.active == ["look"]
+
+
+def test_speeds_are_numbers_between_bounds(setup: Setup) -> None:
+    loop = stage(setup, Options(), clock=Paced())
+    orders = Orders(setup, loop, False)
+    for speed in (True, "2", None, 0.0, -1, 101, 10**400, float("nan"), float("inf")):
+        with pytest.raises(Refused, match=r"2 or 0\.5|0\.1 to 100"):
+            orders.act({"do": "speed", "speed": speed})
+    assert orders.act({"do": "speed", "speed": 20})() is None
+    assert loop.clock.speed == 20.0
+    loop.wired.run.close()
+
+
+def test_a_stop_does_not_wait_while_something_is_made_ready(steered: Steered) -> None:
+    """Nor is it undone by a reset that somebody asked for before it."""
+    go_on, line = Event(), steered.loop.plant.parts["stop_line"]
+    orders = steered.operator._orders
+    ready = orders.act
+    orders.act = lambda order: go_on.wait(60.0) and ready(order)  # type: ignore[method-assign]
+    reset = steered.send(do="reset")
+
+    steered.send(do="stop")
+
+    until(lambda: line.reason is not None)
+    go_on.set()
+    assert "again" in steered.answer(reset)
+    assert line.reason is not None
+    assert steered.do("reset") == ""
+    assert line.reason is None
+
+
+def test_an_error_of_the_program_refuses_a_command_and_the_run_goes_on(steered: Steered) -> None:
+    def broken(*_: object) -> str | None:
+        raise ZeroDivisionError("oh")
+
+    orders = steered.operator._orders
+    for act in (broken, lambda _order: broken):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(orders, "act", act)
+            told = steered.do("pause")
+        assert "an error of the program" in told
+        assert "ZeroDivisionError: oh" in told
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(orders, "stop", broken)
+        assert "ZeroDivisionError: oh" in steered.do("stop")
+    assert [error.text for error in steered.errors] == ["oh"] * 3
+    assert steered.do("pause") == ""
+
+
+class Unreadable:
+    @property
+    def faults(self) -> list[str]:
+        raise ZeroDivisionError("oh")
+
+
+def test_what_pages_are_told_of_a_run_may_fail_and_wait(steered: Steered) -> None:
+    """An error is told once, and the run goes on; what was dropped is told later."""
+    loop, answers = steered.loop, steered.answers
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(loop.plant.parts, "operator", Unreadable())
+        ticks = loop.ticks
+        for _ in range(3):
+            loop.tick()
+    assert loop.ticks == ticks + 3
+    assert [error.text for error in steered.errors] == ["oh"]
+    [said] = [value for kind, value in answers.told if kind == "say"]
+    assert "an error of the program" in said
+
+    answers.full = True
+    loop.plant.parts["stop_line"].pull("somebody")
+    loop.tick()
+    answers.full = False
+    loop.tick()
+    assert [value["stop"] for kind, value in answers.told if kind == "status"][-1]
 
 
 @pytest.mark.slow
@@ -259,11 +373,11 @@ def test_who_has_control_on_parts_is_missed_also_when_the_server_dies(tmp_path: 
     for end in (False, True):
         found = Steered(study(), tmp_path / f"{end}.mcap", parts=True)
         line = found.loop.plant.parts["stop_line"]
-        found.send(do="held", name="ann")
+        found.send(t="held", name="ann")
         if end:
             found.page.close()
         until(lambda line=line: line.reason is not None)
-        assert ("ended" in line.reason) is end
+        assert ("no server" in line.reason) is end
         found.close()
         found.finish()
 
@@ -294,8 +408,7 @@ def test_another_chart_is_drawn_beside_the_loop_that_takes_commands(
         yield "tick", Group(Ticked(0, 0, "grid"), (told,), told)
 
     monkeypatch.setattr(live_run, "frames", frames)
-    source = live_run.LiveSource(None, None, Rules())  # type: ignore[arg-type]
-    source._run = Run()  # type: ignore[assignment]
+    source = live_run.LiveSource(Run(), None, None, Rules())  # type: ignore[arg-type]
     asyncio.run(source._read())
 
     assert len(drawn_in) == 1

@@ -57,12 +57,52 @@ def test_a_stalled_reader_costs_ticks_of_its_own_and_is_right_again() -> None:
     until(lambda: loop.tick() is None and "whole" in reader.kinds)
     for _ in range(5):
         loop.tick()
+    feed.flush()
     until(lambda: reader.model.at_ns == loop.now_ns)
 
     require_same(reader.model, loop)
     assert reader.model.active == folding.model.active
     assert reader.model.newest.keys() == folding.model.newest.keys()
     loop.wired.run.close()
+    feed.close()
+
+
+def test_ticks_at_once_are_sent_together_and_before_what_follows() -> None:
+    ours, theirs = socket.socketpair()
+    now = 0.0
+    feed, folding, reader = Feed(ours, now=lambda: now), Folding(), Reader(theirs)
+    loop, _ = recorded(study(), OPTIONS, folding, feed)
+    loop.tick()
+    given = feed._given
+    for _ in range(3):
+        loop.tick()
+    assert feed._given == given
+    now = 1.0
+    loop.tick()
+    assert feed._given > given
+    loop.tick()
+    feed.tell("say", "here")
+    reader.begin()
+
+    until(lambda: "say" in reader.kinds)
+
+    assert reader.kinds == ["begin", *["tick"] * 6, "say"]
+    assert reader.model.state() == folding.model.state()
+    loop.wired.run.close()
+    feed.close()
+
+
+def test_a_feed_that_is_given_up_waits_for_nobody() -> None:
+    """It happens within a tick, and its reader may be stalled."""
+    ours, theirs = socket.socketpair()
+    feed = Feed(ours)
+    feed.begin({"filling": "x" * (4 << 20)}, {})
+    assert "the run goes on" in (feed.give_up(OSError("full")) or "")
+    given = feed._given
+    feed.tell("say", "unheard")
+    assert feed._given == given
+    assert feed._thread.is_alive()  # it still writes to the stalled reader
+    theirs.close()
     feed.close()
 
 
@@ -78,9 +118,10 @@ def test_a_reader_that_is_gone_ends_the_feed_and_not_the_run() -> None:
     for _ in range(5):
         loop.tick()
 
-    assert [line.partition(":")[0] for line in told] == ["no live page any more"]
+    assert [line.partition(":")[0] for line in told] == ["no live page any more, the run goes on"]
     assert folding.model.at_ns == loop.now_ns
     loop.wired.run.close()
+    feed.close()
 
 
 def test_a_broken_file_leaves_the_other() -> None:

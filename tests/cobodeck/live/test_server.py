@@ -5,23 +5,19 @@ from __future__ import annotations
 import asyncio
 import json
 import socket
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Iterable
+from contextlib import suppress
 from typing import Any
 
 import pytest
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, InvalidStatus
 from websockets.http11 import Response
 
-from cobodeck.live.access import PageAddress, Rules, is_ours
-from cobodeck.live.clients import BOUND
-from cobodeck.live.server import (
-    LARGEST_MESSAGE,
-    MOST_CONNECTIONS,
-    MOST_PAGES,
-    UNREAD,
-    PageServer,
-)
-from tests.cobodeck.live.pages import Client, Shown, client, run, serving, until
+from cobodeck.live import server as live_server
+from cobodeck.live.access import Access, PageAddress, Rules, is_ours
+from cobodeck.live.clients import BOUND, LARGEST_MESSAGE, Message, Page, Pages, parsed
+from cobodeck.live.server import MOST_CONNECTIONS, MOST_PAGES, UNREAD, PageServer, serve
+from tests.cobodeck.live.pages import PATIENCE_S, TOKEN, Client, Shown, client, run, serving, until
 
 COMMANDS = ["reset", "ack", "pause", "resume", "step", "preempt", "end", "force", "consent",
             "refuse", "lock", "unlock", "level", "break", "unbreak", "speed", "replace", "start",
@@ -44,7 +40,7 @@ def test_anybody_stops_and_all_else_needs_the_token() -> None:
             assert source.done == ["stop"]
             assert (await page.authorize("me"))["ok"]
             assert (await page.command("pause"))["ok"]
-            assert [order["who"] for order in source.orders if order["do"] == "pause"] == ["me"]
+            assert [order["who"] for order in source.orders if order.get("do") == "pause"] == ["me"]
 
     run(main())
 
@@ -86,7 +82,7 @@ def test_a_controlling_page_that_is_not_heard_stops_a_run_on_parts() -> None:
             for _ in range(5):
                 now += 0.4
                 await page.tell(t="beat")
-                await until(lambda: source.orders.pop()["do"] == "beat" if source.orders else False)
+                await until(lambda: source.orders.pop()["t"] == "beat" if source.orders else False)
             await asyncio.sleep(0)
             assert "stop" not in source.done
             now += 0.6
@@ -140,24 +136,68 @@ def test_pages_of_others_are_refused(origin: str) -> None:
     run(main())
 
 
-@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example", "127.0.0.1:1", ""])
-def test_names_that_were_made_to_point_here_are_refused(host: str) -> None:
+HOSTS = ("evil.example:PORT", "127.0.0.1.evil.example:PORT", "127.0.0.1:1", "127.0.0.1", "",
+         "evil@127.0.0.1:PORT", "127.0.0.1:PORT/x", "127.0.0.1:PORT?x", "127.0.0.1:PORT#x",
+         "127.0.0.1:", "127.0.0.1:x", "[::1", "127.0.0.1:PORT\r\nHost: evil.example:PORT",
+         "127.0.0.1:PORT\r\nHost: 127.0.0.1:PORT")  # fmt: skip
+
+
+def test_names_that_were_made_to_point_here_are_refused(capfd: pytest.CaptureFixture[str]) -> None:
+    """With what would be right; and not a word of it goes to the terminal of a run."""
+
     async def main() -> None:
         async with serving(Shown()) as server:
-            told = await asked(server, f"GET / HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())
-            assert b"200" not in told.splitlines()[0]
+            for host in (f"Host: {host}\r\n".replace("PORT", str(server.port)) for host in HOSTS):
+                told = await asked(server, f"GET / HTTP/1.1\r\n{host}\r\n".encode())
+                assert told.startswith(b"HTTP/1.1 421 "), (host, told)
+            assert f"port {server.port} at both ends".encode() in told
+            told = await asked(server, b"GET / HTTP/1.1\r\n\r\n")
+            assert b"421" in told.splitlines()[0]
+            for junk in (b"GET\r\n\r\n", b"POST / HTTP/1.1\r\n\r\n", b"\x16\x03\x01\r\n\r\n"):
+                assert b"200" not in (await asked(server, junk))[:20]
 
     run(main())
+    assert capfd.readouterr() == ("", "")
 
 
 def test_hosts_that_are_ours() -> None:
     near, far = PageAddress(), PageAddress("0.0.0.0")
+    assert is_ours("localhost", 80, near)
+    assert is_ours("LOCALHOST:81", 81, near)
+    assert not is_ours("localhost:0", 80, near)
+    assert not is_ours("", 80, near)
     assert is_ours("localhost:80", 80, near)
     assert is_ours("[::1]:80", 80, near)
     assert not is_ours("192.168.0.7:80", 80, near)
     assert is_ours("192.168.0.7:80", 80, far)
+    assert is_ours("[fe80::1]:80", 80, far)
     assert not is_ours("rebound.example:80", 80, far)
-    assert not is_ours(None, 80, far)
+    assert is_ours("lab.example:80", 80, PageAddress("Lab.example"))
+
+
+def test_a_token_is_text_and_told_to_nobody() -> None:
+    access = Access(Rules(commands=True), "right", float)
+    for number, token in enumerate(("", "Right", "right ", "\ud800", 5, None, ["right"], {}), 1):
+        told = access.authorize(1, token, "me")
+        assert told is not None
+        assert "right" not in told
+        assert access.tries_too_much(1) is (number >= 5)
+    assert access.authorize(2, "right", "\ud800\u202e\x1b[2J" + "x" * 100) is None
+    assert access.name_of(2) == "[2J" + "x" * 37
+
+
+MESSAGES = ("[]", "5", '"x"', "null", "{}", '{"t": 5}', '{"t": "x", "at": NaN}', b"\xff",
+            '{"t": "x", "at": 1e999}', '{"t": "x", "at": ' + "9" * 5000 + "}", '{"t": "x"',
+            '{"t": "x", "at": 99999999999999999999}', '{"t": "x", "a": [[[1]]]}', "[" * 60_000,
+            '{"t": "x", "id": [1]}', '{"t": "x", "id": "' + "i" * 50 + '"}', '{"t": "x"} {}',
+            '{"t": "x", "a": ' + '{"a":' * 900 + "1" + "}" * 901)  # fmt: skip
+
+
+def test_messages_are_small_objects() -> None:
+    for text in MESSAGES:
+        assert parsed(text) is None, text[:40]
+    for text in ('{"t":"x"}', '{"t":"x","id":1,"o":{"k":"v"}}', '{"t":"a","t":"b","a":"\\ud800"}'):
+        assert parsed(text) is not None
 
 
 async def asked(server: PageServer, data: bytes) -> bytes:
@@ -189,32 +229,47 @@ def test_no_path_leads_out_of_the_page(path: str) -> None:
 
 async def _huge(server: PageServer, page: Client) -> None:
     await page.socket.send("x" * (LARGEST_MESSAGE + 1))
-    with pytest.raises(ConnectionClosed):
-        await page.hear("never")
+    await refused(page, 1009)
 
 
 async def _garbage(server: PageServer, page: Client) -> None:
     await page.socket.send("[1, 2")
-    with pytest.raises(ConnectionClosed):
-        await page.hear("never")
+    await refused(page, 1003)
 
 
 async def _deep(server: PageServer, page: Client) -> None:
     await page.socket.send("[" * 30_000)
-    with pytest.raises(ConnectionClosed):
-        await page.hear("never")
+    await refused(page, 1003)
 
 
 async def _wrong_kinds(server: PageServer, page: Client) -> None:
-    for message in ({"t": "layers", "on": 5}, {"t": "auth", "token": 5}, {"t": "cmd", "do": []}):
-        await page.tell(**message)
-    await page.hear("ack")
+    wrong = ({"t": "layers", "on": 5}, {"t": "layers", "on": [{}]}, {"t": "auth", "token": 5},
+             {"t": "auth", "token": "\ud800"}, {"t": "cmd", "do": []}, {"t": "cmd"})  # fmt: skip
+    for message in wrong:
+        await page.tell(id=1, **message)
+        told = await page.hear("say" if message["t"] == "layers" else "ack")
+        assert told.get("ok", False) is False
+    await page.tell(t="nonsense")
+    assert not (await page.command("pause"))["ok"]
+
+
+async def _foreign(server: PageServer, page: Client) -> None:
+    with pytest.raises(InvalidStatus):
+        await client(server, origin="http://evil.example")
 
 
 async def closed_by(doing: Coroutine[Any, Any, None]) -> None:
     """Do something for which the server ends the connection."""
     with pytest.raises((ConnectionClosed, ConnectionError)):
         await doing
+
+
+async def refused(page: Client, code: int) -> None:
+    """The server closes the connection, and says why."""
+    with pytest.raises(ConnectionClosed) as closed:
+        await page.hear("never")
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == code
 
 
 async def _guesses(server: PageServer, page: Client) -> None:
@@ -260,9 +315,10 @@ async def _pings(server: PageServer, page: Client) -> None:
 async def _half_open(server: PageServer, page: Client) -> None:
     reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
     writer.write(b"GET /ws HTTP/1.1\r\nHost: ")
-    await writer.drain()
-    writer.transport.abort()
-    del reader
+    async with asyncio.timeout(PATIENCE_S):
+        with suppress(ConnectionError):
+            assert await reader.read() == b""
+    writer.close()
 
 
 async def _thousand(server: PageServer, page: Client) -> None:
@@ -291,8 +347,8 @@ async def raw_socket(server: PageServer) -> socket.socket:
     return raw
 
 
-BAD = [_huge, _garbage, _deep, _wrong_kinds, _guesses, _flood, _fragments, _pings, _half_open,
-       _thousand]  # fmt: skip
+BAD = [_huge, _garbage, _deep, _wrong_kinds, _guesses, _foreign, _flood, _fragments,
+       _pings, _half_open, _thousand]  # fmt: skip
 
 
 @pytest.mark.requirement(54)
@@ -303,7 +359,9 @@ BAD = [_huge, _garbage, _deep, _wrong_kinds, _guesses, _flood, _fragments, _ping
         for one in BAD
     ],
 )
-def test_a_bad_client_disturbs_nobody(bad: Any) -> None:
+def test_a_bad_client_disturbs_nobody(bad: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(live_server, "OPENING_S", 0.2)
+
     async def main() -> None:
         source = Shown()
         async with serving(source) as server, client(server) as good:
@@ -351,6 +409,64 @@ def test_the_sixty_fifth_page_is_refused() -> None:
             await asyncio.gather(*(one.close() for one in held))
 
     run(main())
+
+
+def test_pages_may_come_while_a_run_ends() -> None:
+    class Ending(Shown):
+        async def run(self, pages: Pages) -> None:
+            self.pages = pages
+            await over.wait()
+
+    over = asyncio.Event()
+
+    async def come(server: PageServer) -> None:
+        """Connect again and again, until nothing is there any more."""
+        while True:
+            try:
+                async with client(server) as link:
+                    await link.wait_closed()
+            except ConnectionRefusedError:
+                return
+            except (InvalidHandshake, ConnectionError, EOFError):
+                continue
+
+    async def main() -> None:
+        servers: list[PageServer] = []
+        serving_it = asyncio.create_task(serve(Ending(), PageAddress(), TOKEN, servers.append))
+        await until(lambda: servers)
+        coming = [asyncio.create_task(come(servers[0])) for _ in range(8)]
+        await until(lambda: len(servers[0].pages) == 8)
+        over.set()
+        await serving_it
+        await asyncio.gather(*coming)
+        assert not servers[0].pages
+
+    run(main())
+
+
+def test_an_error_of_the_program_is_told_and_other_pages_go_on(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    class Wrong(Shown):
+        def snapshot(self, page: Page) -> Iterable[Message]:
+            return [{"t": "state", "at": 1 / (page.number - 2)}]
+
+        async def asked(self, page: Page, message: Message) -> Iterable[Message]:
+            raise ZeroDivisionError("oh")
+
+    async def main() -> None:
+        async with serving(Wrong()) as server, client(server) as good:
+            page = Client(good)
+            await page.hear("state")
+            async with client(server) as other:
+                await refused(Client(other), 1011)
+            await page.tell(t="seek", at=1.0)
+            while "ZeroDivisionError: oh" not in (await page.hear("say"))["text"]:
+                pass
+            assert (await page.command("stop"))["ok"]
+
+    run(main())
+    assert "ZeroDivisionError: oh" in capfd.readouterr().err
 
 
 def test_what_a_page_asks_is_answered_to_it_alone() -> None:

@@ -178,8 +178,8 @@ def test_each_tick_is_told_with_its_number_what_was_missed_and_how_late_it_was()
     assert steady.ticked == [
         (0, 0, "grid", 0, 0),
         (10 * MS, 1, "grid", 0, LATE_NS),
-        (late, 4, "grid", 2, 0),
-        (late + 11 * MS + 1, 5, "grid", 0, 0),
+        (late, 4, "grid", 2, late - 20 * MS),
+        (late + 11 * MS + 1, 5, "grid", 0, late + 11 * MS + 1 - 50 * MS),
         (60 * MS, 6, "grid", 0, 0),
         (60 * MS, 7, "end", 0, 0),
     ]

@@ -30,6 +30,8 @@ PATIENCE_S = 60.0
 SOCKETS = {"tcp": "0A", "tcp6": "0A", "udp": "07", "udp6": "07"}
 """Kinds of sockets, and the state of those that wait for anybody."""
 SERVER = "cobodeck.live.run_server"
+PATIENT = "user: patient\nsteps: [{stand: 2}, {request: {hold: 25}}, {stand: 2}]\n"
+"""Asks as `brief` does, for longer: a busy machine serves late while so much is thrown."""
 THROWN = 100_000
 CHOSEN = 32_768
 """Ports from here on are chosen by the system."""
@@ -123,8 +125,10 @@ def test_every_port_of_a_run_is_in_the_table_and_what_is_thrown_at_it_does_nothi
 ) -> None:
     host, file = own_host(), tmp_path / "robot.yaml"
     file.write_text((FOLDER / "fakes.yaml").read_text().replace("loopback", host))
+    person = tmp_path / "patient.yaml"
+    person.write_text(PATIENT)
     command = [sys.executable, "-m", "cobodeck", "run", "cobodeck", "--robot", str(file), "--json",
-               "--user", "brief", "--requests", "1", "--duration", "60"]  # fmt: skip
+               "--user", str(person), "--requests", "1", "--duration", "60"]  # fmt: skip
     elsewhere = ("hw.fakes.kairos.kairos_process", "distributed.scheduler", "distributed.worker",
                  SERVER)  # fmt: skip
     known = {one for one in table() if one.process not in elsewhere}

@@ -380,7 +380,7 @@ def test_a_lag_that_the_separation_does_not_count_on_is_told(lookahead, stack):
     servo = {"lookahead": lookahead}
     arm = UrArm("127.0.0.1", with_tell, time.monotonic_ns, servo=servo)
     stack.callback(arm.close)
-    arm._child.kill()
+    arm.child.kill()
     assert [one.startswith("arm: with a lookahead of 0.11 s") for one in told] == (
         [True] if lookahead > 0.1 else []
     )

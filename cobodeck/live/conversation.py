@@ -1,0 +1,150 @@
+"""What pages say to a server, and what they are told: access, control, commands and questions."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import suppress
+from typing import Any
+
+from cobodeck.live.access import Access
+from cobodeck.live.clients import LONGEST_ID, Message, Page, Pages, Source
+
+VERSION = 1
+STOP_IS = "a software stop, not a safety device"
+NOBODY = Page(0)
+"""Whom the server itself speaks for."""
+LOOK_S = 0.1
+"""Between two looks at whether the controlling page is still there, s."""
+
+
+class Conversation:
+    """Takes the messages of pages.
+
+    Args:
+        source: what is shown and commanded.
+        pages: those of the server.
+        access: who may do what.
+    """
+
+    def __init__(self, source: Source, pages: Pages, access: Access) -> None:
+        self._source, self._pages, self._access = source, pages, access
+
+    def snapshot(self, page: Page) -> list[Message]:
+        """All that a page has to know."""
+        hello = {
+            "t": "hello", "v": VERSION, "mode": "charts", "title": "", "about": [], "real": False,
+            "commands": self._source.rules.commands, "tick_hz": 0, "until": None, "signals": [],
+            "layers": [], "profiles": [], "stop_is": STOP_IS, **self._source.hello(),
+        }  # fmt: skip
+        operator = {"operator": self._operator(page)}
+        told = map(dict, self._source.snapshot(page))
+        return [hello, *(m | operator if m["t"] == "state" else m for m in told)]
+
+    def _operator(self, page: Page) -> dict[str, Any]:
+        return {"name": self._access.name, "you": self._access.holder == page.number}
+
+    def _show_operator(self) -> None:
+        for page in self._pages:
+            page.tell({"t": "ev", "operator": self._operator(page)})
+
+    def left(self, page: Page) -> None:
+        """A page has gone."""
+        held = self._access.holder
+        self._access.left(page.number)
+        if held != self._access.holder:
+            self._show_operator()
+
+    async def take(self, page: Page, message: dict[str, Any]) -> None:
+        """Do what a page wants; whatever is wrong with it, the page is told."""
+        try:
+            await self._do(page, message)
+        except ConnectionError:
+            page.tell(_wrong(message, "the run is over"))
+        except (ValueError, TypeError, KeyError) as error:
+            page.tell(_wrong(message, f"{message['t']}: {error}"))
+        except Exception as error:  # noqa: BLE001  the next one may be a stop
+            page.tell(_wrong(message, self._pages.unforeseen(error)))
+
+    async def _do(self, page: Page, message: dict[str, Any]) -> None:
+        kind = message["t"]
+        if kind == "auth":
+            self._authorize(page, message)
+        elif kind == "beat":
+            if self._access.beat(page.number):
+                await self._source.commanded(page, {"t": "beat"})
+        elif kind == "layers":
+            page.layers = _layers(message.get("on"))
+        elif kind == "cmd":
+            await self._command(page, message)
+        else:
+            for answer in await self._source.asked(page, message):
+                page.tell(answer)
+
+    def _authorize(self, page: Page, message: dict[str, Any]) -> None:
+        wrong = self._access.authorize(page.number, message.get("token"), message.get("name"))
+        page.name = self._access.name_of(page.number)
+        page.tell(_ack(message, wrong, f"you are {page.name}"))
+
+    async def _command(self, page: Page, message: dict[str, Any]) -> None:
+        do = str(message.get("do"))[:LONGEST_ID]
+        before = self._access.holder
+        wrong = self._access.refusal(page.number, do)
+        if wrong is not None:
+            page.tell(_ack(message, wrong))
+            return
+        if do in ("take", "release"):
+            await self._hand_over(page, message, do)
+            return
+        if before != self._access.holder:
+            await self._tell_holder()
+        who = page.name or f"page {page.number}"
+        answer = await self._source.commanded(page, {**message, "do": do, "who": who})
+        if answer is not None:
+            page.tell(answer)
+
+    async def _hand_over(self, page: Page, message: dict[str, Any], do: str) -> None:
+        if do == "release":
+            wrong = None if self._access.release(page.number) else "this page has no control"
+            page.tell(_ack(message, wrong, "released"))
+        else:
+            before = self._access.take(page.number)
+            page.tell(_ack(message, None, f"taken over from {before}" if before else "taken"))
+            self._pages.tell({"t": "say", "text": f"{self._access.name} has control"})
+        await self._tell_holder()
+
+    async def _tell_holder(self) -> None:
+        """Show who has control, and tell the run, which watches over it, too."""
+        self._show_operator()
+        await self._source.commanded(NOBODY, {"t": "held", "name": self._access.name})
+
+    async def look_after(self) -> None:
+        """Stop a run on parts whose controlling page is missed, until cancelled (R55)."""
+        while True:
+            await asyncio.sleep(LOOK_S)
+            name = self._access.lost()
+            if name is None:
+                continue
+            lost = {"t": "cmd", "do": "stop", "who": f"the page of {name} is gone"}
+            with suppress(ConnectionError):  # the run is over
+                await self._source.commanded(NOBODY, lost)
+                await self._tell_holder()
+
+
+def _layers(on: object) -> set[str]:
+    """The layers that a page names.
+
+    Raises:
+        ValueError: these are none.
+    """
+    if not isinstance(on, list) or not all(isinstance(name, str) for name in on):
+        raise ValueError("`on` is a list of names of layers")
+    return set(on)
+
+
+def _ack(message: Message, wrong: str | None, text: str = "") -> Message:
+    return {"t": "ack", "id": message.get("id"), "ok": wrong is None, "text": wrong or text}
+
+
+def _wrong(message: Message, text: str) -> Message:
+    """What is wrong with a message, as its page is told it."""
+    return _ack(message, text) if message["t"] in ("cmd", "auth") else {"t": "say", "text": text}

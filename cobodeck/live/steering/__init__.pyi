@@ -1,0 +1,3 @@
+from cobodeck.live.steering.page_operator import (
+    PageOperator as PageOperator,
+)
