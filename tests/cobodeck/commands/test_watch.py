@@ -126,6 +126,7 @@ def socket_of(url: str) -> str:
 
 @pytest.mark.realtime
 @pytest.mark.slow
+@pytest.mark.requirement(57)
 def test_a_save_is_drawn_a_start_needs_the_token_and_ctrl_c_ends_it(folder: Path) -> None:
     with serving(str(folder)) as (running, url, token):
         with connect(socket_of(url)) as page:
@@ -220,6 +221,7 @@ def in_terminal(given: list[str], seen: bytes, end: bytes | int) -> bytes:
 
 
 @pytest.mark.slow
+@pytest.mark.requirement(21, 145)
 def test_a_record_is_seen_on_a_page_and_in_a_terminal(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -59,6 +59,7 @@ def told(*messages: dict[str, Any]) -> WatchedPage:
     return page
 
 
+@pytest.mark.requirement(21)
 def test_it_shows_the_active_nodes_with_their_times_and_all_that_matters() -> None:
     lines = view(told(HELLO, CHART, STATE, HEALTH), 80, 24)
 

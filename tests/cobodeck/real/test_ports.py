@@ -163,9 +163,7 @@ def test_every_port_of_a_run_is_in_the_table_and_what_is_thrown_at_it_does_nothi
     [(["simulate", "--live", "--tier", "0"], SERVER), (["watch", "cobodeck"], WATCH)],
 )
 @pytest.mark.requirement(48, 149)
-def test_the_port_of_a_page_is_in_the_table(
-    tmp_path: Path, words: list[str], process: str
-) -> None:
+def test_the_port_of_a_page_is_in_the_table(tmp_path: Path, words: list[str], process: str) -> None:
     command = [sys.executable, "-m", "cobodeck", *words]
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as running:
         try:

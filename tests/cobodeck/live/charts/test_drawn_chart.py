@@ -57,6 +57,7 @@ def message(name: str, profile: str = "tuned", **options: Any) -> dict[str, Any]
 @pytest.mark.parametrize(
     ("name", "profile", "depth"), [("cobodeck", "tuned", 0), ("paper_chase", "paper", -1)]
 )
+@pytest.mark.requirement(21)
 def test_the_picture_is_that_of_render(name: str, profile: str, depth: int, tmp_path: Path) -> None:
     out = tmp_path / "chart.svg"
     given = ["render", name, "-o", str(out), "--depth", str(depth), "--profile", profile]
@@ -122,6 +123,7 @@ def test_what_is_told_of_outcomes_can_be_forced(name: str) -> None:
             assert outputs.keys() == output_types(machine, vertex, outcome).keys(), (path, outcome)
 
 
+@pytest.mark.requirement(21)
 def test_values_are_those_in_force() -> None:
     nodes = message("paper_chase", "paper")["nodes"]
 

@@ -59,6 +59,7 @@ def save(file: Path, text: str) -> None:
     new.replace(file)
 
 
+@pytest.mark.requirement(57)
 def test_a_save_is_seen_and_drawn_anew(folder: Path) -> None:
     charts = ChartFolder(folder / "mine.yaml", known())
     before = shown(charts)
@@ -332,6 +333,7 @@ async def heard(page: FakePage, what: Callable[[Any], bool]) -> Any:
 
 
 @pytest.mark.realtime
+@pytest.mark.requirement(21, 57)
 def test_a_page_is_told_of_a_save_and_another_one_that_shows_another_chart_is_not(
     folder: Path,
 ) -> None:

@@ -28,6 +28,7 @@ def chart(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.mark.requirement(57)
 def test_a_form_becomes_a_command_line(chart: Path) -> None:
     form = {
         "parameters": {"speed": "1 m/s", "left": " "},
