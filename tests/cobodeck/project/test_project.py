@@ -187,6 +187,7 @@ CALLS = {
     "replay": "replay first.mcap",
     "recover": "recover first.mcap",
     "compare": "compare first.mcap first.mcap",
+    "case": "case first.mcap --at 1",
     "space": "space hall",
     "reach": "reach --height 1 --distance 1",
     "localize": "localize drive.log",
