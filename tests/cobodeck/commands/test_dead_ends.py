@@ -164,6 +164,7 @@ states:
 """
 
 
+@pytest.mark.slow
 def test_inputs_of_a_test_have_values_of_their_types(
     project: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -18,10 +18,12 @@ from cobodeck.__main__ import main
 from cobodeck.live.charts import chart_folder, edited
 from cobodeck.live.charts.chart_folder import PATIENCE, ChartFolder, Shown
 from cobodeck.live.charts.chart_reader import ChartReader
+from cobodeck.live.charts.drawer import Drawer
 from cobodeck.live.charts.edited import EditedCharts
 from cobodeck.live.charts.file_watch import YOUNG_NS, FileWatch
 from cobodeck.project.state_catalogue import Catalogue, catalogue
 from cobodeck.terminal.console import Problem
+from engine.draw.layout import render
 from engine.files.source import MAX_BYTES
 
 GOOD = """\
@@ -38,6 +40,12 @@ OTHER = GOOD.replace("chart: mine", "chart: other")
 @cache
 def known() -> Catalogue:
     return catalogue(own=False)
+
+
+@pytest.fixture(autouse=True)
+def drawn_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are drawn in this process: that of pages is a matter of `test_drawn_chart.py`."""
+    monkeypatch.setattr(Drawer, "svg", lambda _, text: render(text).decode())
 
 
 @pytest.fixture
@@ -326,13 +334,12 @@ def served(
 
 
 async def heard(page: FakePage, what: Callable[[Any], bool]) -> Any:
-    async with asyncio.timeout(10.0):
+    async with asyncio.timeout(60.0):
         while not (found := [message for message in page.told if what(message)]):
             await asyncio.sleep(0.005)
     return found[-1]
 
 
-@pytest.mark.realtime
 @pytest.mark.requirement(21, 57)
 def test_a_page_is_told_of_a_save_and_another_one_that_shows_another_chart_is_not(
     folder: Path,
