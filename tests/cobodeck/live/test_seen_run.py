@@ -99,11 +99,8 @@ def test_figures_are_those_so_far_until_those_of_the_whole_run_are_known() -> No
 
 def test_escapes_are_counted_up_to_an_instant() -> None:
     lanes = SeenLanes({"flee": "escape"})
-    for at_ns, kind, *more in (
-        (10**9, "enter"),
-        (2 * 10**9, "exit", "outcome"),
-        (3 * 10**9, "enter"),
-    ):
+    enter, leave = ["enter", "flee"], ["exit", "flee", "outcome"]
+    for at_s, line in ((1, enter), (2, leave), (3, enter)):
         lanes.add(tick(3.0, message("trace", line=[at_s * 10**9, *line])))
     assert [lanes.escapes(at_s) for at_s in (0.5, 1.0, 2.5, 3.0)] == [0, 1, 1, 2]
 
