@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import socket
-from collections.abc import AsyncIterator, Iterator, Mapping
+from collections.abc import AsyncIterator, Iterable, Iterator, Mapping
 from pathlib import Path
 from threading import Event, get_ident
 from typing import Any
@@ -13,8 +13,9 @@ from typing import Any
 import pytest
 
 from cobodeck.live.access import Rules
+from cobodeck.live.clients import Message, Page
 from cobodeck.live.sources import live_run
-from cobodeck.live.sources.seen_run import SeenRun
+from cobodeck.live.sources.recorded import RecordSource
 from cobodeck.live.steering.orders import Orders, Refused
 from cobodeck.live.steering.page_operator import PageOperator
 from cobodeck.loop.clocks import Paced
@@ -47,12 +48,9 @@ class Answers:
 
     def __init__(self) -> None:
         self.told: list[tuple[str, Any]] = []
-        self.full = False
 
-    def tell(self, kind: str, value: Any) -> bool:
-        if not self.full:
-            self.told.append((kind, value))
-        return not self.full
+    def tell(self, kind: str, value: Any) -> None:
+        self.told.append((kind, value))
 
     def ack(self, number: int) -> Mapping[str, Any] | None:
         return next((v for k, v in self.told if k == "ack" and v["id"] == number), None)
@@ -155,6 +153,23 @@ def test_commands_are_carried_out_refused_with_reasons_and_replayed(steered: Ste
     assert replay.difference is None
 
 
+def test_who_takes_and_loses_control_is_on_record(steered: Steered) -> None:
+    for name in ("ann", "bob", "bob", None):
+        steered.send(t="held", name=name)
+    assert steered.do("pause") == ""
+    record = Record(steered.finish())
+    commands = [told for group in record.groups() for told in group.messages("operator")]
+    remarks = [c for c in commands if c["command"] == "Remark"]
+    assert [(c["by"], value(c["arguments"])["text"]) for c in remarks] == [
+        ("ann", "takes control"),
+        ("bob", "takes control from ann"),
+        ("bob", "has no control any more"),
+    ]
+    replay = stage_replay(record)
+    replay.loop.go(1 << 62)
+    assert replay.difference is None
+
+
 @pytest.mark.slow
 def test_another_chart_goes_on_or_is_refused_with_the_place(steered: Steered) -> None:
     longer = CHART.replace("200 s", "300 s")
@@ -209,12 +224,24 @@ def test_a_used_chart_is_changed_and_locks_breakpoints_and_values_of_the_profile
 
     found.close()
     record = Record(found.finish())
-    seen = SeenRun(record, setup.catalogue)
-    for group in record.groups():
-        seen.add(group)
-    (picture,) = seen.charts()
-    assert picture["nodes"]["one/again"]["values"]["time"] == "300 s"
-    assert [path for path, node in picture["nodes"].items() if node["break"]] == ["one"]
+    first, last = asyncio.run(sought(record.path, (3600.0, 0.0)))[::-1]
+    assert [chart["nodes"]["one/again"]["values"]["time"] for chart in (first, last)] == [
+        "200 s",
+        "300 s",
+    ]
+    assert [path for path, node in last["nodes"].items() if node["break"]] == ["one"]
+
+
+async def sought(path: Path, instants: Iterable[float]) -> list[Message]:
+    """The charts that a page of a record is told as it goes to these instants."""
+    source, page, told = RecordSource.of([path]), Page(1), list[Message]()
+    page.tell = lambda message, key=None: told.append(message)  # type: ignore[method-assign]
+    source._pages.add(page)
+    source._pages.tell = page.tell  # type: ignore[method-assign]
+    for at in instants:
+        assert not await source.asked(page, {"t": "seek", "at": at})
+    assert {"state", "figures", "health"} <= {message["t"] for message in told}
+    return [message for message in told if message["t"] == "chart"]
 
 
 def test_a_stop_does_not_wait_for_a_tick(steered: Steered) -> None:
@@ -227,9 +254,6 @@ def test_a_stop_does_not_wait_for_a_tick(steered: Steered) -> None:
     assert "ann" in line.reason
     assert steered.do("reset") == ""
     assert line.reason is None
-    steered.loop.tick()
-    told = [held["stop"] for kind, held in steered.answers.told if kind == "status"]
-    assert told[-1] is False
 
 
 def test_a_stop_while_parts_are_closed_is_on_record_and_the_rest_is_refused(
@@ -347,8 +371,8 @@ class Unreadable:
         raise ZeroDivisionError("oh")
 
 
-def test_what_pages_are_told_of_a_run_may_fail_and_wait(steered: Steered) -> None:
-    """An error is told once, and the run goes on; what was dropped is told later."""
+def test_what_pages_are_told_of_a_run_may_fail(steered: Steered) -> None:
+    """An error is told once, and the run goes on."""
     loop, answers = steered.loop, steered.answers
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(loop.plant.parts, "operator", Unreadable())
@@ -359,13 +383,6 @@ def test_what_pages_are_told_of_a_run_may_fail_and_wait(steered: Steered) -> Non
     assert [error.text for error in steered.errors] == ["oh"]
     [said] = [value for kind, value in answers.told if kind == "say"]
     assert "an error of the program" in said
-
-    answers.full = True
-    loop.plant.parts["stop_line"].pull("somebody")
-    loop.tick()
-    answers.full = False
-    loop.tick()
-    assert [value["stop"] for kind, value in answers.told if kind == "status"][-1]
 
 
 @pytest.mark.slow
@@ -397,6 +414,14 @@ def test_another_chart_is_drawn_beside_the_loop_that_takes_commands(
     drawn_in: list[int] = []
 
     class Run:
+        @property
+        def place(self) -> Run:
+            return self
+
+        @property
+        def obstacles(self) -> Run:
+            return self
+
         def add(self, _group: Group) -> None:
             pass
 
