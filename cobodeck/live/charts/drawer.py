@@ -47,6 +47,8 @@ class Drawer:
             CannotRender: there is no Graphviz, it has failed, or it has taken too long.
         """
         with self._lock:
+            if self._child is not None and not self._child.alive:
+                self.close()  # stopped after its last picture
             try:
                 told = self._told(text)
             except TimeoutError:

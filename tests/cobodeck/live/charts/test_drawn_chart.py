@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import pytest
@@ -253,9 +254,29 @@ def test_a_picture_that_takes_too_long_is_ended_and_the_next_one_is_drawn() -> N
     assert "<svg" in drawer.svg("digraph {a -> b}")
     assert drawer._child is first
 
-    first.kill()
+    drawer.stop()
 
-    with pytest.raises(CannotRender, match="has ended"):
-        drawer.svg("digraph {a -> b}")
+    assert "<svg" in drawer.svg("digraph {a -> b}")
+    assert drawer._child is not first
+    drawer.close()
+
+
+@pytest.mark.slow
+def test_a_picture_that_is_stopped_fails_and_the_next_one_is_drawn() -> None:
+    drawer, told = Drawer(), list[str]()
+    large = "".join(f"n{a} -> n{a * b % 997};" for a in range(997) for b in (2, 3, 5))
+
+    def draw() -> None:
+        with pytest.raises(CannotRender) as found:
+            drawer.svg(f"digraph {{{large}}}")
+        told.append(str(found.value))
+
+    drawing = Thread(target=draw)
+    drawing.start()
+    while drawing.is_alive():
+        drawer.stop()
+        drawing.join(0.01)
+
+    assert "has ended" in told[0]
     assert "<svg" in drawer.svg("digraph {a -> b}")
     drawer.close()
