@@ -137,7 +137,7 @@ def test_values_are_those_in_force() -> None:
 
 
 def test_a_message_is_json() -> None:
-    assert json.loads(json.dumps(message("cobodeck")))["slot"] == 0
+    assert json.loads(json.dumps(message("inform")))["slot"] == 0
 
 
 TEXT = """\

@@ -426,27 +426,24 @@ def test_a_picture_of_what_was_saved_again_is_given_up(
     served(folder, play)
 
 
-@pytest.mark.parametrize(
-    "message",
-    [
-        {"t": "show", "chart": "mene", "slot": 0},
-        {"t": "show", "chart": {}, "slot": 0},
-        {"t": "show", "chart": "mine", "slot": 7},
-        {"t": "show", "chart": "mine", "slot": "x"},
-        {"t": "profile", "name": "tunet", "slot": 0},
-        {"t": "profile", "name": "tuned", "slot": 1},
-        {"t": "unfold", "path": "a", "on": True, "slot": 1},
-        {"t": "seek", "at": 3.0},
-    ],
-)
-def test_what_a_page_asks_wrongly_is_answered_in_a_sentence(
-    folder: Path, message: dict[str, Any]
-) -> None:
-    async def play(source: EditedCharts, pages: FakePages) -> None:
-        (answer,) = await source.asked(pages[0], message)
+ASKED_WRONGLY: list[dict[str, Any]] = [
+    {"t": "show", "chart": "mene", "slot": 0},
+    {"t": "show", "chart": {}, "slot": 0},
+    {"t": "show", "chart": "mine", "slot": 7},
+    {"t": "show", "chart": "mine", "slot": "x"},
+    {"t": "profile", "name": "tunet", "slot": 0},
+    {"t": "profile", "name": "tuned", "slot": 1},
+    {"t": "unfold", "path": "a", "on": True, "slot": 1},
+    {"t": "seek", "at": 3.0},
+]
 
-        assert answer["t"] == "say"
-        assert len(answer["text"]) > 10
+
+def test_what_a_page_asks_wrongly_is_answered_in_a_sentence(folder: Path) -> None:
+    async def play(source: EditedCharts, pages: FakePages) -> None:
+        for message in ASKED_WRONGLY:
+            (answer,) = await source.asked(pages[0], message)
+            assert answer["t"] == "say", message
+            assert len(answer["text"]) > 10, message
 
     served(folder, play)
 
