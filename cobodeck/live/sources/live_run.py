@@ -12,7 +12,7 @@ from cobodeck.live.clients import Message, Page, Pages
 from cobodeck.live.feed import frames
 from cobodeck.live.figures import health_of
 from cobodeck.live.model import RunModel
-from cobodeck.live.sources.plots import Past, plot_of
+from cobodeck.live.sources.plots import SeenSignals, plot_of
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
 from cobodeck.live.sources.seen_run import SeenRun
 from cobodeck.record.read import Group
@@ -41,7 +41,7 @@ class LiveSource:
     ) -> None:
         self.rules = rules
         self._run, self._reader, self._writer = run, reader, writer
-        self._model, self._past = RunModel(), Past()
+        self._model, self._past = RunModel(), SeenSignals()
         self._speed = 1.0
         self._replaced = False
         self._health: dict[str, Any] = {}

@@ -42,7 +42,7 @@ def plot_of(signal: str, told: Iterable[RecordedMessage], *, more: bool = False)
     return {**plot, "values": [list(c) for c in zip(*rows[::step], strict=True)], "more": more}
 
 
-class Past:
+class SeenSignals:
     """The last messages of each signal of a run that goes on."""
 
     def __init__(self) -> None:
