@@ -165,6 +165,7 @@ def report_on(
     before: Callable[[Setup], None] | None = None,
 ) -> int:
     """Run, write the trace file, print the figures; `before` is called once all files are read."""
+    _possible(args, options)
     from cobodeck.run import explain, summary, topics_of
 
     began = datetime.now()
@@ -188,6 +189,18 @@ def report_on(
     lacking = wanted and (not_recorded or (path is None and not _keeps_record(args, clock)))
     failed = figures["outcome"] in FAILURES or figures["errors"]
     return FAILED if lacking or failed else OK
+
+
+def _possible(args: argparse.Namespace, options: Options) -> None:
+    """Refuse what cannot be, before anything is read.
+
+    Raises:
+        Problem: no signals for a shadow; ModuleNotFoundError: no package for a page.
+    """
+    if getattr(args, "shadow", None) is not None and options.tier == 0:
+        raise Problem("--shadow: a second chart sees the same signals; --tier 0 has none")
+    if args.live is not None and find_spec("websockets") is None:
+        raise ModuleNotFoundError("No module named 'websockets'", name="websockets")
 
 
 def _avoidable(contacts: int, record: Path | None) -> int | None:
@@ -277,12 +290,10 @@ def _page(args: argparse.Namespace, setup: Setup, options: Options) -> LivePage 
     """The live page, if one is wanted; its URL is printed first.
 
     Raises:
-        Problem: it cannot be served; ModuleNotFoundError: a package is missing.
+        Problem: it cannot be served.
     """
     if args.live is None:
         return None
-    if find_spec("websockets") is None:
-        raise ModuleNotFoundError("No module named 'websockets'", name="websockets")
     from cobodeck.live import LivePage, PageAddress
 
     def say(line: str) -> None:
@@ -317,16 +328,10 @@ def _setup(args: argparse.Namespace) -> Setup:
     return setup
 
 
-def _shadow_of(args: argparse.Namespace, setup: Setup, options: Options) -> Shadow | None:
-    """The second chart that decides beside the run; None without one.
-
-    Raises:
-        Problem: there are no signals to be seen.
-    """
+def _shadow_of(args: argparse.Namespace, setup: Setup) -> Shadow | None:
+    """The second chart that decides beside the run; None without one."""
     if getattr(args, "shadow", None) is None:
         return None
-    if options.tier == 0:
-        raise Problem("--shadow: a second chart sees the same signals; --tier 0 has none")
     from cobodeck.run import Shadow
 
     return Shadow(setup.beside(args.shadow), complain)
@@ -342,7 +347,7 @@ def _run(
 ) -> RunResult:
     from cobodeck.run import simulate
 
-    shadow = _shadow_of(args, setup, options)
+    shadow = _shadow_of(args, setup)
     page = _page(args, setup, options)
     result = None
     try:

@@ -13,10 +13,18 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from cobodeck.loop import LATE_NS
-from cobodeck.record.format import TOPIC, sample_of, trace_line, truth_again, value
+from cobodeck.record.format import (
+    LASER,
+    TOPIC,
+    sample_of,
+    scanner_of,
+    trace_line,
+    truth_again,
+    value,
+)
 from cobodeck.record.read import Group, RecordedMessage
 from engine.chart import AUTONOMY
-from hw import Sample, Truth
+from hw import Sample, Scan, Truth
 
 NEWEST = 200
 """So many lines of what happened last are kept."""
@@ -24,6 +32,10 @@ STATE = (
     "active", "data", "waiting", "locks", "level", "paused", "breaks", "ended", "stop", "faults"
 )  # fmt: skip
 """The keys of a state that are told whole when they change; see the protocol of the page."""
+SCAN_TOPIC = f"{TOPIC}base.scan"
+SILENT_NS = 1_000_000_000
+"""A scanner not heard for so long, ns, shows nothing any more."""
+STOP_TOPIC = f"{TOPIC}stop.engaged"
 _LEVELS = {number: name for name, number in AUTONOMY.items() if number >= 0}
 
 
@@ -37,6 +49,7 @@ class RunModel:
         last: what happened last: time, kind, path, text.
         newest: the newest message of each signal; `truth` that of the ground truth.
         transitions, missed, late, errors, requests: how many so far.
+        refused: how many samples of each signal so far.
     """
 
     def __init__(self) -> None:
@@ -54,6 +67,8 @@ class RunModel:
         self.last: deque[dict[str, Any]] = deque(maxlen=NEWEST)
         self.newest: dict[str, RecordedMessage] = {}
         self.transitions = self.missed = self.late = self.errors = self.requests = 0
+        self.refused: dict[str, int] = {}
+        self._scans: dict[str, RecordedMessage] = {}  # the newest of each scanner
         self._truth: RecordedMessage | None = None
         self._changed: set[str] = set()
         self._said = 0  # lines of `last` so far
@@ -65,7 +80,7 @@ class RunModel:
         for told in group.told:
             topic = told.topic
             if topic.startswith(TOPIC):
-                self.newest[topic] = told
+                self._take(told)
                 self.requests += is_request(told)
             elif topic == "truth":
                 self._truth = told
@@ -77,6 +92,13 @@ class RunModel:
         self.late += ticked.late_ns > LATE_NS
         if ticked.kind == "end":
             self._set("active", {})
+
+    def _take(self, told: RecordedMessage) -> None:
+        self.newest[told.topic] = told
+        if told.topic == SCAN_TOPIC and told.schema == LASER:
+            self._scans[scanner_of(told.data)] = told
+        elif told.topic == STOP_TOPIC:
+            self.tell("stop", stop_reason(told) is not None)
 
     def renew(self, whole: Any) -> None:
         """Take everything that holds now, after ticks were dropped; see `feed.Whole`."""
@@ -92,7 +114,8 @@ class RunModel:
         self._set("level", _LEVELS.get(whole.level))
         self._set("paused", whole.paused)
         self._set("ended", whole.outcome)
-        self.newest |= {told.topic: told for told in whole.samples}
+        for told in whole.samples:
+            self._take(told)
         self._say(whole.at_ns, "note", "", f"{whole.dropped} ticks were not shown")
 
     def tell(self, key: str, held: Any) -> None:
@@ -173,6 +196,10 @@ class RunModel:
         self.errors += 1
         self._say(ns, "error", message.get("name", ""), message["message"])
 
+    def _refused(self, message: Mapping[str, Any], _ns: int) -> None:
+        name = message["signal"]
+        self.refused[name] = self.refused.get(name, 0) + 1
+
     # what is asked for
 
     def state(self) -> dict[str, Any]:
@@ -196,6 +223,14 @@ class RunModel:
         told = self.newest.get(TOPIC + name)
         return None if told is None else _sample(told)
 
+    def scans(self) -> Iterator[Scan]:
+        """The newest scan of each scanner."""
+        for told in self._scans.values():
+            found = _sample(told)
+            if found is not None and self.at_ns - found.stamp_ns <= SILENT_NS:
+                assert isinstance(found.value, Scan)
+                yield found.value
+
     def samples(self) -> Iterator[Sample]:
         """The newest sample of each signal."""
         yield from filter(None, map(_sample, self.newest.values()))
@@ -204,20 +239,6 @@ class RunModel:
     def truth(self) -> Truth | None:
         """The ground truth, where it is recorded."""
         return None if self._truth is None else truth_again(json.loads(self._truth.data), None)
-
-    def figures(self) -> list[tuple[str, str]]:
-        """Figures so far, by their names, as texts."""
-        rows = [("time", f"{self.at_ns / 1e9:.1f} s"), ("transitions", str(self.transitions))]
-        truth = self.truth
-        if truth is not None:
-            rows += _figures_of(truth)
-        if self.requests:
-            rows.append(("requests", str(self.requests)))
-        if self.errors:
-            rows.append(("errors", str(self.errors)))
-        if self.missed:
-            rows.append(("missed ticks", str(self.missed)))
-        return rows
 
     def copied(self) -> RunModel:
         """The same, to be changed independently."""
@@ -236,9 +257,20 @@ def is_request(told: RecordedMessage) -> bool:
     return json.loads(told.data)["value"] is not None
 
 
+def stop_reason(told: RecordedMessage) -> str | None:
+    """Why the stop line is pulled, of a message of it; None: it is not."""
+    found = json.loads(told.data)["value"]
+    return None if found is None else str(found)
+
+
 ASKS = "asks to end with "
 """How the engine notes that an outcome waits for consent."""
-_FOLDED = {"trace": RunModel._trace, "operator": RunModel._command, "log": RunModel._log}
+_FOLDED = {
+    "trace": RunModel._trace,
+    "operator": RunModel._command,
+    "log": RunModel._log,
+    "refused": RunModel._refused,
+}
 
 
 def _with(held: list[str], path: str, there: bool) -> list[str]:
@@ -250,14 +282,3 @@ def _sample(told: RecordedMessage) -> Sample | None:
         return sample_of(told.topic.removeprefix(TOPIC), told.schema, told.data)
     except Exception:  # noqa: BLE001  a class of a project that is not loaded here
         return None
-
-
-def _figures_of(truth: Truth) -> Iterator[tuple[str, str]]:
-    if truth.distance_m is not None:
-        yield "travelled", f"{truth.distance_m:.1f} m"
-    if truth.min_gap is not None:
-        yield "least gap", f"{truth.min_gap:.2f} m"
-    if truth.contacts is not None:
-        yield "contacts", str(len(truth.contacts))
-    if truth.wall_hits is not None:
-        yield "touches of walls", str(truth.wall_hits)

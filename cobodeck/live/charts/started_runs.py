@@ -9,14 +9,18 @@ import signal
 import sys
 from asyncio.subprocess import PIPE, Process
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-PATIENCE_S = 60.0
+from cobodeck.live.access import PageAddress
+
+PATIENCE_S = 120.0
 """Longest time until a run tells its page, s of wall time."""
+SAYING_S = 5.0
+"""So often it is said how long that takes already, s of wall time."""
 ENDING_S = 5.0
 """Time that a run is given to end in order, s."""
 MOST_RUNS = 4
@@ -37,27 +41,51 @@ class StartedRuns:
 
     Args:
         program: the command line of cobodeck.
+        host: the address at which their pages are served.
     """
 
-    def __init__(self, program: tuple[str, ...] = (sys.executable, "-m", "cobodeck")) -> None:
-        self._program = program
+    def __init__(
+        self,
+        program: tuple[str, ...] = (sys.executable, "-m", "cobodeck"),
+        host: str = PageAddress().host,
+    ) -> None:
+        self._program, self._host = program, host
         self.running: list[Process] = []
+        self._turn, self._closed = asyncio.Lock(), False
         self._drains: set[asyncio.Task[None]] = set()
 
-    async def start(self, chart: Path, profile: str, form: Mapping[str, Any]) -> StartedRun:
-        """Start a chart as the form says; what is wrong is told as the command line tells it."""
-        self.running = [run for run in self.running if run.returncode is None]
-        if len(self.running) >= MOST_RUNS:
-            return StartedRun(None, f"{MOST_RUNS} runs are under way; wait until one ends")
+    async def start(
+        self,
+        chart: Path,
+        profile: str,
+        form: Mapping[str, Any],
+        say: Callable[[str], None] = lambda _told: None,
+    ) -> StartedRun:
+        """Start a chart as the form says; what is wrong is told as the command line tells it.
+
+        `say` is called with what goes on, while that takes long.
+        """
+        starting = asyncio.create_task(self._start(chart, profile, form))
+        begin = asyncio.get_running_loop().time()
+        while not (await asyncio.wait([starting], timeout=SAYING_S))[0]:
+            so_far = asyncio.get_running_loop().time() - begin
+            say(f"{chart.name} has not begun after {so_far:.0f} s: it is checked and drawn first")
+        return starting.result()
+
+    async def _start(self, chart: Path, profile: str, form: Mapping[str, Any]) -> StartedRun:
         try:
-            given = list(arguments(chart, profile, form))
+            given = list(arguments(chart, profile, form, self._host))
         except ValueError as error:
             return StartedRun(None, str(error))
-        process = await asyncio.create_subprocess_exec(
-            *self._program, *given, stdin=asyncio.subprocess.DEVNULL, stdout=PIPE, stderr=PIPE,
-            start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
-        )  # fmt: skip
-        self.running.append(process)
+        async with self._turn:
+            self.running = [run for run in self.running if run.returncode is None]
+            if len(self.running) >= MOST_RUNS or self._closed:
+                return StartedRun(None, f"{MOST_RUNS} runs are under way; wait until one ends")
+            process = await asyncio.create_subprocess_exec(
+                *self._program, *given, stdin=asyncio.subprocess.DEVNULL, stdout=PIPE, stderr=PIPE,
+                start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            )  # fmt: skip
+            self.running.append(process)
         try:
             return await asyncio.wait_for(self._begun(process), PATIENCE_S)
         except TimeoutError:
@@ -65,7 +93,9 @@ class StartedRuns:
             return StartedRun(None, f"it has not begun within {PATIENCE_S:g} s")
 
     async def close(self) -> None:
-        """End all of them."""
+        """End all of them, and start no more."""
+        async with self._turn:
+            self._closed = True
         for process in self.running:
             _interrupt(process)
         for process in self.running:
@@ -79,7 +109,7 @@ class StartedRuns:
         assert process.stderr is not None
         wrong: deque[str] = deque(maxlen=KEPT_LINES)
         complaints = self._drain(process.stderr, wrong)
-        while line := (await process.stdout.readline()).decode(errors="replace"):
+        async for line in _lines(process.stdout):
             found = _URL.search(line)
             if found is not None:
                 self._drain(process.stdout, deque(maxlen=KEPT_LINES))
@@ -93,8 +123,8 @@ class StartedRuns:
         """Read on, so that it never waits for a reader."""
 
         async def read() -> None:
-            while line := await stream.readline():
-                lines.append(line.decode(errors="replace").rstrip("\n"))
+            async for line in _lines(stream):
+                lines.append(line)
 
         task = asyncio.create_task(read())
         self._drains.add(task)
@@ -110,13 +140,27 @@ class StartedRuns:
             await process.wait()
 
 
+async def _lines(stream: asyncio.StreamReader) -> AsyncIterator[str]:
+    """The lines of a program, but for those that are longer than any should be."""
+    while True:
+        try:
+            line = await stream.readline()
+        except ValueError:  # the reader has dropped it
+            continue
+        if not line:
+            return
+        yield line.decode(errors="replace").rstrip("\n")
+
+
 def _interrupt(process: Process) -> None:
     with suppress(ProcessLookupError):
         process.send_signal(signal.SIGINT)
 
 
-def arguments(chart: Path, profile: str, form: Mapping[str, Any]) -> Iterator[str]:
-    """The command line of a run.
+def arguments(
+    chart: Path, profile: str, form: Mapping[str, Any], host: str = PageAddress().host
+) -> Iterator[str]:
+    """The command line of a run whose page is served at `host`.
 
     Raises:
         ValueError: the form is not of this shape.
@@ -132,7 +176,7 @@ def arguments(chart: Path, profile: str, form: Mapping[str, Any]) -> Iterator[st
     head = head_of(chart)
     for name, value in _texts(form, "parameters"):
         yield f"--set=charts.{head[1] if head else chart.stem}.{name}={value}"
-    yield from (str(chart), "--live")
+    yield from (str(chart), "--live" if PageAddress(host).is_near else f"--live={host}:0")
 
 
 def _texts(form: Mapping[str, Any], key: str) -> Iterator[tuple[str, str]]:

@@ -10,11 +10,14 @@ from typing import Any
 from cobodeck.live.access import Rules
 from cobodeck.live.clients import Message, Page, Pages
 from cobodeck.live.feed import frames
+from cobodeck.live.figures import health_of
 from cobodeck.live.model import RunModel
+from cobodeck.live.sources.plots import SeenSignals, plot_of
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
 from cobodeck.live.sources.seen_run import SeenRun
 from cobodeck.record.read import Group
 
+RECORDS = "this is for records: run with --record X.mcap, and `cobodeck watch X.mcap`"
 HEALTH_S = 1.0
 """Between two messages of health, s."""
 
@@ -38,10 +41,11 @@ class LiveSource:
     ) -> None:
         self.rules = rules
         self._run, self._reader, self._writer = run, reader, writer
-        self._model = RunModel()
+        self._model, self._past = RunModel(), SeenSignals()
         self._speed = 1.0
+        self._replaced = False
         self._health: dict[str, Any] = {}
-        self._figures: Mapping[str, Any] | None = None
+        self._result: Mapping[str, Any] | None = None
         self._pages = Pages()
 
     def hello(self) -> Message:
@@ -51,7 +55,8 @@ class LiveSource:
     def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
         """All that a page has to know."""
         self._tell_changes()  # to others: what is new is in there
-        told = [*self._run.charts(), self._run.room(), self._state(), self._run.lanes()]
+        seen = self._run
+        told = [*seen.charts(), seen.room(), self._state(), *seen.over_time()]
         return [*told, self._figure_rows()]
 
     async def run(self, pages: Pages) -> None:
@@ -81,21 +86,28 @@ class LiveSource:
         async for kind, content in frames(self._reader):
             try:
                 self._take(kind, content)
+                if self._replaced:
+                    await asyncio.to_thread(self._run.charts)  # meanwhile, pages can stop the run
+                    self._replaced = False
+                    self._pages.renew()
             except Exception as error:  # noqa: BLE001  who watches can still stop
                 self._pages.unforeseen(error)
 
     async def asked(self, page: Page, message: Message) -> Iterable[Message]:
-        """The newest value of a plotted signal; what is past is in the record."""
+        """The last values of a signal that is plotted from now on, or the text of a chart."""
+        if message["t"] == "text":
+            return [self._run.text(message.get("chart"))]
         if message["t"] != "plot":
-            return [{"t": "say", "text": "this is for records: watch the record of this run"}]
+            return [{"t": "say", "text": RECORDS}]
         signal = str(message.get("signal"))
         if signal not in self._run.signals:
             return [{"t": "say", "text": f"no signal {signal!r}; the list has all"}]
         if not message.get("on"):
             page.plots.discard(signal)
             return []
+        found = await asyncio.to_thread(plot_of, signal, self._past.of(signal))
         page.plots.add(signal)
-        return filter(None, [self._run.plot(self._model, signal, more=False)])
+        return [] if found is None else [found]
 
     async def commanded(self, page: Page, message: Message) -> Message | None:
         """Pass a command, or what the server says itself, on to the run; an `ack` comes later."""
@@ -115,13 +127,15 @@ class LiveSource:
             self._tick(content)
         elif kind == "whole":
             self._model.renew(content)
+            self._run.renew(content)
+            self._replaced |= content.charts is not None
             self._pages.renew()
         elif kind == "result":
-            self._figures = content
+            self._result = content
         elif kind == "ack":
             page = self._pages.page(content.pop("page"))
             if page is not None:
-                page.tell({"t": "ack", **content})
+                page.answer({"t": "ack", **content})
         elif kind == "say":
             self._pages.tell({"t": "say", "text": content})
         elif kind == "health":
@@ -132,8 +146,10 @@ class LiveSource:
     def _tick(self, group: Group) -> None:
         self._model.add(group)
         self._run.add(group)
-        if any(told["command"] == "Replace" for told in group.messages("operator")):
-            self._pages.renew()
+        self._run.place.obstacles.add(group)
+        self._past.add(group)
+        commands = group.messages("operator")
+        self._replaced |= any(told["command"] == "Replace" for told in commands)
 
     def _status(self, told: Mapping[str, Any]) -> None:
         for key, value in told.items():
@@ -168,28 +184,16 @@ class LiveSource:
             self._pages.tell(changes)
         if not len(self._pages):
             return
-        lanes = self._run.new_lanes()
-        if lanes is not None:
-            self._pages.tell(lanes)
+        for told in self._run.news():
+            self._pages.tell(told)
         for page in self._pages:
             for signal in page.plots:
-                more = self._run.plot(self._model, signal, more=True)
-                if more is not None:
+                newest = self._past.of(signal)[-1:]
+                if (more := plot_of(signal, newest, more=True)) is not None:
                     page.tell(more)
 
     def _health_message(self) -> Message:
-        model = self._model
-        ages = {s.name: max(0.0, (model.at_ns - s.stamp_ns) / 1e9) for s in model.samples()}
-        found: dict[str, Any] = {
-            "late": model.late,
-            "missed": model.missed,
-            "tick_p99_ms": None,
-            "dropped": 0,
-            "children": [],
-            "gates": {},
-        }
-        told = {"t": "health", **found, **self._health, "ages": ages, "pages": len(self._pages)}
-        return told | {"at": model.at_ns / 1e9}
+        return {**health_of(self._model), **self._health, "pages": len(self._pages)}
 
     def _figure_rows(self) -> Message:
-        return {"t": "figures", "rows": self._model.figures(), "range": None}
+        return self._run.figures(self._model, self._result)

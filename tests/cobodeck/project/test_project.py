@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -187,6 +188,7 @@ CALLS = {
     "replay": "replay first.mcap",
     "recover": "recover first.mcap",
     "compare": "compare first.mcap first.mcap",
+    "case": "case first.mcap --at 1",
     "space": "space hall",
     "reach": "reach --height 1 --distance 1",
     "localize": "localize drive.log",
@@ -207,6 +209,13 @@ MORE = (
 )
 
 
+@cache
+def first_record() -> bytes:
+    """A record that was made in the folder of the first test that asks for it."""
+    main(["simulate", "--tier", "0", "--record", "first.mcap", *SHORT, "--no-project"])
+    return Path("first.mcap").read_bytes()
+
+
 def test_every_command_is_tried_without_projects() -> None:
     assert set(CALLS) == set(COMMANDS)
 
@@ -224,7 +233,7 @@ def test_without_projects_no_code_of_theirs_is_imported(
     (folder / "drive.log").write_text("\n".join(drive))
     sys.modules.pop("own_code.states", None)
     if "first.mcap" in call:
-        main(["simulate", "--tier", "0", "--record", "first.mcap", *SHORT, "--no-project"])
+        (folder / "first.mcap").write_bytes(first_record())
 
     main([*call.split(), "--no-project"])
 

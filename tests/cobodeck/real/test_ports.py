@@ -29,7 +29,7 @@ ROW = re.compile(
 PATIENCE_S = 60.0
 SOCKETS = {"tcp": "0A", "tcp6": "0A", "udp": "07", "udp6": "07"}
 """Kinds of sockets, and the state of those that wait for anybody."""
-SERVER = "cobodeck.live.run_server"
+SERVER, WATCH = "cobodeck.live.run_server", "cobodeck"
 PATIENT = "user: patient\nsteps: [{stand: 2}, {request: {hold: 25}}, {stand: 2}]\n"
 """Asks as `brief` does, for longer: a busy machine serves late while so much is thrown."""
 THROWN = 100_000
@@ -133,6 +133,7 @@ def test_every_port_of_a_run_is_in_the_table_and_what_is_thrown_at_it_does_nothi
                  SERVER)  # fmt: skip
     known = {one for one in table() if one.process not in elsewhere}
     known.remove(Port("hw.drivers.chain.process", "UDP", "7401", near=True))  # no observer here
+    known.remove(Port(WATCH, "TCP", "any", near=True))  # of `cobodeck watch`
     quiet, found = subprocess.DEVNULL, dict[tuple[str, int, str], Port]()
     with subprocess.Popen(
         command, cwd=ROOT, stdin=quiet, stdout=subprocess.PIPE, stderr=quiet
@@ -157,17 +158,21 @@ def test_every_port_of_a_run_is_in_the_table_and_what_is_thrown_at_it_does_nothi
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux")
+@pytest.mark.parametrize(
+    ("words", "process"),
+    [(["simulate", "--live", "--tier", "0"], SERVER), (["watch", "cobodeck"], WATCH)],
+)
 @pytest.mark.requirement(48, 149)
-def test_the_port_of_a_live_page_is_in_the_table(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "cobodeck", "simulate", "--live", "--tier", "0"]
+def test_the_port_of_a_page_is_in_the_table(tmp_path: Path, words: list[str], process: str) -> None:
+    command = [sys.executable, "-m", "cobodeck", *words]
     with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True) as running:
         try:
             assert running.stdout is not None
-            assert "live page" in running.stdout.readline()
+            assert "page: http" in running.stdout.readline()
             found = set(opened(running.pid, own_host()).values())
         finally:
             running.kill()
-    assert found == {one for one in table() if one.process == SERVER}
+    assert found == {one for one in table() if (one.process, one.kind) == (process, "TCP")}
 
 
 def test_the_table_can_be_read() -> None:

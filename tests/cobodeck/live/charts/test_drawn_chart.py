@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import pytest
@@ -14,6 +15,7 @@ from hypothesis import given, settings
 
 from behaviors.profile.profile import load_profile
 from cobodeck.__main__ import main
+from cobodeck.live.charts.drawer import Drawer
 from cobodeck.live.charts.drawn_chart import chart_message, finding_message, picture_of
 from cobodeck.live.charts.seen_chart import SeenNode, outcomes_at, path_of, seen_nodes
 from cobodeck.project.library import findings_of, load_beside, reached
@@ -23,14 +25,15 @@ from cobodeck.setup.run_profile import with_values
 from engine.chart.chart import Chart
 from engine.chart.load import Library, load_text
 from engine.draw.dot_text import dot
-from engine.draw.layout import render
+from engine.draw.layout import CannotRender, render
 from engine.files.finding import Finding, Place
 from engine.machine.machine import Machine
 from engine.operator.commands import outcomes_of, output_types
 from tests.engine.random_charts import charts, library
 from tests.repeats import examples
 
-CHARTS = [file.stem for file in shipped_charts()]
+CHARTS = sorted((file.stem for file in shipped_charts()), key=lambda name: name != "inform")
+"""The small one first: of most properties it is the one that is not slow."""
 
 
 @cache
@@ -54,8 +57,10 @@ def message(name: str, profile: str = "tuned", **options: Any) -> dict[str, Any]
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize(
-    ("name", "profile", "depth"), [("cobodeck", "tuned", 0), ("paper_chase", "paper", -1)]
+    ("name", "profile", "depth"),
+    [("inform", "tuned", 0), ("cobodeck", "tuned", 0), ("paper_chase", "paper", -1)],
 )
+@pytest.mark.requirement(21)
 def test_the_picture_is_that_of_render(name: str, profile: str, depth: int, tmp_path: Path) -> None:
     out = tmp_path / "chart.svg"
     given = ["render", name, "-o", str(out), "--depth", str(depth), "--profile", profile]
@@ -121,6 +126,7 @@ def test_what_is_told_of_outcomes_can_be_forced(name: str) -> None:
             assert outputs.keys() == output_types(machine, vertex, outcome).keys(), (path, outcome)
 
 
+@pytest.mark.requirement(21)
 def test_values_are_those_in_force() -> None:
     nodes = message("paper_chase", "paper")["nodes"]
 
@@ -131,7 +137,7 @@ def test_values_are_those_in_force() -> None:
 
 
 def test_a_message_is_json() -> None:
-    assert json.loads(json.dumps(message("cobodeck")))["slot"] == 0
+    assert json.loads(json.dumps(message("inform")))["slot"] == 0
 
 
 TEXT = """\
@@ -222,3 +228,55 @@ def test_the_form_has_parameters_and_inputs_with_units_and_defaults() -> None:
     assert form["far"]["default"] is None
     assert form["goal"]["about"] == "where to"
     assert "x:" in form["goal"]["what"] or "Pose2" in form["goal"]["what"]
+
+
+def test_a_breakpoint_is_told_and_changes_no_picture() -> None:
+    chart, _ = main_nodes()
+    broken = load_text(TEXT.replace("first: {", "first: {break: true, "), "main.yaml")["main"]
+    plain = chart_message(chart, {"main": chart}, load_profile("tuned"))
+
+    shown = chart_message(broken, {"main": broken}, load_profile("tuned"))
+
+    assert shown["svg"] == plain["svg"]
+    assert [path for path, node in shown["nodes"].items() if node["break"]] == ["work/first"]
+
+
+@pytest.mark.slow
+def test_a_picture_that_takes_too_long_is_ended_and_the_next_one_is_drawn() -> None:
+    drawer = Drawer(patience_s=1e-6)
+    with pytest.raises(CannotRender, match="is not ready after 1e-06 s"):
+        drawer.svg("digraph {a}")
+    drawer = Drawer()
+    assert "<svg" in drawer.svg("digraph {a -> b}")
+    first = drawer._child
+    with pytest.raises(CannotRender):
+        drawer.svg("digraph {{{")
+    assert "<svg" in drawer.svg("digraph {a -> b}")
+    assert drawer._child is first
+
+    drawer.stop()
+
+    assert "<svg" in drawer.svg("digraph {a -> b}")
+    assert drawer._child is not first
+    drawer.close()
+
+
+@pytest.mark.slow
+def test_a_picture_that_is_stopped_fails_and_the_next_one_is_drawn() -> None:
+    drawer, told = Drawer(), list[str]()
+    large = "".join(f"n{a} -> n{a * b % 997};" for a in range(997) for b in (2, 3, 5))
+
+    def draw() -> None:
+        with pytest.raises(CannotRender) as found:
+            drawer.svg(f"digraph {{{large}}}")
+        told.append(str(found.value))
+
+    drawing = Thread(target=draw)
+    drawing.start()
+    while drawing.is_alive():
+        drawer.stop()
+        drawing.join(0.01)
+
+    assert "has ended" in told[0]
+    assert "<svg" in drawer.svg("digraph {a -> b}")
+    drawer.close()

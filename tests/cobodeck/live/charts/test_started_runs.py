@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from cobodeck.__main__ import main
+from cobodeck.live.charts import started_runs
 from cobodeck.live.charts.started_runs import (
     MOST_RUNS,
     StartedRun,
@@ -28,6 +29,7 @@ def chart(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.mark.requirement(57)
 def test_a_form_becomes_a_command_line(chart: Path) -> None:
     form = {
         "parameters": {"speed": "1 m/s", "left": " "},
@@ -40,6 +42,7 @@ def test_a_form_becomes_a_command_line(chart: Path) -> None:
         "simulate", "--profile=paper", "--scene=lab_a", "--in=goal={x: 2 m, y: -1 m}",
         "--set=charts.mine.speed=1 m/s", str(chart), "--live",
     ]  # fmt: skip
+    assert list(arguments(chart, "paper", {}, "10.0.0.2"))[-1] == "--live=10.0.0.2:0"
 
 
 @pytest.mark.parametrize(
@@ -76,13 +79,27 @@ def play(chart: Path, program: str, form: dict[str, Any] | None = None) -> Start
 
 @pytest.mark.realtime
 def test_the_answer_is_the_line_with_the_url() -> None:
-    told = "print('warming up'); print('live page: http://127.0.0.1:81/  token: x'); input()"
+    told = "print('-' * 100_000); print('live page: http://127.0.0.1:81/  token: x')"
 
-    started = play(Path("a.yaml"), f"import time; {told[:-9]}; time.sleep(60)")
+    started = play(Path("a.yaml"), f"import time; {told}; time.sleep(60)")
 
     assert started == StartedRun(
         "http://127.0.0.1:81/", "live page: http://127.0.0.1:81/  token: x"
     )
+
+
+@pytest.mark.realtime
+def test_it_is_said_that_a_start_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(started_runs, "SAYING_S", 0.005)
+
+    async def run() -> None:
+        runs, said = StartedRuns((sys.executable, "-c", "print('http://127.0.0.1/')")), list[str]()
+        assert (await runs.start(Path("a.yaml"), "tuned", {}, said.append)).url
+        assert said
+        assert all(told.startswith("a.yaml has not begun after 0 s") for told in said)
+        await runs.close()
+
+    asyncio.run(run())
 
 
 @pytest.mark.realtime
@@ -98,13 +115,13 @@ def test_only_so_many_run_at_once_and_all_end_when_it_is_closed() -> None:
     async def run() -> None:
         told = "print('http://127.0.0.1/', flush=True); import time; time.sleep(60)"
         runs = StartedRuns((sys.executable, "-c", told))
-        for _ in range(MOST_RUNS):
-            assert (await runs.start(Path("a.yaml"), "tuned", {})).url
-        refused = await runs.start(Path("a.yaml"), "tuned", {})
+        asked = (runs.start(Path("a.yaml"), "tuned", {}) for _ in range(MOST_RUNS + 2))
+        started = await asyncio.gather(*asked)
         processes = list(runs.running)
         await runs.close()
 
-        assert refused.url is None
+        assert sum(run.url is not None for run in started) == MOST_RUNS
+        assert (await runs.start(Path("a.yaml"), "tuned", {})).url is None
         assert len(processes) == MOST_RUNS
         assert all(process.returncode is not None for process in processes)
 
