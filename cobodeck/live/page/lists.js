@@ -32,12 +32,12 @@ export function findingList(findings, goTo) {
 const table = (rows) => el("table", {}, el("tbody", {}, rows.map(([name, ...values]) =>
   el("tr", {}, el("th", { scope: "row" }, name), values.map((v) => el("td", {}, String(v)))))));
 
-/** Figures of one run, or of two beside each other. */
-export function figureTable([one, two]) {
+/** Figures of one run, or of two beside each other; `all` says of what, where they are of no range. */
+export function figureTable([one, two], all) {
   const range = one?.range, beside = new Map(two?.rows ?? []);
   const rows = (one?.rows ?? []).map(([k, v]) => (two ? [k, v, beside.get(k) ?? ""] : [k, v]));
   return [
-    el("p", {}, range ? `of ${range.map(seconds).join(" – ")}` : "of the whole run"),
+    el("p", {}, range ? `of ${range.map(seconds).join(" – ")}` : all),
     table(two ? [["record", 1, 2], ...rows] : rows),
   ];
 }

@@ -11,9 +11,10 @@ import { Signals } from "./signals.js";
 import { Timeline } from "./timeline.js";
 
 const LINES = 300;
+const INSTANT = /(\d{4}-\d\d-\d\d)T(\d\d:\d\d)\S*/g;  // of which date and minute are shown
 
 const app = {
-  hello: { mode: "" }, states: [{}], charts: [], figures: [], health: {}, at: 0,
+  hello: { mode: "" }, states: [{}], charts: [], figures: [], health: null, at: 0,
   unsent: false,  // a stop could not be sent
   logged: -1,  // the time of the newest entry in the log
   get state() { return this.states[0]; },
@@ -79,10 +80,12 @@ function beside(chart) {
 const heard = {
   hello(m) {
     for (const chart of app.charts.splice(m.mode === app.hello.mode ? 1 : 0)) chart.place.remove();
-    Object.assign(app, { hello: m, states: [{}], at: 0, figures: [] });
+    Object.assign(app, { hello: m, states: [{}], at: 0, figures: [], health: null });
+    healthy();
     document.body.dataset.mode = m.mode;
     $("title").textContent = m.title;
-    $("about").textContent = $("about").title = (m.about ?? []).join(" · ");
+    $("about").title = (m.about ?? []).join(" · ");
+    $("about").textContent = $("about").title.replaceAll(INSTANT, "$1 $2");
     $("stop-is").textContent = m.stop_is;
     $("operator").hidden = !m.commands;
     $("speed-label").hidden = m.mode === "live" && (m.real || !m.commands);
@@ -131,6 +134,7 @@ const heard = {
       if (child) app.charts[slot]?.taken(path ? `${path}/${child}` : child, outcome);
     }
     if (!slot && ("speed" in m || "paused" in m)) timeline.playingAt(app.state.paused ? 0 : app.state.speed ?? 0);
+    if (m.over) redraw(figured);
     redraw(Object.keys(changed).some((k) => k !== "at") ? shown : moved);
   },
   frame: (m) => { if (!m.slot) app.at = m.at; map.frame(m); redraw(moved); },
@@ -194,6 +198,7 @@ function shown() {
 function moved() {
   $("clock").textContent = seconds(app.at) + (app.hello.until ? ` of ${seconds(app.hello.until)}` : "");
   for (const c of app.charts) c.timed();
+  details.timed();
   timeline.draw();
 }
 
@@ -230,8 +235,15 @@ function goTo(path, slot = 0) {
   chart.zoomTo(path);
 }
 
-const figured = () => $("figures").replaceChildren(...figureTable(app.figures));
-const healthy = () => $("health").replaceChildren(healthTable(app.health));
+function figured() {
+  const { figures, live, state, at, hello } = app, all = live ? state.over : at >= hello.until;
+  $("figures").replaceChildren(...figureTable(figures, all ? "of the whole run" : "so far"));
+}
+
+function healthy() {
+  $("health-box").hidden = !app.health;
+  if (app.health) $("health").replaceChildren(healthTable(app.health));
+}
 
 // -- the page itself
 

@@ -51,7 +51,7 @@ function* clocksOf(chart) {
     const inside = time.below && chart.picture.frames.has(path);
     const at = inside
       ? { x: b.x + b.width / 2, y: b.y + b.height / 2, "text-anchor": "middle" }
-      : { x: b.x + b.width - 4, y: b.y - 3, "text-anchor": "end" };
+      : { x: b.x + Math.max(b.width - 30, b.width / 2 + 6), y: b.y - 3 };  // beside an arrow to the middle
     yield [shape("text", { class: "since", ...at }), time];
   }
 }

@@ -80,9 +80,9 @@ export class Operator {
     fill($("start"), starts && [message.name, message.form], () => starts && this.start(message));
   }
 
-  holder(operator, { mode, real }) {
+  holder(operator, { mode, on_parts: parts }) {
     if (operator?.you) {
-      const keep = real ? " Keep this tab in front: half a second without it stops the robot." : "";
+      const keep = parts ? " Keep this tab in front: half a second without it stops the robot." : "";
       return `You hold control as ${operator.name}.${keep}`;
     }
     if (operator?.name) return `${operator.name} holds control.`;
