@@ -27,6 +27,7 @@ from engine.literals import (
     constants_in as constants_in,
     convert as convert,
     description_of as description_of,
+    fields_of as fields_of,
 )
 from engine.reports import (
     FORMATS as FORMATS,

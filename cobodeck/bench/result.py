@@ -45,6 +45,8 @@ def _fault(found: object) -> str | None:
     machine = found.get("machine")
     if not isinstance(machine, dict) or not {"name", "cores", "system", "python"} <= machine.keys():
         return "`machine` does not say name, cores, system and python"
+    if not _is_number(machine.get("load", 0)):
+        return "the load of `machine` is no number"
     for number, row in enumerate(found["rows"]):
         wrong = _fault_of_row(row) if isinstance(row, dict) else "is no object"
         if wrong is not None:

@@ -13,6 +13,7 @@ import math
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import import_module
+from os import getloadavg
 from pathlib import Path
 from typing import Any
 
@@ -181,7 +182,7 @@ def _judge(args: argparse.Namespace) -> int:
 
 
 def _measure(args: argparse.Namespace) -> dict[str, Any]:
-    rows = []
+    rows, load = [], getloadavg()[0]
     progress = ProgressLine("bench", 0.0)
     wanted = args.names or list(BENCHES)
     for name in wanted:
@@ -195,16 +196,17 @@ def _measure(args: argparse.Namespace) -> dict[str, Any]:
             progress.at(f"{name}: {row.name} {row.variant}", done / len(wanted))
             rows.append(row.plain())
     progress.done()
-    return _result(rows)
+    return _result(rows, load)
 
 
-def _result(rows: list[dict[str, Any]]) -> dict[str, Any]:
+def _result(rows: list[dict[str, Any]], load: float) -> dict[str, Any]:
+    """What was measured; `load`: the processes that ran or waited in the minute before."""
     from cobodeck.bench import own_version
     from cobodeck.record.format import machine, versions
 
     return {
         "date": datetime.now(UTC).date().isoformat(),
-        "machine": machine(),
+        "machine": {**machine(), "load": round(load, 1)},
         "versions": versions() | {"cobodeck": own_version()},
         "rows": rows,
     }
@@ -216,13 +218,13 @@ def _measure_logs(args: argparse.Namespace) -> dict[str, Any]:
         raise Problem("--logs are for `cobodeck bench localization`, alone")
     from cobodeck.bench.localization import rows
 
-    found = []
+    found, load = [], getloadavg()[0]
     progress = ProgressLine("bench", 0.0)
     for row in rows(args.logs, args.variants, args.seed):
         found.append(row.plain())
         progress.at(f"{row.name} {row.knob or ''} {row.variant}")
     progress.done()
-    return _result(found)
+    return _result(found, load)
 
 
 HEAD = ("what", "variant", "knob", "time", "ratio", "to", "error", "of", "calls", "goal")
@@ -247,6 +249,7 @@ def text(result: Mapping[str, Any]) -> str:
 def _machine(result: Mapping[str, Any]) -> str:
     machine = result["machine"]
     told = f"{machine['name']}, {machine['cores']} cores, {machine['system']}, {machine['python']}"
+    told += f", load {machine['load']:g}" if "load" in machine else ""
     return f"{told}, {result['date']}" if "date" in result else told
 
 

@@ -30,7 +30,14 @@ from cobodeck.project import (
     wrong_parts,
 )
 from cobodeck.terminal import FAILED, OK, Problem, complain, show
-from cobodeck.validation import Explored, FileChecker, dead_end_tests, explanation, schema_notes
+from cobodeck.validation import (
+    OPEN,
+    Explored,
+    FileChecker,
+    dead_end_tests,
+    explanation,
+    schema_notes,
+)
 from engine import FORMATS, report
 from engine.chart import Chart, Library
 from engine.files import Finding, Place, SourceFile, in_order
@@ -60,10 +67,12 @@ def run(args: argparse.Namespace) -> int:
     """Check and report.
 
     Raises:
-        Problem: `-o` does not name a test or goes without `--explain`, or that is not text.
+        Problem: `-o` does not name a new test or goes without `--explain`, or that is not text.
     """
     if args.output is not None and not (args.explain and args.output.suffix == ".py"):
         raise Problem("-o FILE.py goes with --explain: it takes the dead ends as tests")
+    if args.output is not None and args.output.exists():
+        raise Problem(f"{args.output}: exists; name another file with -o")
     if args.explain and args.format != "text":
         raise Problem(f"--explain tells people; it is not there as {args.format}")
     return _checked(args)
@@ -100,8 +109,7 @@ def _checked(args: argparse.Namespace) -> int:
     if args.format == "text":
         for note in schema_notes(((kind, sources[str(file)]) for file, kind in files), known):
             show(f"note: {note}")
-        walked = _not_used(library, {str(file) for file in charts})
-        _explore([library[name] for name in walked], library, known, args)
+        _explore(_not_used(library, {str(file) for file in charts}), library, known, args)
     return OK
 
 
@@ -111,6 +119,10 @@ def _explore(
     """Tell what explorations of these charts find; with `-o`, write their dead ends as tests."""
     dead = []
     for chart in charts:
+        if needed := [p.name for p in chart.parameters.values() if p.required]:
+            if args.explain:
+                show(f"{chart.name}: not explored, as it is given no {', '.join(needed)}")
+            continue
         walk = _walked(chart, library, known, FARTHER if args.explain else WALKED)
         show(
             "\n".join(explanation(walk))
@@ -125,8 +137,11 @@ def _explore(
     if not dead:
         show(f"no dead ends: {output} is not written")
         return
-    output.write_text(dead_end_tests(dead, output.parent), encoding="utf-8")
-    show(f"{output}: run it with pytest")
+    text = dead_end_tests(dead, output.parent)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    output.write_text(text, encoding="utf-8")
+    first = f"give each `{OPEN}` in it a value, then " if f": {OPEN},  #" in text else ""
+    show(f"{output}: {first}run it with pytest")
 
 
 def _once(findings: Iterable[Finding]) -> list[Finding]:
@@ -143,17 +158,11 @@ def _places(finding: Finding) -> list[Place]:
     return [finding.place, *(place for place, _ in finding.related)]
 
 
-def _not_used(library: Library, files: set[str]) -> list[str]:
-    """The charts of these files that no other chart uses and that need no parameters."""
+def _not_used(library: Library, files: set[str]) -> list[Chart]:
+    """The charts of these files that no other chart uses."""
     nodes = (node for chart in library.values() for node in chart.root.walk())
     used = {node.target for node in nodes if node.form == "use"}
-    return [
-        name
-        for name, chart in library.items()
-        if chart.file in files
-        and name not in used
-        and not any(parameter.required for parameter in chart.parameters.values())
-    ]
+    return [chart for name, chart in library.items() if chart.file in files and name not in used]
 
 
 def _walked(chart: Chart, library: Library, known: Catalogue, limit: int) -> Explored:

@@ -12,7 +12,8 @@ from __future__ import annotations
 import argparse
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,6 +54,25 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Serve a page, or show it here."""
+    with _ended_in_order():
+        return _watch(args)
+
+
+@contextmanager
+def _ended_in_order() -> Iterator[None]:
+    """TERM and HUP are as Ctrl-C: a terminal is as before, and runs that were started end."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)}
+    for number, handler in before.items():
+        if handler != signal.SIG_IGN:  # as `nohup` has it
+            signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _watch(args: argparse.Namespace) -> int:
     things = args.things or ["."]
     if any(thing.startswith(SCHEMES) for thing in things):
         return _watch_url(things, args)
@@ -95,11 +115,7 @@ def _show(source: Source, args: argparse.Namespace) -> int:
         return watch_in_terminal(NearLink(source))
     from cobodeck.live import PageAddress, show_source
 
-    ending = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        show_source(source, PageAddress(args.host, args.port), _say)
-    finally:
-        signal.signal(signal.SIGTERM, ending)
+    show_source(source, PageAddress(args.host, args.port), _say)
     return OK
 
 

@@ -25,6 +25,8 @@ DEEPEST, LARGEST_NUMBER, LONGEST_ID = 3, 1 << 53, 40
 """Of a message of a page: objects in objects, numbers, characters of its `id` and `do`."""
 BOUND = 2 << 20
 """Events that may wait for a page, in characters of JSON."""
+MOST_ANSWERS = 200
+"""To commands, that may wait for a page; far more than anybody gives at once."""
 
 
 def encoded(message: Message) -> str:
@@ -84,6 +86,7 @@ class Page:
         self.snapshots = self.skipped = 0
         self._bound, self._size = bound, 0
         self._events: deque[str] = deque()
+        self._answers = deque[str](maxlen=MOST_ANSWERS)
         self._newest: dict[str, str] = {}
         self._renew = True
         self._ready = asyncio.Event()
@@ -92,7 +95,8 @@ class Page:
     @property
     def waiting(self) -> int:
         """Characters that wait to be sent."""
-        return self._size + sum(map(len, self._newest.values()))
+        beside = (*self._answers, *self._newest.values())
+        return self._size + sum(map(len, beside))
 
     def tell(self, message: Message, key: str | None = None) -> None:
         """Send a message; of those with the same `key` only the newest."""
@@ -110,8 +114,13 @@ class Page:
             self._size += len(text)
         self._ready.set()
 
+    def answer(self, message: Message) -> None:
+        """Answer a command: no snapshot has that, so none replaces it."""
+        self._answers.append(encoded(message))
+        self._ready.set()
+
     def renew(self) -> None:
-        """Send a new snapshot instead of all that waits."""
+        """Send a new snapshot instead of all that waits, but for answers."""
         self._events.clear()
         self._newest.clear()
         self._size, self._renew = 0, True
@@ -132,6 +141,8 @@ class Page:
                 self._renew = False
                 for message in told:
                     await send(encoded(message))
+            while self._answers:
+                await send(self._answers.popleft())
             while self._events and not self._renew:
                 text = self._events.popleft()
                 self._size -= len(text)

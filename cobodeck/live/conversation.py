@@ -60,11 +60,11 @@ class Conversation:
         try:
             await self._do(page, message)
         except ConnectionError:
-            page.tell(_wrong(message, "the run is over"))
+            page.answer(_wrong(message, "the run is over"))
         except (ValueError, TypeError, KeyError) as error:
-            page.tell(_wrong(message, f"{message['t']}: {error}"))
+            page.answer(_wrong(message, f"{message['t']}: {error}"))
         except Exception as error:  # noqa: BLE001  the next one may be a stop
-            page.tell(_wrong(message, self._pages.unforeseen(error)))
+            page.answer(_wrong(message, self._pages.unforeseen(error)))
 
     async def _do(self, page: Page, message: dict[str, Any]) -> None:
         kind = message["t"]
@@ -84,14 +84,14 @@ class Conversation:
     def _authorize(self, page: Page, message: dict[str, Any]) -> None:
         wrong = self._access.authorize(page.number, message.get("token"), message.get("name"))
         page.name = self._access.name_of(page.number)
-        page.tell(_ack(message, wrong, f"you are {page.name}"))
+        page.answer(_ack(message, wrong, f"you are {page.name}"))
 
     async def _command(self, page: Page, message: dict[str, Any]) -> None:
         do = str(message.get("do"))[:LONGEST_ID]
         before = self._access.holder
         wrong = self._access.refusal(page.number, do)
         if wrong is not None:
-            page.tell(_ack(message, wrong))
+            page.answer(_ack(message, wrong))
             return
         if do in ("take", "release"):
             await self._hand_over(page, message, do)
@@ -101,15 +101,15 @@ class Conversation:
         who = page.name or f"page {page.number}"
         answer = await self._source.commanded(page, {**message, "do": do, "who": who})
         if answer is not None:
-            page.tell(answer)
+            page.answer(answer)
 
     async def _hand_over(self, page: Page, message: dict[str, Any], do: str) -> None:
         if do == "release":
             wrong = None if self._access.release(page.number) else "this page has no control"
-            page.tell(_ack(message, wrong, "released"))
+            page.answer(_ack(message, wrong, "released"))
         else:
             before = self._access.take(page.number)
-            page.tell(_ack(message, None, f"taken over from {before}" if before else "taken"))
+            page.answer(_ack(message, None, f"taken over from {before}" if before else "taken"))
             self._pages.tell({"t": "say", "text": f"{self._access.name} has control"})
         await self._tell_holder()
 

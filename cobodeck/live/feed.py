@@ -3,7 +3,8 @@
 The run never waits. The messages of a tick, and of those that follow at once, become one frame,
 which a thread of its own writes to a socket. What waits to be written is bounded in bytes: beyond
 that, whole ticks are dropped and counted. Once half of it is free again, a frame with everything
-that holds now follows, so that whoever reads is right again.
+that holds now follows, so that whoever reads is right again. What goes beside the ticks, such as
+answers to commands, is kept until then.
 
 A frame is its length, 4 bytes, and a pickled tuple: its kind and its content. Only our own child
 reads it; what comes back are lines of JSON.
@@ -18,6 +19,7 @@ import struct
 import threading
 import time
 from asyncio import IncompleteReadError, StreamReader
+from collections import deque
 from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import suppress
 from queue import SimpleQueue
@@ -38,6 +40,10 @@ TOGETHER_S = 0.02
 """Between two frames of ticks, s: to wake the thread that writes costs more than to add a tick."""
 CLOSING_S = 1.0
 """How long the end of a run may wait for the last frames, s."""
+STATES = frozenset({"status", "health"})
+"""Kinds of which the newest is all that matters."""
+MOST_OWED = 200
+"""Of other kinds, so many are kept while too much waits."""
 _LENGTH = struct.Struct("<I")
 _Told = tuple[int, bytes, int]
 """A message of a tick: the number of its channel, its bytes, the time of the run, ns."""
@@ -53,6 +59,7 @@ class Whole(NamedTuple):
         waiting: the outcome that waits for consent, by path.
         locks: paths; `level`: the operator's autonomy level as a number, None without one.
         samples: the newest message of each signal.
+        charts: the arguments of the newest `Replace` in the dropped ticks, None if there was none.
         dropped: ticks dropped so far.
     """
 
@@ -65,6 +72,7 @@ class Whole(NamedTuple):
     paused: bool
     outcome: str | None
     samples: tuple[RecordedMessage, ...]
+    charts: Mapping[str, Any] | None
     dropped: int
 
 
@@ -97,6 +105,9 @@ class Feed:
         self._behind = False
         self._loop: Loop | None = None
         self._entered: dict[str, int] = {}  # in dropped ticks
+        self._charts: Mapping[str, Any] | None = None  # likewise
+        self._states: dict[str, Any] = {}  # told once there is room again
+        self._owed = deque[tuple[str, Any]](maxlen=MOST_OWED)  # likewise
         self._thread = threading.Thread(target=self._write, daemon=True, name="feed")
         self._thread.start()
 
@@ -129,6 +140,8 @@ class Feed:
         if self._behind or self.waiting > self._bound:
             self._leave_out(messages, now_ns)
             return
+        if self._owed or self._states:
+            self._tell_owed()
         self._ticks.append(messages)
         if self._now() >= self._due:
             self.flush()
@@ -156,31 +169,42 @@ class Feed:
 
     # beside the record
 
-    def tell(self, kind: str, value: Any) -> bool:
-        """Send something else at once; False if it is dropped, because too much waits."""
-        if self.waiting > self._bound:
-            return False
-        self.flush()
+    def tell(self, kind: str, value: Any) -> None:
+        """Send something else at once, or, if too much waits, once there is room again."""
+        if self._behind or self.waiting > self._bound:
+            if kind in STATES:
+                self._states[kind] = value
+            else:
+                self._owed.append((kind, value))
+            return
+        self._tell_owed()
         self._put(kind, value)
-        return True
 
     def close(self) -> None:
         """Send what waits, as far as it is taken at once, and close the socket."""
-        self.flush()
+        self._tell_owed()
         self._frames.put(None)
         self._thread.join(CLOSING_S)
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_WR)
         self._socket.close()
 
+    def _tell_owed(self) -> None:
+        self.flush()
+        for kind, value in (*self._states.items(), *self._owed):
+            self._put(kind, value)
+        self._states.clear()
+        self._owed.clear()
+
     def _leave_out(self, messages: list[_Told], now_ns: int) -> None:
         """Drop a tick, or send all that holds at its end, once there is room for it."""
         self.flush()
-        self._remember_entries(messages)
+        self._remember(messages)
         if self._behind and self.waiting <= self._bound // 2:
             self._behind = False
             self._announce()
             self._put("whole", self._whole(now_ns))
+            self._tell_owed()
         else:
             self._behind = True
             self.dropped += 1
@@ -205,18 +229,25 @@ class Feed:
                 return
             self._written += len(frame) - _LENGTH.size
 
-    def _remember_entries(self, messages: list[_Told]) -> None:
+    def _remember(self, messages: list[_Told]) -> None:
+        """Keep what cannot be asked of the run later."""
         for number, data, _ in messages:
-            if self._channels[number][0] == "trace":
+            topic = self._channels[number][0]
+            if topic == "trace":
                 time, kind, path, *_ = trace_line(json.loads(data))
                 if kind == "enter":
                     self._entered[path] = time
+            elif topic == "operator":
+                told = json.loads(data)
+                if told["command"] == "Replace":
+                    self._charts = told["arguments"]
 
     def _whole(self, now_ns: int) -> Whole:
         assert self._loop is not None, "no loop is attended"
         run = self._loop.wired.run
         boxes = [node for node in run.entered if hasattr(node, "box")]
         entered, self._entered = self._entered, {}
+        charts, self._charts = self._charts, None
         return Whole(
             now_ns,
             {node.path: entered.get(node.path) for node in run.entered},
@@ -231,6 +262,7 @@ class Feed:
             run.paused,
             run.outcome,
             tuple(_newest(self._loop, now_ns)),
+            charts,
             self.dropped,
         )
 
@@ -238,7 +270,7 @@ class Feed:
 def _newest(loop: Loop, now_ns: int) -> list[RecordedMessage]:
     found = []
     for name, slot in loop.wired.board.inlets.items():
-        if slot.newest is not None:
+        if slot.newest is not None and not slot.constant:
             kind, data = SampleWriter(name).write(slot.newest.stamp, slot.newest.value)
             found.append(RecordedMessage(TOPIC + name, kind, data, now_ns))
     return found

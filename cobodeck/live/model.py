@@ -24,6 +24,7 @@ STATE = (
     "active", "data", "waiting", "locks", "level", "paused", "breaks", "ended", "stop", "faults"
 )  # fmt: skip
 """The keys of a state that are told whole when they change; see the protocol of the page."""
+STOP_TOPIC = f"{TOPIC}stop.engaged"
 _LEVELS = {number: name for name, number in AUTONOMY.items() if number >= 0}
 
 
@@ -37,6 +38,7 @@ class RunModel:
         last: what happened last: time, kind, path, text.
         newest: the newest message of each signal; `truth` that of the ground truth.
         transitions, missed, late, errors, requests: how many so far.
+        refused: how many samples of each signal so far.
     """
 
     def __init__(self) -> None:
@@ -54,6 +56,7 @@ class RunModel:
         self.last: deque[dict[str, Any]] = deque(maxlen=NEWEST)
         self.newest: dict[str, RecordedMessage] = {}
         self.transitions = self.missed = self.late = self.errors = self.requests = 0
+        self.refused: dict[str, int] = {}
         self._truth: RecordedMessage | None = None
         self._changed: set[str] = set()
         self._said = 0  # lines of `last` so far
@@ -65,7 +68,7 @@ class RunModel:
         for told in group.told:
             topic = told.topic
             if topic.startswith(TOPIC):
-                self.newest[topic] = told
+                self._take(told)
                 self.requests += is_request(told)
             elif topic == "truth":
                 self._truth = told
@@ -77,6 +80,11 @@ class RunModel:
         self.late += ticked.late_ns > LATE_NS
         if ticked.kind == "end":
             self._set("active", {})
+
+    def _take(self, told: RecordedMessage) -> None:
+        self.newest[told.topic] = told
+        if told.topic == STOP_TOPIC:
+            self.tell("stop", stop_reason(told) is not None)
 
     def renew(self, whole: Any) -> None:
         """Take everything that holds now, after ticks were dropped; see `feed.Whole`."""
@@ -92,7 +100,8 @@ class RunModel:
         self._set("level", _LEVELS.get(whole.level))
         self._set("paused", whole.paused)
         self._set("ended", whole.outcome)
-        self.newest |= {told.topic: told for told in whole.samples}
+        for told in whole.samples:
+            self._take(told)
         self._say(whole.at_ns, "note", "", f"{whole.dropped} ticks were not shown")
 
     def tell(self, key: str, held: Any) -> None:
@@ -173,6 +182,10 @@ class RunModel:
         self.errors += 1
         self._say(ns, "error", message.get("name", ""), message["message"])
 
+    def _refused(self, message: Mapping[str, Any], _ns: int) -> None:
+        name = message["signal"]
+        self.refused[name] = self.refused.get(name, 0) + 1
+
     # what is asked for
 
     def state(self) -> dict[str, Any]:
@@ -219,6 +232,18 @@ class RunModel:
             rows.append(("missed ticks", str(self.missed)))
         return rows
 
+    def health(self) -> dict[str, Any]:
+        """Late and missed ticks, refused samples, and how old the newest sample of each signal is.
+
+        As the message `health` has it.
+        """
+        ages = {s.name: max(0.0, (self.at_ns - s.stamp_ns) / 1e9) for s in self.samples()}
+        told = {"t": "health", "at": self.at_ns / 1e9, "late": self.late, "missed": self.missed}
+        return {
+            **told, "gates": self.refused, "ages": ages,
+            "tick_p99_ms": None, "dropped": 0, "children": [],
+        }  # fmt: skip
+
     def copied(self) -> RunModel:
         """The same, to be changed independently."""
         found = copy.copy(self)
@@ -236,9 +261,20 @@ def is_request(told: RecordedMessage) -> bool:
     return json.loads(told.data)["value"] is not None
 
 
+def stop_reason(told: RecordedMessage) -> str | None:
+    """Why the stop line is pulled, of a message of it; None: it is not."""
+    found = json.loads(told.data)["value"]
+    return None if found is None else str(found)
+
+
 ASKS = "asks to end with "
 """How the engine notes that an outcome waits for consent."""
-_FOLDED = {"trace": RunModel._trace, "operator": RunModel._command, "log": RunModel._log}
+_FOLDED = {
+    "trace": RunModel._trace,
+    "operator": RunModel._command,
+    "log": RunModel._log,
+    "refused": RunModel._refused,
+}
 
 
 def _with(held: list[str], path: str, there: bool) -> list[str]:

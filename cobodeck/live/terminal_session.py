@@ -10,7 +10,7 @@ import shutil
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
 from typing import Any, Protocol
@@ -26,6 +26,10 @@ from engine.files import visible
 
 LOOK_S = 0.1
 PATIENCE_S = 10.0
+FIRST_S = 60.0
+"""Time until there is something to show, s."""
+MOST = 256
+"""Messages that are taken before the keys are looked at again, and that may wait."""
 LARGEST = 64 << 20
 """Of a message, bytes: a chart of thousands of nodes has a large picture."""
 STEP_S = 1.0
@@ -69,7 +73,7 @@ class FarLink:
 
     def messages(self, wait_s: float) -> Iterator[Message]:
         """See `Link`."""
-        while True:
+        for _ in range(MOST):
             try:
                 found = json.loads(self._socket.recv(wait_s))
             except TimeoutError:
@@ -92,82 +96,79 @@ class FarLink:
 
 
 class NearLink:
-    """A source in this process, with one page, in a loop of its own."""
+    """A source in this process, with one page, in a loop of its own.
+
+    What it raises is raised by `messages`.
+    """
 
     def __init__(self, source: Source) -> None:
         self._queue: SimpleQueue[Message] = SimpleQueue()
-        self._source, self._page = source, _QueuePage(self._queue)
+        self._source, self._page = source, Page(1)
+        self._page.layers = set()
+        self._error: Exception | None = None
         self._loop = asyncio.new_event_loop()
-        self._ready = threading.Event()
+        self._over = asyncio.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
-        self._ready.wait(PATIENCE_S)
 
     @property
     def is_over(self) -> bool:
         """See `Link`."""
-        return not self._thread.is_alive() and self._queue.empty()
+        return not self._thread.is_alive() and self._queue.empty() and self._error is None
 
     def messages(self, wait_s: float) -> Iterator[Message]:
         """See `Link`."""
+        if self._error is not None and self._queue.empty():
+            raise self._error
         with suppress(Empty):
             yield self._queue.get(timeout=wait_s)
-            while True:
+            for _ in range(MOST):
                 yield self._queue.get_nowait()
 
     def ask(self, message: Message) -> None:
         """See `Link`."""
-        asyncio.run_coroutine_threadsafe(self._asked(message), self._loop)
+        self._soon(lambda: self._loop.create_task(self._asked(message)))
 
     def close(self) -> None:
         """End the source."""
-        with suppress(RuntimeError):
-            self._loop.call_soon_threadsafe(self._task.cancel)
+        self._soon(self._over.set)
         self._thread.join(PATIENCE_S)
+
+    def _soon(self, act: Callable[[], object]) -> None:
+        with suppress(RuntimeError):  # the loop is closed
+            self._loop.call_soon_threadsafe(act)
 
     async def _asked(self, message: Message) -> None:
         for answer in await self._source.asked(self._page, message):
-            self._queue.put(answer)
+            self._page.tell(answer)
 
     def _run(self) -> None:
-        with (
-            asyncio.Runner(loop_factory=lambda: self._loop) as runner,
-            suppress(asyncio.CancelledError),
-        ):
-            runner.run(self._serve())
+        try:
+            with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+                runner.run(self._serve())
+        except Exception as error:  # noqa: BLE001  raised where messages are taken
+            self._error = error
 
     async def _serve(self) -> None:
+        """As a server does, until the source or this ends."""
         pages = Pages()
         pages.add(self._page)
-        self._page.of = self._source
-        self._page.renew()
-        self._task = asyncio.create_task(self._source.run(pages))
-        self._ready.set()
-        await self._task
+        works = self._source.run(pages), self._page.send_all(self._send, self._snapshot)
+        tasks = [asyncio.create_task(work) for work in (*works, self._over.wait())]
+        done, others = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in others:
+            task.cancel()
+        await asyncio.gather(*others, return_exceptions=True)
+        for task in done:
+            task.result()
 
+    async def _send(self, text: str) -> None:
+        while self._queue.qsize() >= MOST:  # the terminal stands still
+            await asyncio.sleep(LOOK_S)
+        self._queue.put(json.loads(text))
 
-class _QueuePage(Page):
-    """The page of a terminal: all that it is told is taken at once."""
-
-    def __init__(self, queue: SimpleQueue[Message]) -> None:
-        super().__init__(1)
-        self.queue = queue
-        self.of: Source | None = None
-
-    def tell(self, message: Message, key: str | None = None) -> None:  # noqa: ARG002
-        """Take a message."""
-        self.queue.put(message)
-
-    def put(self, text: str, key: str | None = None) -> None:  # noqa: ARG002
-        """Take an encoded message."""
-        self.queue.put(json.loads(text))
-
-    def renew(self) -> None:
-        """Take a snapshot."""
-        if self.of is not None:
-            self.queue.put({"t": "hello", **self.of.hello()})
-            for message in self.of.snapshot(self):
-                self.queue.put(message)
+    def _snapshot(self, page: Page) -> list[Message]:
+        return [{"t": "hello", **self._source.hello()}, *self._source.snapshot(page)]
 
 
 def socket_url(url: str) -> str:
@@ -178,16 +179,25 @@ def socket_url(url: str) -> str:
 
 
 def watch_in_terminal(link: FarLink | NearLink) -> int:
-    """Show what comes until `q`, or the end; without a terminal, once. Returns the exit code."""
+    """The exit code, once `q`, Ctrl-C or the end has come; without a terminal all is shown once.
+
+    Raises:
+        Problem: it is not what a page is told; what the source raises.
+    """
     page = WatchedPage()
     try:
         if not (sys.stdout.isatty() and sys.stdin.isatty()):
             return _once(link, page)
-        with _screen(), _keys():
+        with suppress(KeyboardInterrupt), _keys(), _screen():
             _loop(link, page)
+        _leave(page)
+        if link.is_over:
+            complain("it has ended")
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        told = f"what comes is not what pages of this version are told: {error!r}"
+        raise Problem(told, FAILED) from error
     finally:
         link.close()
-    _leave(page)
     return OK
 
 
@@ -197,7 +207,7 @@ def _leave(page: WatchedPage) -> None:
 
 
 def _once(link: FarLink | NearLink, page: WatchedPage) -> int:
-    until = time.monotonic() + PATIENCE_S
+    until = time.monotonic() + FIRST_S
     while not page.is_there and not link.is_over and time.monotonic() < until:
         for message in link.messages(LOOK_S):
             page.take(message)
@@ -281,8 +291,8 @@ def _keys() -> Iterator[None]:
 @contextmanager
 def _screen() -> Iterator[None]:
     """A screen of its own, without a cursor; the old one comes back."""
-    sys.stdout.write("\x1b[?1049h\x1b[?25l")
     try:
+        sys.stdout.write("\x1b[?1049h\x1b[?25l")
         yield
     finally:
         sys.stdout.write("\x1b[?25h\x1b[?1049l")

@@ -48,7 +48,7 @@ class WatchedPage:
     @property
     def is_there(self) -> bool:
         """Whether there is something to show."""
-        return bool(self.charts if self.mode == "charts" else self.state)
+        return bool(self.charts and self.chart if self.mode == "charts" else self.state)
 
     def take(self, message: Mapping[str, Any]) -> None:
         """Take a message; of kinds and places that are not shown nothing is kept."""

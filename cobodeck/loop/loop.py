@@ -26,6 +26,8 @@ LATE_NS = 1_000_000
 """A tick later than this, ns, takes the clock's reading as its instant."""
 MEMORY_S = 0.5
 """Repeats older than this, s, matter to nobody whom a leap passes over; see `engine/LEAPS.md`."""
+CTRL_C = "SIGINT"
+"""Who ends a run by Ctrl-C; other signals have their names, too."""
 PROGRESS = 1024
 """Ticks between two progress messages."""
 
@@ -107,7 +109,7 @@ class Loop:
     _plant_ns: int = 0
     _late_ns: int = 0
     _leaps: bool = False
-    _stopping: bool = False
+    _stopping: str | None = None
 
     def __post_init__(self) -> None:
         if self.clock.waits and self.stopwatch is None:
@@ -123,9 +125,12 @@ class Loop:
         """Whether the chart has ended, or the plant has nothing left to do."""
         return self.wired.run.outcome is not None or self.plant.finished
 
-    def stop(self) -> None:
-        """End the run cleanly at the next tick; may be called from a signal handler."""
-        self._stopping = True
+    def stop(self, by: str = "") -> None:
+        """End the run cleanly at the next tick; may be called from a signal handler.
+
+        `by`: who wants it, for the record.
+        """
+        self._stopping = by
         self.clock.wake()
 
     def tick(self) -> str | None:
@@ -147,7 +152,7 @@ class Loop:
                 try:
                     self._next(end_ns)
                 except KeyboardInterrupt:  # it has interrupted a state that did not return
-                    self.stop()
+                    self.stop(CTRL_C)
                 if progress is not None and not self.ticks % PROGRESS:
                     progress(f"{self.now_ns / 1e9:.0f} s")
         finally:
@@ -157,6 +162,7 @@ class Loop:
             self.busy = False  # switching devices off takes a while
             self.plant.close()
             self._report_errors()
+            self.wired.run.take_late()  # what the operator did meanwhile
             self._end(Ticked(self.now_ns, self.ticks, "end"))
         return self.now_ns
 
@@ -186,7 +192,7 @@ class Loop:
             if self.wired.board.rested > MEMORY_S * self.grid.hz:
                 self._leap(plant.leap, end_ns)
             return
-        if self._stopping or plant.quiet_until() <= self.next_ns:
+        if self._stopping is not None or plant.quiet_until() <= self.next_ns:
             return
         until = min(plant.quiet_until(), self.wired.run.schedule.next_due(), end_ns)
         self._skip(self.grid.first(until) - self.ticks)
@@ -194,7 +200,7 @@ class Loop:
     def _leap(self, leap: Callable[[int], None], end_ns: int) -> None:
         """Pass over whole seconds in which all samples are repeated: see `engine/LEAPS.md`."""
         board, hz = self.wired.board, self.grid.hz
-        if self._stopping or not self._leaps:
+        if self._stopping is not None or not self._leaps:
             return
         due = self.wired.run.schedule.next_due(board.steady)
         until = min(self.plant.quiet_until(), due, end_ns)
@@ -276,9 +282,9 @@ class Loop:
         """Run the chart unless it has nothing to do; returns whether it ran."""
         if self.plant.latency_ns:
             self._advance(now + self.plant.latency_ns)
-        if self._stopping:
-            self._stopping = False
-            Operator(self.wired.run).stop()
+        if self._stopping is not None:
+            by, self._stopping = self._stopping, None
+            Operator(self.wired.run, by).stop()
         nothing = self.leave_out and not self.clock.waits and self.wired.run.schedule.leave_out(now)
         if nothing:
             self.left_out += 1

@@ -32,8 +32,8 @@ class ConsoleOperator:
     ) -> None:
         """Read commands from a stream, in a daemon thread.
 
-        `end` is called for the command `end`; `remark` is given each command that was carried out,
-        to be put on record.
+        `end` is called for the command `end`; `remark` is given each other command that was carried
+        out, to be put on record.
         """
         self._end, self._remark = end, remark or _unrecorded
         self._show(HELP)
@@ -57,7 +57,6 @@ class ConsoleOperator:
         elif word == "reset":
             self._reset()
         elif word == "end":
-            self._remark(word)
             self._end()
         elif word:
             self._show(f"{word!r} is not a command; {HELP}")

@@ -29,12 +29,12 @@ def ending_on_signals(loop: Loop) -> Iterator[None]:
         return
     asked = False
 
-    def end(_number: int, _frame: FrameType | None) -> None:
+    def end(number: int, _frame: FrameType | None) -> None:
         nonlocal asked
         if asked:
             raise KeyboardInterrupt
         asked = True
-        loop.stop()
+        loop.stop(signal.Signals(number).name)
         if loop.busy:  # os.write: the signal may have interrupted a print
             os.write(2, b"cobodeck: ending; once more breaks off a state that does not end\n")
 

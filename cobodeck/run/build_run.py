@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from cobodeck.evaluate import watchers
@@ -93,9 +94,19 @@ def stage(
     watching = watchers(world, wired, setup.robot, setup.scene)
     loop = Loop(world, wired, grid, watching, timing, leave_out=not options.eager)
     _timed(loop, options)
-    if operator is not None and options.console is not None:
-        operator.attend(options.console, loop.stop, Operator(wired.run, "console").remark)
+    _at_console(operator, options, loop)
     return loop
+
+
+def _at_console(
+    operator: ConsoleOperator | ScriptedOperator | None, options: Options, loop: Loop
+) -> None:
+    """Take what is typed at the console, if that is where the operator is."""
+    if isinstance(operator, ConsoleOperator) and options.console is not None:
+        by = "console"
+        operator.attend(
+            options.console, partial(loop.stop, by), Operator(loop.wired.run, by).remark
+        )
 
 
 def _timed(loop: Loop, options: Options) -> Loop:
@@ -151,8 +162,7 @@ def _on_real_parts(
         raise
     watching = watchers(plant, wired, setup.robot, setup.scene)
     loop = Loop(plant, wired, TickGrid(setup.tick_hz), watching, clock)
-    if isinstance(operator, ConsoleOperator) and options.console is not None:
-        operator.attend(options.console, loop.stop, Operator(wired.run, "console").remark)
+    _at_console(operator, options, loop)
     return loop
 
 

@@ -1,4 +1,5 @@
 from cobodeck.validation.dead_ends import (
+    OPEN as OPEN,
     Explored as Explored,
     dead_end_tests as dead_end_tests,
     explanation as explanation,

@@ -12,6 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from cobodeck.validation.fitting_values import fitting_value
+from engine import description_of
+from engine.files import visible
 from engine.machine import Exploration, Leaf, Machine, Vertex, after_steps, never_taken
 
 SHOWN = 5
@@ -20,6 +23,8 @@ TICKS = 3
 """Ticks after each step: what is put off begins with the next one."""
 STILL_S = 30.0
 """For so long, s, a test looks whether anything ends."""
+OPEN = "..."
+"""Stands in a test for the value of an input that the reader has to give."""
 Event = tuple[str, str]
 
 
@@ -76,7 +81,7 @@ def dead_end_tests(walks: Iterable[Explored], folder: Path) -> str:
         file = Path(os.path.relpath(Path(machine.chart.file).resolve(), folder.resolve()))
         for number, script in enumerate(exploration.stuck[:SHOWN], 1):
             name = re.sub(r"\W", "_", machine.chart.name)
-            lines = [f"def test_dead_end_{number}_of_{name}(sim):", _start(machine, file)]
+            lines = [f"def test_dead_end_{number}_of_{name}(sim):", *_start(machine, file)]
             lines += [f"sim.tick({TICKS})", *_lines(machine, script)]
             lines += [f"sim.wait({STILL_S})  # nothing ends any more", "assert sim.outcome is None"]
             lines += [_assertion(list(after_steps(machine, script))[-1].active)]
@@ -84,11 +89,18 @@ def dead_end_tests(walks: Iterable[Explored], folder: Path) -> str:
     return "\n".join(found) + "\n"
 
 
-def _start(machine: Machine, file: Path) -> str:
+def _start(machine: Machine, file: Path) -> Iterator[str]:
+    """The line that starts a chart; its inputs have values of their types, or `...`."""
     if not machine.missing:
-        return f"sim.start({str(file)!r})"
-    inputs = dict.fromkeys(machine.missing)
-    return f"sim.start({str(file)!r}, inputs={inputs!r})  # give each of them a value"
+        yield f"sim.start({str(file)!r})"
+        return
+    yield f"sim.start({str(file)!r}, inputs={{  # the script decides: any values do"
+    for name in machine.missing:
+        kind = machine.types[machine.chart.inputs[name].type]
+        value = fitting_value(kind)
+        told = visible(description_of(kind))
+        yield f"    {name!r}: {OPEN if value is None else repr(value)},  # {told}"
+    yield "})"
 
 
 def _lines(machine: Machine, script: tuple[tuple[Event, ...], ...]) -> Iterator[str]:

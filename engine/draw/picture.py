@@ -181,15 +181,15 @@ class _Painter:
         return replace(member.shape, endings=tuple(endings), pins=())
 
     def box(self, body: Node, path: str, members: list[_Member], pins: tuple[Pin, ...]) -> BoxShape:
+        drawn: list[_Member] = []
         rows: list[LeafShape | TableShape] = []
-        shapes: list[Shape] = []
         for member in members:
             if body.form == "states" or isinstance(member.shape, BoxShape):
-                shapes.append(member.shape)
+                drawn.append(member)
             else:
                 rows.append(self.row(member, path))
-        self.edges += _edges(path, [m for m in members if m.shape in shapes], pins)
-        mode, inside = _mode(body), tuple(shapes)
+        self.edges += _edges(path, drawn, pins)
+        mode, inside = _mode(body), tuple(member.shape for member in drawn)
         return BoxShape(path, body.name, mode, (), body.about, tuple(rows), inside, pins)
 
 

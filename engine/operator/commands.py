@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from engine.files import did_you_mean
 from engine.machine import (
@@ -100,6 +100,7 @@ class Remark(Command):
     """Put on record what the operator did beside the chart, as a pull of the stop line."""
 
     text: str
+    is_late: ClassVar[bool] = True
 
     def carry_out(self, run: ChartRun) -> None:
         """Note it; nothing else happens."""

@@ -184,6 +184,7 @@ class ChartRun:
             interrupt, life.interrupt = life.interrupt, None
             raise interrupt
         if self.over:
+            self.take_late()
             return True
         if self.paused:  # rule 11: chart time stands still
             self._pass_time()
@@ -409,6 +410,14 @@ class ChartRun:
         self.over = self.life.early = True
         self.life.close_all()
         self.life.hold()
+
+    def take_late(self) -> None:
+        """After the end: carry out the commands that are late, and none of the others."""
+        while self.commands:
+            command = self.commands.popleft()
+            if command.is_late:
+                self.carried_out.append((self.board.now, command))
+                command.carry_out(self)
 
     def hold(self) -> None:
         """Stop every part, even if one of them raises."""

@@ -5,8 +5,8 @@ turns with runs that keep and show nothing, in paced virtual time; times are tho
 that ticks. What a page is told is what a record holds: what that costs is mostly to record it.
 
 An edit is a save of the shipped chart with another text in its picture; its time, by the wall
-clock, ends when a page has the new picture. What of it is reading and checking, and what the
-message, is measured apart.
+clock, ends when a page has the new picture: it holds for the load that a result tells beside the
+machine. What of it is reading and checking, and what the message, is measured apart.
 """
 
 from __future__ import annotations
@@ -33,17 +33,24 @@ from cobodeck.project import CHARTS, catalogue
 from cobodeck.record.write import Recorder, recorder, unkept_recorder
 from cobodeck.run import simulate
 from cobodeck.setup import PROFILE, Options, Setup, open_setup, warm_up
+from cobodeck.terminal import FAILED, Problem
 
 NAME = "live"
 SECONDS, SPEED = 20.0, 10.0
 """Of a run, s of its own time, and how much faster than the wall clock it goes."""
 EDITS, PAUSE_S = 4, 1.0
 """Per round; between two, s: nobody saves sooner."""
+PATIENCE_S = 60.0
+"""Longest time until a page has a picture, s."""
 GOAL_MS = 500.0
 NO_ERROR = "has no error"
 CHART = "cobodeck"
 MARK = "A robot that follows a person"
 """Words of the chart that edits change."""
+READY = b"ready\n"
+"""What the process of the pages says."""
+Receive = Callable[[float | None], str | bytes]
+"""Waits for the next message, for at most so many s."""
 
 
 class PageCrowd(NamedTuple):
@@ -147,7 +154,8 @@ def clients(url: str, crowd: PageCrowd) -> Iterator[None]:
     with subprocess.Popen([*program, *map(str, crowd)], stdin=pipe, stdout=pipe) as running:
         try:
             assert running.stdout is not None
-            running.stdout.readline()
+            if running.stdout.readline() != READY:
+                raise Problem(f"no pages at {url}", FAILED)
             yield
         finally:
             running.communicate()
@@ -197,7 +205,7 @@ def edits_ms(count: int) -> list[float]:
             return [_edit_ms(file, text, word, page.recv) for word in words]
 
 
-def _edit_ms(file: Path, text: str, word: str, receive: Callable[[], str | bytes]) -> float:
+def _edit_ms(file: Path, text: str, word: str, receive: Receive) -> float:
     new = file.with_suffix(".new")
     new.write_text(text.replace(MARK, f"{word}. {MARK}"), encoding="utf-8")
     time.sleep(PAUSE_S)
@@ -207,9 +215,13 @@ def _edit_ms(file: Path, text: str, word: str, receive: Callable[[], str | bytes
     return 1e3 * (time.perf_counter() - begin)
 
 
-def _wait(receive: Callable[[], str | bytes], is_it: Callable[[dict[str, str]], bool]) -> None:
-    while not is_it(json.loads(receive())):
-        pass
+def _wait(receive: Receive, is_it: Callable[[dict[str, str]], bool]) -> None:
+    end = time.monotonic() + PATIENCE_S
+    try:
+        while not is_it(json.loads(receive(end - time.monotonic()))):
+            pass
+    except TimeoutError:
+        raise Problem(f"a page has had no picture for {PATIENCE_S:g} s", FAILED) from None
 
 
 @contextmanager

@@ -1,3 +1,6 @@
+from cobodeck.live.charts.changed_chart import (
+    changed_machine as changed_machine,
+)
 from cobodeck.live.charts.chart_reader import (
     ChartReader as ChartReader,
 )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
+from time import thread_time
 from typing import Any
 
 from cobodeck.live.charts.chart_reader import ChartReader, ReadChart
@@ -19,6 +21,12 @@ from engine.files.declared import YAML
 PATIENCE = 2
 """Looks for which a file that is empty or gone may be on its way: editors replace files."""
 LOOKS_PER_LISTING = 10
+LISTING_SHARE = 0.1
+"""At most so much of the time goes into listing a large folder."""
+EVERY_S = 0.1
+"""How often files are looked at, s."""
+KEPT = 64
+"""Messages that are kept; pages can ask for any number of them."""
 Message = dict[str, Any]
 
 
@@ -37,6 +45,8 @@ class Shown:
 class ChartFolder:
     """The charts of a folder, or a chart file and those beside it.
 
+    Its methods may be called from any thread.
+
     Args:
         target: the folder or the file.
         known: what charts can name.
@@ -46,23 +56,26 @@ class ChartFolder:
     """
 
     def __init__(self, target: Path, known: Catalogue) -> None:
-        self.target = target
+        self.target, self._is_folder = target, target.is_dir()
+        self._lock = Lock()
         self._reader = ChartReader(known)
         self._watch = FileWatch()
         self._good: dict[tuple[Path, str], ReadChart] = {}
+        self._drawn: dict[tuple[Path, str], Message] = {}
         self._messages: dict[Shown, Message] = {}
         self._pending: set[Path] = set()
-        self._looks = 0
+        self._looks = LOOKS_PER_LISTING
         self._waited = 0
         self.files = self._listed()
         if not self.files:
             raise Problem(f"{target}: no charts in this folder")
+        self._first = self.files[0]
         self._watch.changed(self.files)
 
     @property
     def first(self) -> Path:
-        """The chart that is shown first."""
-        return self.files[0]
+        """The chart that is shown first; one that is gone if all are."""
+        return self.files[0] if self.files else self._first
 
     @property
     def names(self) -> list[str]:
@@ -78,11 +91,13 @@ class ChartFolder:
 
     def look(self) -> bool:
         """Look at all files; whether what pages show may have changed."""
-        self._looks += 1
-        if self._looks % LOOKS_PER_LISTING == 0:
-            listed = self._listed()
-            self._pending |= set(listed) ^ set(self.files)
-            self.files = listed
+        with self._lock:
+            return self._looked()
+
+    def _looked(self) -> bool:
+        self._looks -= 1
+        if not self._looks:
+            self._list_again()
         self._pending |= self._watch.changed(
             [*self.files, *self._reader.sources(), *sorted(self._reader.files)]
         )
@@ -98,18 +113,17 @@ class ChartFolder:
 
     def chart(self, shown: Shown, slot: int) -> Message:
         """The message `chart` of what is shown."""
-        if shown not in self._messages:
-            try:
-                self._messages[shown] = self._message(shown)
-            except Exception as error:  # noqa: BLE001  pages outlive whatever a text brings about
-                told = f"{shown.file} cannot be shown: {type(error).__name__}: {error}"
-                self._messages[shown] = {**_without_picture(shown.file, []), "trouble": told}
-        return {**self._messages[shown], "slot": slot}
+        with self._lock:
+            found = self._messages.pop(shown, None) or self._shown(shown)
+            self._messages[shown] = found  # as the newest
+            if len(self._messages) > KEPT:
+                del self._messages[next(iter(self._messages))]
+        return {**found, "slot": slot}
 
     def listing(self) -> Message:
         """The message `charts`: names, files, and numbers of errors and warnings."""
-        files = [file for file in self.files if file.is_file()]
-        counts = self._reader.counts(files)
+        with self._lock:
+            counts = self._reader.counts([file for file in self.files if file.is_file()])
         return {
             "t": "charts",
             "charts": [
@@ -117,6 +131,15 @@ class ChartFolder:
                 for file, (errors, warnings) in counts.items()
             ],
         }
+
+    def _shown(self, shown: Shown) -> Message:
+        try:
+            return self._message(shown)
+        except Exception as error:  # noqa: BLE001  pages outlive whatever a text brings about
+            told = f"{shown.file} cannot be shown: {type(error).__name__}: {error}"
+            last = self._drawn.get((shown.file, shown.profile))
+            last = last or _without_picture(shown.file, [])
+            return {**last, "trouble": told, "findings": [], "stale": True}
 
     def _message(self, shown: Shown) -> Message:
         now = self._reader.read(shown.file, shown.profile)
@@ -133,11 +156,21 @@ class ChartFolder:
         )  # fmt: skip
         unfolded = None if shown.unfolded is None else sorted(shown.unfolded)
         findings = _findings(now, found["nodes"])
-        return {**found, "profile": shown.profile, "unfolded": unfolded, "findings": findings}
+        found |= {"profile": shown.profile, "unfolded": unfolded, "findings": findings}
+        self._drawn[key] = found
+        return found
+
+    def _list_again(self) -> None:
+        begin = thread_time()
+        listed = self._listed()
+        self._pending |= set(listed) ^ set(self.files)
+        self.files = listed
+        spent = (thread_time() - begin) / EVERY_S
+        self._looks = max(LOOKS_PER_LISTING, round(spent / LISTING_SHARE))
 
     def _listed(self) -> list[Path]:
         target = self.target
-        if target.is_dir():
+        if self._is_folder:
             return [file for file in yaml_files(target) if kind_of(file) == "chart"]
         beside = (file for file in target.parent.glob("*") if file.suffix in YAML)
         return [target, *(f for f in sorted(beside) if f != target and kind_of(f) == "chart")]

@@ -6,14 +6,15 @@ The picture is that of `cobodeck render`.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any
 
 from behaviors.profile import Profile
+from cobodeck.live.charts.drawer import Drawer
 from cobodeck.live.charts.seen_chart import SeenNode, outcomes_at, path_of, seen_nodes, shown_values
 from engine import Interface, Type, description_of, known_types
 from engine.chart import Chart
-from engine.draw import CannotRender, dot, nodes_shown, render, value_text
+from engine.draw import CannotRender, dot, nodes_shown, value_text
 from engine.files import Finding, Map, si_unit
 
 MOST_NODES = 10_000
@@ -82,8 +83,18 @@ def picture_of(
 
 @lru_cache(maxsize=64)
 def _svg(text: str) -> str:
-    """The picture of a DOT text; Graphviz is a process of its own, so pictures are kept."""
-    return render(text).decode()
+    """The picture of a DOT text; one that was drawn is kept."""
+    return _drawer().svg(text)
+
+
+def stop_drawing() -> None:
+    """Let the picture that is being drawn fail, because nobody wants it any more."""
+    _drawer().stop()
+
+
+@cache
+def _drawer() -> Drawer:
+    return Drawer()
 
 
 def finding_message(finding: Finding, nodes: list[SeenNode]) -> dict[str, Any]:
@@ -149,7 +160,7 @@ def _node(
         "about": seen.about,
         "values": shown_values(seen, interfaces),
         "outcomes": outcomes_at(seen, charts, interfaces),
-        "break": bool(getattr(node, "breaks", False)),
+        "break": node.breaks,
         "file": seen.chart.file,
         "line": node.at[0],
     }

@@ -7,14 +7,17 @@ unfolded. While a chart's text is broken, its place keeps the last good picture.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 from behaviors.profile import profile_names
 from cobodeck.live.access import Rules
-from cobodeck.live.charts.chart_folder import ChartFolder, Shown
+from cobodeck.live.charts.chart_folder import EVERY_S, ChartFolder, Shown
+from cobodeck.live.charts.drawn_chart import stop_drawing
+from cobodeck.live.charts.file_watch import stamp_of
 from cobodeck.live.charts.started_runs import StartedRuns
 from cobodeck.setup import PROFILE
 from engine.files import did_you_mean
@@ -25,13 +28,21 @@ if TYPE_CHECKING:
     from cobodeck.live.clients import Message, Page, Pages
     from cobodeck.project import Catalogue
 
-EVERY_S = 0.1
-"""How often files are looked at, s."""
 SLOTS = 2
+LONG_S = 2.0
+"""A picture that takes longer, s, is given up when its chart is saved again."""
 ABOUT = (
     "a chart is checked and drawn at each save",
     "the code of states is read once: start `cobodeck watch` again after changing it",
 )
+
+
+@dataclass(slots=True)
+class _Place:
+    """One of the places of a page: what it shows, and what was told of it last."""
+
+    shown: Shown | None
+    told: Message | None = None
 
 
 class EditedCharts:
@@ -52,9 +63,8 @@ class EditedCharts:
 
     def __init__(self, target: Path, known: Catalogue, profile: str = PROFILE) -> None:
         self._folder = ChartFolder(target, known)
-        self._begin: tuple[Shown | None, ...] = (Shown(self._folder.first, profile), None)
-        self._shown: dict[int, list[Shown | None]] = {}
-        self._told: dict[Shown, Message] = {}  # the newest
+        self._profile = profile
+        self._places: WeakKeyDictionary[Page, tuple[_Place, ...]] = WeakKeyDictionary()
         self._profiles = sorted({*profile_names(), profile})
         self._turn = asyncio.Lock()
         self._runs = StartedRuns()
@@ -73,18 +83,20 @@ class EditedCharts:
         }
 
     def snapshot(self, page: Page) -> Iterable[Message]:
-        """The list of charts, and those that the page shows."""
-        return [self._list, *self._charts(self._of(page))]
+        """The list of charts, and those that were told already; the others follow."""
+        return [self._list, *(p.told for p in self._of(page) if p.told is not None)]
 
     async def run(self, pages: Pages) -> None:
         """Look at the files again and again, and tell pages what has changed."""
         try:
             await self._tell_list(pages)
             while True:
-                await asyncio.sleep(EVERY_S)
+                await pages.some()
                 async with self._turn:
                     await self._look(pages)
+                await asyncio.sleep(EVERY_S)
         finally:
+            stop_drawing()
             await self._runs.close()
 
     async def asked(self, page: Page, message: Message) -> Iterable[Message]:
@@ -93,14 +105,15 @@ class EditedCharts:
         if slot not in range(SLOTS):
             return [_said(f"no place {slot!r}; 0 or 1")]
         async with self._turn:
-            slots = self._of(page)
-            chosen = self._chosen(message, slots[slot])
+            place = self._of(page)[slot]
+            chosen = await asyncio.to_thread(self._chosen, message, place.shown)
             if isinstance(chosen, str):
                 return [_said(chosen)]
-            slots[slot] = chosen
+            place.shown, place.told = chosen, None
             if chosen is None:
                 return []
-            return [await asyncio.to_thread(self._message, chosen, slot)]
+            found = await self._told(place, chosen, slot)
+            return [] if found is None else [found]
 
     async def commanded(self, page: Page, message: Message) -> Message | None:
         """Start a run; there is nothing else to command."""
@@ -111,7 +124,8 @@ class EditedCharts:
         file = self._folder.file_of(message.get("chart"))
         if isinstance(file, str):
             return _ack(message, file)
-        shown = next((s for s in self._of(page) if s is not None and s.file == file), None)
+        all_shown = (place.shown for place in self._of(page))
+        shown = next((s for s in all_shown if s is not None and s.file == file), None)
         profile = PROFILE if shown is None else shown.profile
         result = await self._runs.start(file, profile, message)
         return {**_ack(message, result.text), "ok": result.url is not None, "url": result.url}
@@ -123,7 +137,7 @@ class EditedCharts:
             if message.get("chart") is None:
                 return None
             file = self._folder.file_of(message["chart"])
-            profile = before.profile if before is not None else self._profile()
+            profile = before.profile if before is not None else self._profile
             return file if isinstance(file, str) else Shown(file, profile)
         if before is None:
             return "no chart is shown there"
@@ -141,49 +155,43 @@ class EditedCharts:
         path, on = message.get("path"), bool(message.get("on"))
         if path is None:
             return None if on else frozenset()
-        nodes = self._message(before, 0)["nodes"]
+        nodes = self._folder.chart(before, 0)["nodes"]
         used = frozenset(path for path, node in nodes.items() if node["kind"] == "use")
         open_ = used if before.unfolded is None else before.unfolded
         return (open_ | {str(path)} if on else open_ - {str(path)}) & used
 
-    def _profile(self) -> str:
-        first = self._begin[0]
-        assert first is not None
-        return first.profile
+    def _of(self, page: Page) -> tuple[_Place, ...]:
+        first = Shown(self._folder.first, self._profile)
+        return self._places.setdefault(page, (_Place(first), _Place(None)))
 
-    def _of(self, page: Page) -> list[Shown | None]:
-        return self._shown.setdefault(page.number, list(self._begin))
-
-    def _message(self, shown: Shown, slot: int) -> Message:
-        found = self._folder.chart(shown, slot)
-        self._told[shown] = found
-        return found
-
-    def _charts(self, slots: Iterable[Shown | None]) -> Iterator[Message]:
-        for slot, shown in enumerate(slots):
-            if shown is not None:
-                yield self._message(shown, slot)
+    async def _told(self, place: _Place, shown: Shown, slot: int) -> Message | None:
+        """The message of what a place shows, which is told now; None: it is saved again already."""
+        clock, stamp = asyncio.get_running_loop().time, stamp_of(shown.file)
+        making = asyncio.create_task(asyncio.to_thread(self._folder.chart, shown, slot))
+        begin, stopped = clock(), False
+        while not (await asyncio.wait([making], timeout=EVERY_S))[0]:
+            if clock() - begin > LONG_S and stamp_of(shown.file) != stamp:
+                stopped = True
+                stop_drawing()
+        if stopped:
+            return None
+        place.told = making.result()
+        return place.told
 
     async def _look(self, pages: Pages) -> None:
         try:
-            if await asyncio.to_thread(self._folder.look):
-                await self._renew(pages)
+            changed = await asyncio.to_thread(self._folder.look)
+            for page in pages:
+                for slot, place in enumerate(self._of(page)):
+                    if place.shown is not None and (changed or place.told is None):
+                        before = place.told
+                        found = await self._told(place, place.shown, slot)
+                        if found is not None and found != before:
+                            page.tell(found)
+            if changed:
+                await self._tell_list(pages)
         except Exception as error:  # noqa: BLE001  pages outlive whatever files bring about
             pages.tell(_said(f"{type(error).__name__}: {error}"))
-
-    async def _renew(self, pages: Pages) -> None:
-        """Tell each page what is new in its places, then all of them the list of charts."""
-        there = {page.number for page in pages}
-        self._shown = {number: slots for number, slots in self._shown.items() if number in there}
-        before, self._told = self._told, {}
-        for page in pages:
-            for slot, shown in enumerate(self._of(page)):
-                if shown is None:
-                    continue
-                found = await asyncio.to_thread(self._message, shown, slot)
-                if {**found, "slot": None} != {**before.get(shown, {}), "slot": None}:
-                    page.tell(found)
-        await self._tell_list(pages)
 
     async def _tell_list(self, pages: Pages) -> None:
         found = await asyncio.to_thread(self._folder.listing)

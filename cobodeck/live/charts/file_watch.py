@@ -1,7 +1,8 @@
 """Tells when files have changed, by looking at them again and again.
 
 A file counts as changed when its bytes are others. Those of a file that was written just now are
-compared even if its time and size are as before: the clocks of file systems are coarse.
+compared even if its time and size are as before: the clocks of file systems are coarse. Of files
+that are too large to be read as charts, time and size count.
 """
 
 from __future__ import annotations
@@ -13,17 +14,19 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from engine.files import MAX_BYTES
+
 YOUNG_NS = 100_000_000
 """A file written within this time may be written again without a later time of change."""
 
-_Stamp = tuple[int, int, int]
+FileStamp = tuple[int, int, int]
 
 
 @dataclass(frozen=True, slots=True)
 class _Look:
     """What a file was: its stamp, None if there is none; its bytes' hash; whether it was young."""
 
-    stamp: _Stamp | None = None
+    stamp: FileStamp | None = None
     digest: bytes = b""
     young: bool = False
 
@@ -53,7 +56,7 @@ class FileWatch:
 
     def _look(self, path: Path, before: _Look | None) -> _Look:
         begun = self._now_ns()
-        stamp = _stamp(path)
+        stamp = stamp_of(path)
         if stamp is None:
             return _Look()
         if before is not None and before.stamp == stamp and not before.young:
@@ -61,17 +64,18 @@ class FileWatch:
         return _Look(stamp, _digest(path, stamp), begun - stamp[0] < YOUNG_NS)
 
 
-def _stamp(path: Path) -> _Stamp | None:
+def stamp_of(path: Path) -> FileStamp | None:
+    """Time of change, ns, size and number of a file; None if there is none."""
     with suppress(OSError, ValueError):
         found = path.stat()
         return found.st_mtime_ns, found.st_size, found.st_ino
     return None
 
 
-def _digest(path: Path, stamp: _Stamp) -> bytes:
-    """A hash of a file's bytes; of what cannot be read, and of folders, its stamp."""
+def _digest(path: Path, stamp: FileStamp) -> bytes:
+    """A hash of a file's bytes; of folders, large files, and what cannot be read, its stamp."""
     try:
-        if path.is_file():  # reading a pipe would block
+        if stamp[1] <= MAX_BYTES and path.is_file():  # reading a pipe would block
             return hashlib.sha256(path.read_bytes()).digest()
     except OSError:
         pass

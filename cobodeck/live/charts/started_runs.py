@@ -9,7 +9,7 @@ import signal
 import sys
 from asyncio.subprocess import PIPE, Process
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,22 +42,24 @@ class StartedRuns:
     def __init__(self, program: tuple[str, ...] = (sys.executable, "-m", "cobodeck")) -> None:
         self._program = program
         self.running: list[Process] = []
+        self._turn, self._closed = asyncio.Lock(), False
         self._drains: set[asyncio.Task[None]] = set()
 
     async def start(self, chart: Path, profile: str, form: Mapping[str, Any]) -> StartedRun:
         """Start a chart as the form says; what is wrong is told as the command line tells it."""
-        self.running = [run for run in self.running if run.returncode is None]
-        if len(self.running) >= MOST_RUNS:
-            return StartedRun(None, f"{MOST_RUNS} runs are under way; wait until one ends")
         try:
             given = list(arguments(chart, profile, form))
         except ValueError as error:
             return StartedRun(None, str(error))
-        process = await asyncio.create_subprocess_exec(
-            *self._program, *given, stdin=asyncio.subprocess.DEVNULL, stdout=PIPE, stderr=PIPE,
-            start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
-        )  # fmt: skip
-        self.running.append(process)
+        async with self._turn:
+            self.running = [run for run in self.running if run.returncode is None]
+            if len(self.running) >= MOST_RUNS or self._closed:
+                return StartedRun(None, f"{MOST_RUNS} runs are under way; wait until one ends")
+            process = await asyncio.create_subprocess_exec(
+                *self._program, *given, stdin=asyncio.subprocess.DEVNULL, stdout=PIPE, stderr=PIPE,
+                start_new_session=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            )  # fmt: skip
+            self.running.append(process)
         try:
             return await asyncio.wait_for(self._begun(process), PATIENCE_S)
         except TimeoutError:
@@ -65,7 +67,9 @@ class StartedRuns:
             return StartedRun(None, f"it has not begun within {PATIENCE_S:g} s")
 
     async def close(self) -> None:
-        """End all of them."""
+        """End all of them, and start no more."""
+        async with self._turn:
+            self._closed = True
         for process in self.running:
             _interrupt(process)
         for process in self.running:
@@ -79,7 +83,7 @@ class StartedRuns:
         assert process.stderr is not None
         wrong: deque[str] = deque(maxlen=KEPT_LINES)
         complaints = self._drain(process.stderr, wrong)
-        while line := (await process.stdout.readline()).decode(errors="replace"):
+        async for line in _lines(process.stdout):
             found = _URL.search(line)
             if found is not None:
                 self._drain(process.stdout, deque(maxlen=KEPT_LINES))
@@ -93,8 +97,8 @@ class StartedRuns:
         """Read on, so that it never waits for a reader."""
 
         async def read() -> None:
-            while line := await stream.readline():
-                lines.append(line.decode(errors="replace").rstrip("\n"))
+            async for line in _lines(stream):
+                lines.append(line)
 
         task = asyncio.create_task(read())
         self._drains.add(task)
@@ -108,6 +112,18 @@ class StartedRuns:
         if process.returncode is None:
             process.kill()
             await process.wait()
+
+
+async def _lines(stream: asyncio.StreamReader) -> AsyncIterator[str]:
+    """The lines of a program, but for those that are longer than any should be."""
+    while True:
+        try:
+            line = await stream.readline()
+        except ValueError:  # the reader has dropped it
+            continue
+        if not line:
+            return
+        yield line.decode(errors="replace").rstrip("\n")
 
 
 def _interrupt(process: Process) -> None:

@@ -40,6 +40,7 @@ class LiveSource:
         self._run, self._reader, self._writer = run, reader, writer
         self._model = RunModel()
         self._speed = 1.0
+        self._replaced = False
         self._health: dict[str, Any] = {}
         self._figures: Mapping[str, Any] | None = None
         self._pages = Pages()
@@ -51,7 +52,8 @@ class LiveSource:
     def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
         """All that a page has to know."""
         self._tell_changes()  # to others: what is new is in there
-        told = [*self._run.charts(), self._run.room(), self._state(), self._run.lanes()]
+        seen = self._run
+        told = [*seen.charts(), seen.room(), self._state(), *seen.over_time()]
         return [*told, self._figure_rows()]
 
     async def run(self, pages: Pages) -> None:
@@ -81,11 +83,17 @@ class LiveSource:
         async for kind, content in frames(self._reader):
             try:
                 self._take(kind, content)
+                if self._replaced:
+                    await asyncio.to_thread(self._run.charts)  # meanwhile, pages can stop the run
+                    self._replaced = False
+                    self._pages.renew()
             except Exception as error:  # noqa: BLE001  who watches can still stop
                 self._pages.unforeseen(error)
 
     async def asked(self, page: Page, message: Message) -> Iterable[Message]:
-        """The newest value of a plotted signal; what is past is in the record."""
+        """The newest value of a signal that is plotted from now on, or the text of a chart."""
+        if message["t"] == "text":
+            return [self._run.text(message.get("chart"))]
         if message["t"] != "plot":
             return [{"t": "say", "text": "this is for records: watch the record of this run"}]
         signal = str(message.get("signal"))
@@ -115,13 +123,15 @@ class LiveSource:
             self._tick(content)
         elif kind == "whole":
             self._model.renew(content)
+            self._run.renew(content)
+            self._replaced |= content.charts is not None
             self._pages.renew()
         elif kind == "result":
             self._figures = content
         elif kind == "ack":
             page = self._pages.page(content.pop("page"))
             if page is not None:
-                page.tell({"t": "ack", **content})
+                page.answer({"t": "ack", **content})
         elif kind == "say":
             self._pages.tell({"t": "say", "text": content})
         elif kind == "health":
@@ -132,8 +142,8 @@ class LiveSource:
     def _tick(self, group: Group) -> None:
         self._model.add(group)
         self._run.add(group)
-        if any(told["command"] == "Replace" for told in group.messages("operator")):
-            self._pages.renew()
+        commands = group.messages("operator")
+        self._replaced |= any(told["command"] == "Replace" for told in commands)
 
     def _status(self, told: Mapping[str, Any]) -> None:
         for key, value in told.items():
@@ -168,9 +178,8 @@ class LiveSource:
             self._pages.tell(changes)
         if not len(self._pages):
             return
-        lanes = self._run.new_lanes()
-        if lanes is not None:
-            self._pages.tell(lanes)
+        for told in self._run.news():
+            self._pages.tell(told)
         for page in self._pages:
             for signal in page.plots:
                 more = self._run.plot(self._model, signal, more=True)
@@ -178,18 +187,7 @@ class LiveSource:
                     page.tell(more)
 
     def _health_message(self) -> Message:
-        model = self._model
-        ages = {s.name: max(0.0, (model.at_ns - s.stamp_ns) / 1e9) for s in model.samples()}
-        found: dict[str, Any] = {
-            "late": model.late,
-            "missed": model.missed,
-            "tick_p99_ms": None,
-            "dropped": 0,
-            "children": [],
-            "gates": {},
-        }
-        told = {"t": "health", **found, **self._health, "ages": ages, "pages": len(self._pages)}
-        return told | {"at": model.at_ns / 1e9}
+        return {**self._model.health(), **self._health, "pages": len(self._pages)}
 
     def _figure_rows(self) -> Message:
         return {"t": "figures", "rows": self._model.figures(), "range": None}

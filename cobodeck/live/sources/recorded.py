@@ -1,18 +1,12 @@
 """One or two records as a source of pages: any instant, played at any speed, figures of a range.
 
-A record is read once. Its ticks are kept compressed, in blocks, with what the run looked like
-before each, so that any instant is near. All pages of a server see the same instant.
+All pages of a server see the same instant.
 """
 
 from __future__ import annotations
 
 import asyncio
-import pickle
-import zlib
-from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 from math import hypot
 from pathlib import Path
@@ -21,116 +15,13 @@ from typing import Any
 from cobodeck.live.access import Rules
 from cobodeck.live.clients import Message, Page, Pages, number
 from cobodeck.live.model import RunModel
+from cobodeck.live.sources.seen_record import SeenRecord
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
-from cobodeck.live.sources.seen_run import SeenRun, numbers_of
-from cobodeck.pictures.run import Course, course_of
-from cobodeck.project import catalogue
-from cobodeck.record.format import TOPIC, sample_of
-from cobodeck.record.read import Group, Record
+from cobodeck.pictures.run import Course
 
-BLOCK = 300
-"""Ticks in a block: 10 s at 30 Hz."""
 SLOWEST, FASTEST = 0.1, 100.0
-MOST_POINTS = 5000
-"""Of a plotted signal; of more only some are sent."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Block:
-    """Ticks from `from_ns` on, and the run before them."""
-
-    from_ns: int
-    packed: bytes
-    before: RunModel
-
-    def groups(self) -> list[Group]:
-        found: list[Group] = pickle.loads(zlib.decompress(self.packed))  # packed by ourselves
-        return found
-
-
-class SeenRecord:
-    """A record, read; `seen` is what a page shows of all of it, `model` the run at an instant.
-
-    Raises:
-        FileError, Problem: the record does not hold what was run.
-    """
-
-    def __init__(self, path: Path, slot: int = 0) -> None:
-        self.record = Record(path)
-        self.record.require_ticks()
-        self.seen = SeenRun(self.record, catalogue(own=False), slot)
-        self._blocks: list[_Block] = []
-        self._read()
-        self.model = self._blocks[0].before.copied()
-        self._rest: Iterator[Group] = iter(())
-        self._next: Group | None = None
-        self.seek(0)
-
-    def _read(self) -> None:
-        model, groups = RunModel(), list[Group]()
-        before = model.copied()
-
-        def close() -> None:
-            packed = zlib.compress(pickle.dumps(groups, pickle.HIGHEST_PROTOCOL), 1)
-            self._blocks.append(_Block(groups[0].ticked.at_ns, packed, before))
-
-        for group in self.record.groups():
-            with self.record.understood(group):
-                self.seen.add(group)
-                model.add(group)
-            groups.append(group)
-            if len(groups) == BLOCK:
-                close()
-                groups, before = [], model.copied()
-        if groups:
-            close()
-        self.end_ns = model.at_ns
-
-    def groups(self, from_ns: int = 0) -> Iterator[Group]:
-        """The ticks, from those of the block that has this instant."""
-        for block in self._blocks[self._number(from_ns) :]:
-            yield from block.groups()
-
-    def _number(self, at_ns: int) -> int:
-        return max(0, bisect_right(self._blocks, at_ns, key=lambda block: block.from_ns) - 1)
-
-    def seek(self, at_ns: int) -> None:
-        """Go to an instant: all ticks up to it have been taken."""
-        self.model = self._blocks[self._number(at_ns)].before.copied()
-        self._rest = self.groups(at_ns)
-        self._next = next(self._rest, None)
-        self.go_on(at_ns)
-
-    def go_on(self, at_ns: int) -> None:
-        """Go forward to an instant."""
-        while self._next is not None and self._next.ticked.at_ns <= at_ns:
-            self.model.add(self._next)
-            self._next = next(self._rest, None)
-
-    @cached_property
-    def course(self) -> Course:
-        """The whole run, judged as in its figures."""
-        return course_of(self.record)
-
-    def plot(self, signal: str) -> Message | None:
-        """All values of a signal, as numbers; None if it has none."""
-        fields: list[str] = []
-        times, rows = list[float](), list[list[float]]()
-        for group in self.groups():
-            for told in group.told:
-                if told.topic == TOPIC + signal:
-                    sample = sample_of(signal, told.schema, told.data)
-                    found = dict(numbers_of(sample.value))
-                    fields = fields or list(found)
-                    if list(found) == fields and fields:
-                        times.append(sample.stamp_ns / 1e9)
-                        rows.append(list(found.values()))
-        if not rows:
-            return None
-        step = -(-len(rows) // MOST_POINTS)
-        plot = {"t": "plot", "signal": signal, "fields": fields, "at": times[::step]}
-        values = [list(column) for column in zip(*rows[::step], strict=True)]
-        return {**plot, "values": values, "more": False, **self.seen.slotted}
+HEALTH_S = 0.5
+"""Between two messages of health while a record is played, s."""
 
 
 class RecordSource:
@@ -170,17 +61,21 @@ class RecordSource:
     def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
         """All that a page has to know."""
         for run in self._runs:
-            yield from run.seen.charts()
+            yield from run.charts()
             yield run.seen.room()
             yield self._state(run)
-            yield run.seen.lanes()
+            yield from run.seen.over_time()
             yield self._figures(run)
+            yield self._health(run)
 
     def _state(self, run: SeenRecord) -> Message:
         return {**run.model.state(), "at": self._at, "speed": self._speed, **run.seen.slotted}
 
     def _figures(self, run: SeenRecord) -> Message:
         return {"t": "figures", "rows": run.model.figures(), "range": None, **run.seen.slotted}
+
+    def _health(self, run: SeenRecord) -> Message:
+        return {**run.model.health(), "pages": len(self._pages), **run.seen.slotted}
 
     async def run(self, pages: Pages) -> None:
         """Play while there is a speed, and show what moves."""
@@ -192,7 +87,7 @@ class RecordSource:
 
     async def _play_on(self) -> None:
         clock = asyncio.get_running_loop()
-        before = clock.time()
+        before = health = clock.time()
         while True:
             if not self._speed:
                 self._changed.clear()
@@ -202,16 +97,30 @@ class RecordSource:
             now = clock.time()
             self._at = min(self.until, self._at + (now - before) * self._speed)
             before = now
-            self._show()
+            await self._show()
+            if now >= health:
+                health = now + HEALTH_S
+                self._tell_figures()
             if self._at >= self.until:
                 self._play(0.0)
 
-    def _show(self) -> None:
+    async def _show(self) -> None:
         for run in self._runs:
+            before = run.version
             run.go_on(round(self._at * 1e9))
+            if run.version != before:
+                await self._tell_charts(run)
             changes = run.model.changes() or {"t": "ev"}
             self._pages.tell({**changes, "at": self._at, **run.seen.slotted})
+
+    async def _tell_charts(self, run: SeenRecord) -> None:
+        for told in await asyncio.to_thread(run.charts):
+            self._pages.tell(told)
+
+    def _tell_figures(self) -> None:
+        for run in self._runs:
             self._pages.tell(self._figures(run), f"figures{run.seen.slot}")
+            self._pages.tell(self._health(run), f"health{run.seen.slot}")
 
     def _play(self, speed: float) -> None:
         self._speed = speed
@@ -223,10 +132,7 @@ class RecordSource:
         kind = message["t"]
         if kind == "seek":
             self._at = min(self.until, max(0.0, number(message, "at", "s in the run")))
-            for run in self._runs:
-                run.seek(round(self._at * 1e9))
-                run.model.changes()
-            self._tell_states()
+            await self._seek()
         elif kind == "play":
             speed = number(message, "speed", f"0 or from {SLOWEST:g} to {FASTEST:g}")
             self._play(min(FASTEST, max(SLOWEST, speed)) if speed else 0.0)
@@ -242,11 +148,16 @@ class RecordSource:
             return [await asyncio.to_thread(range_message, run, between) for run in self._runs]
         return []
 
-    def _tell_states(self) -> None:
-        """States and frames at another instant; what does not depend on it stays as it is."""
+    async def _seek(self) -> None:
+        """Charts, states and figures of another instant; what does not depend on it stays."""
         for run in self._runs:
+            before = run.version
+            run.seek(round(self._at * 1e9))
+            if run.version != before:
+                await self._tell_charts(run)
+            run.model.changes()
             self._pages.tell({**self._state(run), "operator": {"name": None, "you": False}})
-            self._pages.tell(self._figures(run), f"figures{run.seen.slot}")
+        self._tell_figures()
 
     async def commanded(self, page: Page, message: Message) -> Message | None:  # noqa: ARG002
         """Refuse: what is on record has happened."""

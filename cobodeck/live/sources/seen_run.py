@@ -1,30 +1,29 @@
-"""What a page shows of one run besides its state: charts, room, shapes, lanes and plots."""
+"""What a page shows of one run besides its state: charts, room, lanes and plots."""
 
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from cobodeck.live.charts import chart_message
 from cobodeck.live.clients import Message
-from cobodeck.live.model import RunModel, is_request
+from cobodeck.live.feed import Whole
+from cobodeck.live.model import RunModel
+from cobodeck.live.sources.seen_lanes import SeenLanes
 from cobodeck.live.sources.seen_room import SeenRoom, layers
-from cobodeck.pictures.run import NodeSpan, Visits, lanes_of, used_charts
-from cobodeck.project import Catalogue, catalogue
-from cobodeck.record.format import charts_again, trace_line, value
+from cobodeck.pictures.run import used_charts
+from cobodeck.project import Catalogue, catalogue, reached
+from cobodeck.record.format import charts_again, value
 from cobodeck.record.read import Group, Record, written_setup
 from cobodeck.setup import Setup
 from cobodeck.terminal import Problem
 from engine.chart import Chart
-from engine.run import TraceRecord
+from engine.files import did_you_mean
 from engine.signals import types_of
-
-MOST_SPANS = 20_000
-"""Visits of lanes that are kept; older ones are not shown any more."""
 
 
 class Texts(NamedTuple):
@@ -33,6 +32,16 @@ class Texts(NamedTuple):
     path: Path
     header: Mapping[str, Any]
     attachments: Mapping[str, bytes]
+
+
+@dataclass(slots=True)
+class _Version:
+    """The charts that run from an instant on; `message`: their picture, once it is drawn."""
+
+    from_ns: int
+    chart: Chart
+    library: Mapping[str, Chart]
+    message: Message | None = None
 
 
 class SeenRun:
@@ -48,14 +57,8 @@ class SeenRun:
         self._known, self.slot = known, slot
         self._types = types_of(known.signals)
         self.place = SeenRoom(self.setup)
-        self._chart = self.setup.chart
-        self._charts: Mapping[str, Chart] = self.setup.library
-        self._used = used_charts(self._chart, self._charts)
-        self._visits, self._spans = Visits(), deque[NodeSpan](maxlen=MOST_SPANS)
-        self._marks: deque[Message] = deque(maxlen=MOST_SPANS)
-        self._new = _News()
-        self._end_s = 0.0
-        self._message: Message | None = None
+        self._versions = [_Version(0, self.setup.chart, self.setup.library)]
+        self._lanes = SeenLanes(used_charts(self.setup.chart, self.setup.library))
 
     @classmethod
     def written(cls, header: Mapping[str, Any], attachments: Mapping[str, bytes]) -> SeenRun:
@@ -84,36 +87,58 @@ class SeenRun:
             about.append(f"began {header['began']}")
         signals = [{"name": n, "type": str(self._types.get(n, ""))} for n in self.signals]
         return {
-            "title": self._chart.name,
+            "title": self._versions[-1].chart.name,
             "about": about,
             "tick_hz": self.setup.tick_hz,
             "signals": signals,
             "layers": layers(),
         }
 
-    def charts(self) -> list[Message]:
-        """The charts, as they are now."""
-        if self._message is None:
-            self._message = chart_message(
-                self._chart,
-                self._charts,
+    def charts(self, at_ns: int | None = None) -> list[Message]:
+        """The charts of an instant; None: those that run now."""
+        version = self._versions[self.version(at_ns)]
+        if version.message is None:
+            version.message = chart_message(
+                version.chart,
+                version.library,
                 self.setup.profile,
                 interfaces=self._known.interfaces,
                 types=self._known.types,
                 slot=self.slot,
             )
-        return [self._message]
+        return [version.message]
+
+    def version(self, at_ns: int | None = None) -> int:
+        """How often the charts were replaced until an instant; None: so far."""
+        if at_ns is None:
+            return len(self._versions) - 1
+        return max(0, bisect_right(self._versions, at_ns, key=lambda held: held.from_ns) - 1)
+
+    def text(self, name: str | None = None) -> Message:
+        """The text that runs now of a chart, to be changed; None: of the outermost one.
+
+        Raises:
+            ValueError: no such chart runs.
+        """
+        now = self._versions[-1]
+        inside = sorted(reached({now.chart.name}, now.library))
+        found = now.chart.name if name is None else name
+        if found not in inside:
+            raise ValueError(f"no chart {found!r} runs here; {did_you_mean(found, inside)}")
+        text = now.library[found].source.text
+        return {"t": "text", "chart": found, "text": text, "charts": inside}
 
     def room(self) -> Message:
         """What does not move."""
         return self.place.message() | self.slotted
 
-    def replace(self, arguments: Mapping[str, Any]) -> None:
-        """Go on with another chart, as the command `Replace` on record has it."""
-        given, self._message = value(arguments), None
-        self._charts = charts_again(given)
-        self._chart = self._charts[given["chart"]]
-        self._used = used_charts(self._chart, self._charts)
+    def _replace(self, from_ns: int, arguments: Mapping[str, Any]) -> None:
+        """Go on with other charts, as the command `Replace` on record has them."""
+        given = value(arguments)
+        library = charts_again(given)
+        chart = library[given["chart"]]
+        self._versions.append(_Version(from_ns, chart, library))
+        self._lanes.go_on_with(used_charts(chart, library))
 
     # what moves
 
@@ -143,82 +168,27 @@ class SeenRun:
 
     def add(self, group: Group) -> None:
         """Take the messages of a tick."""
-        self._end_s = max(0, group.ticked.at_ns) / 1e9
-        for told in group.told:
-            if is_request(told):
-                self._mark(told.log_ns / 1e9, "request", "the person asks for a touch")
-        if group.ticked.missed:
-            self._mark(self._end_s, "missed", f"{group.ticked.missed} ticks missed")
-        for told in group.messages("trace"):
-            time_ns, kind, path, *detail = trace_line(told)
-            if kind == "enter" and self._used.get(path) == "escape":
-                self._mark(time_ns / 1e9, "escape", path)
-            ended = self._visits.add(TraceRecord(time_ns, kind, path, tuple(detail)))
-            if ended is not None and self._is_lane(path):
-                self._spans.append(ended[1])
-                self._new.spans.append(ended[1])
-            elif kind == "error":
-                self._mark(time_ns / 1e9, "error", f"{path}: {detail[0]}")
-        self._decided(group)
-
-    def _decided(self, group: Group) -> None:
-        """Mark what an operator has commanded, and where a shadow has decided otherwise."""
-        for told in group.messages("shadow"):
-            text = f"ran {told['ran']}, shadow {told['shadow']}"
-            self._mark(told["at_ns"] / 1e9, "shadow", text, path=told["path"])
+        self._lanes.add(group)
         for told in group.messages("operator"):
-            self._mark(self._end_s, "command", _told_command(told))
             if told["command"] == "Replace":
-                self.replace(told["arguments"])
+                self._replace(group.ticked.at_ns, told["arguments"])
 
-    def _mark(self, at: float, kind: str, text: str, **more: str) -> None:
-        mark = {"at": at, "kind": kind, "text": text, **more}
-        self._marks.append(mark)
-        self._new.marks.append(mark)
+    def renew(self, whole: Whole) -> None:
+        """Take what runs now, after ticks were dropped."""
+        if whole.charts is not None:
+            self._replace(whole.at_ns, whole.charts)
+        self._lanes.renew(whole)
 
-    def _is_lane(self, path: str) -> bool:
-        return path in lanes_of(self._used, (path,))
+    def over_time(self) -> Iterator[Message]:
+        """Lanes, and differences from a shadow: all of them."""
+        return map(self._titled, self._lanes.all())
 
-    def lanes(self) -> Message:
-        """All lanes, whole."""
-        self._new = _News()
-        return self._lanes("lanes", self._spans, list(self._marks))
+    def news(self) -> Iterator[Message]:
+        """The same: what is new since the last call."""
+        return map(self._titled, self._lanes.news())
 
-    def new_lanes(self) -> Message | None:
-        """What is new since the last call; None: nothing."""
-        new, self._new = self._new, _News()
-        if not (new.spans or new.marks):
-            return None
-        return self._lanes("lanes+", new.spans, list(new.marks))
-
-    def _lanes(self, kind: str, spans: Iterable[NodeSpan], marks: Sequence[Message]) -> Message:
-        spans = tuple(spans)
-        begun = [path for path in self._visits.open if self._is_lane(path)]
-        paths = lanes_of(self._used, (*(span.path for span in spans), *begun))
-        if kind == "lanes+":
-            paths = tuple(dict.fromkeys((*(s.path for s in spans), *begun)))
-        rows: dict[str, list[Any]] = {path: [] for path in paths}
-        for span in spans:
-            rows.setdefault(span.path, []).append([span.start_s, span.end_s, span.ended])
-        for path in begun:
-            rows[path].append([self._visits.open[path][1], None, ""])
-        lanes = [{"path": p, "name": self._used.get(p, p), "spans": s} for p, s in rows.items()]
-        told = {"t": kind, "lanes": lanes, "marks": marks, "from": 0.0, "to": self._end_s}
-        return told | {"title": self._file} | self.slotted
-
-
-class _News:
-    """Of lanes, what nobody was told yet; bounded, as nobody may ask."""
-
-    def __init__(self) -> None:
-        self.spans: deque[NodeSpan] = deque(maxlen=MOST_SPANS)
-        self.marks: deque[Message] = deque(maxlen=MOST_SPANS)
-
-
-def _told_command(told: Mapping[str, Any]) -> str:
-    """Who gave a command, and which; of what is beside the chart, such as a stop, what was done."""
-    name, given = told["command"], value(told["arguments"])
-    return f"{told.get('by') or 'operator'}: {given['text'] if name == 'Remark' else name}"
+    def _titled(self, told: Message) -> Message:
+        return {**told, "title": self._file, **self.slotted}
 
 
 def numbers_of(value: Any, name: str = "") -> Iterable[tuple[str, float]]:

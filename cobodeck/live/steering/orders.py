@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
+from cobodeck.live.charts import changed_machine
 from cobodeck.loop import Loop, Paced
-from cobodeck.project import findings_of
 from cobodeck.setup import Setup
-from engine import convert, text
-from engine.chart import Library, chart_value, load_text
+from cobodeck.terminal import Problem
+from engine import convert
+from engine.chart import chart_value
 from engine.files import FileError, assignment, did_you_mean, plain
 from engine.files.declared import Mismatch
 from engine.operator import Operator, output_types
@@ -47,15 +47,19 @@ class Orders:
     def __init__(self, setup: Setup, loop: Loop, real: bool) -> None:
         self._setup, self._loop, self._real = setup, loop, real
 
-    def stop(self, why: str) -> None:
-        """Pull the stop line, from any thread; without one the run ends."""
+    def stop(self, by: str, why: str = "") -> None:
+        """Pull the stop line, from any thread; without one the run ends.
+
+        That is on record after the end of the chart, too, while parts are closed.
+        """
         line = self._loop.plant.parts.get("stop_line")
         if line is None:
-            self._loop.stop()
-            return
-        self._scripted_away(True)
-        line.pull(why)
-        self._loop.clock.wake()
+            self._loop.stop(by)
+        else:
+            self._scripted_away(True)
+            line.pull(why or f"stop by {by}")
+            self._loop.clock.wake()
+        Operator(self._loop.wired.run, by).remark(f"stop: {why}" if why else "stop")
 
     def act(self, order: Order) -> Act:
         """What does a command; making it ready may take a while, doing it does not.
@@ -135,20 +139,12 @@ class Orders:
 
     def _replaced(self, operator: Operator, order: Order) -> Act:
         written = _text(order, "text", "a chart in YAML")
-        run, known = self._loop.wired.run, self._setup.catalogue
-        old = run.machine
-        found = load_text(written, old.chart.file)
-        chart = next(iter(found.values()), None)
-        if chart is None or found.findings:
-            raise Refused(text(found.findings, found.sources).rstrip() or "this is no chart")
-        library = Library()
-        library.update({**old.library, chart.name: chart})
-        library.sources |= found.sources
-        found_in_it = findings_of(library, known, [Path(chart.file)])
-        errors = [finding for finding in found_in_it if finding.severity == "error"]
-        if errors:
-            raise Refused(text(errors, library.sources).rstrip())
-        machine = old.changed(chart, library)
+        try:
+            machine = changed_machine(self._loop.wired.run.machine, written, self._setup)
+        except (Mismatch, Problem, FileError) as error:
+            raise Refused(str(error)) from None
+        if isinstance(machine, str):
+            raise Refused(machine)
         return lambda: "; ".join(operator.replace(machine)) or None
 
     def _paced(self, _operator: Operator, order: Order) -> Act:

@@ -30,8 +30,11 @@ LARGEST = 1 << 20
 CHUNK = 1 << 16
 LOOK_S = 0.1
 """Between two looks at whether the controlling page is still heard, s."""
-BESIDE = frozenset({"stop", "reset", "ack", "speed"})
-"""Commands that the run itself does not know: they are put on record as remarks."""
+BESIDE = frozenset({"reset", "ack", "speed"})
+"""Commands that the run itself does not know: they are put on record as remarks, as a stop is."""
+ITSELF = "live page"
+"""Who stops a run whose operator is lost."""
+OVER = "the run has ended"
 
 
 class PageOperator:
@@ -70,9 +73,15 @@ class PageOperator:
             Thread(target=work, daemon=True, name="page operator").start()
 
     def close(self) -> None:
-        """Take nothing any more, and miss nobody: the run is over."""
+        """Take nothing any more, and miss nobody: the run is over, and what waits is refused."""
         self._over = True
+        while not self._asked.empty():
+            if (asked := self._asked.get()) is not None:
+                self._answer(asked[0], OVER)
         self._asked.put(None)
+        while self._ready:
+            order, _ = self._ready.popleft()
+            self._answer(order, None if order["do"] == "stop" else OVER)
 
     # in the run's thread
 
@@ -148,7 +157,7 @@ class PageOperator:
 
     def _take(self, kind: str, order: Order) -> None:
         if kind == "cmd" and order["do"] == "stop":  # of any page: no sign of who has control
-            self._ready.append((order, self._stopped(f"stop by {order.get('who')}")))
+            self._ready.append((order, self._stopped(str(order.get("who")))))
             return
         self._heard = time.monotonic()
         if kind == "held":
@@ -160,20 +169,20 @@ class PageOperator:
         """Stop the robot if who had control has none any more (R55)."""
         name, self._holder = self._holder, None
         if name is not None:
-            self._stop(f"the page of {name} {how}")
+            self._stop(ITSELF, f"the page of {name} {how}")
 
-    def _stopped(self, why: str) -> Act:
+    def _stopped(self, by: str) -> Act:
         """Stop; what answers it."""
         try:
-            self._stop(why)
+            self._stop(by)
         except Exception as error:  # noqa: BLE001  the next one may succeed
             return partial(unforeseen, self._loop, error)
         return _done
 
-    def _stop(self, why: str) -> None:
+    def _stop(self, by: str, why: str = "") -> None:
         if not self._over:
             self._stops += 1
-            self._orders.stop(why)
+            self._orders.stop(by, why)
 
 
 def _done() -> None:

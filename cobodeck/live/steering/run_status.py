@@ -1,4 +1,4 @@
-"""What pages are told of a run that is not on record: stop, faults, breakpoints, speed, health."""
+"""What pages are told of a run that is not on record: faults, breakpoints, speed, health."""
 
 from __future__ import annotations
 
@@ -46,15 +46,15 @@ class RunStatus:
 
     def _look(self) -> None:
         loop = self._loop
-        line, operator = (loop.plant.parts.get(name) for name in ("stop_line", "operator"))
+        operator = loop.plant.parts.get("operator")
         told = {
             "breaks": self._breakpoints(),
-            "stop": getattr(line, "reason", None) is not None,
             "faults": self._open_faults(list(getattr(operator, "faults", ()))),
             "speed": loop.clock.speed if isinstance(loop.clock, Paced) else 1.0,
         }
-        if told != self._told and self._feed.tell("status", told):
+        if told != self._told:
             self._told = told
+            self._feed.tell("status", told)
         if loop.stopwatch is not None:
             self._times.append(loop.stopwatch.last_ns)
         now = time.monotonic()

@@ -103,6 +103,7 @@ class ReplayChecker:
         elif feed.next.ticked.kind == "end":
             feed.move()  # closing the run, next, calls parts
             self.plant.read_tick()
+            self.watch(ticked.at_ns)
 
     def _compare_trace(self) -> None:
         trace = self.run.trace

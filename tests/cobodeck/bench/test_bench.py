@@ -145,7 +145,7 @@ def test_times_are_medians_and_ratios_are_of_the_same_round(
 
 def result(ratio: float) -> dict[str, object]:
     row = BenchRow("b", "x", "cobodeck", ratio=ratio, ratio_to="bare", time_us=1.0, goal=4.0)
-    machine = {"name": "M", "cores": 2, "system": "S", "python": "P"}
+    machine = {"name": "M", "cores": 2, "system": "S", "python": "P", "load": 0.5}
     peer = {**row.plain(), "variant": "other", "peer": True}
     return {"machine": machine, "rows": [row.plain(), peer]}
 
@@ -240,7 +240,7 @@ def test_several_results_are_shown_as_one_but_not_as_one_object(
         Path(file).write_text(json.dumps(result(ratio)))
 
     assert main(["bench", "--show", *files]) == OK
-    assert capsys.readouterr().out.count("M, 2 cores, S, P") == 2
+    assert capsys.readouterr().out.count("M, 2 cores, S, P, load 0.5") == 2
     assert main(["bench", "--show", *files, "--json"]) == USAGE
 
 
@@ -330,6 +330,7 @@ def with_error(text: str) -> bytes:
         (with_error("NaN"), "which is no number"),
         (with_error("-Infinity"), "which is no number"),
         (with_error("9" * 5000), "digits"),
+        (json.dumps(RESULT).replace("0.5", '"much"').encode(), "load of `machine` is no number"),
     ],
 )
 def test_what_is_no_result_is_told(

@@ -150,23 +150,78 @@ def test_further_tries_are_played_too(
     assert play(written, project) == 1
 
 
+OPEN = """
+chart: open
+outcomes: [over]
+inputs:
+  goal: {type: Pose2}
+  near: {type: length}
+  often: {type: list of integer}
+  named: {type: text, default: none}
+states:
+  ask: {do: Do, next: {done: rest, failed: .over}}
+  rest: {do: Rest}
+"""
+
+
+def test_inputs_of_a_test_have_values_of_their_types(
+    project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (project / "charts" / "open.yaml").write_text(OPEN)
+    written = project / "charts" / "test_open.py"
+
+    assert main(["validate", "charts", "--explain", "-o", str(written)]) == OK
+
+    assert "    'near': '1 m',  # a length, in mm, cm, m, km\n" in written.read_text()
+    assert "'named'" not in written.read_text()
+    assert play(written, project) == 1
+    assert f"{written}: run it with pytest" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_inputs_that_charts_cannot_write_are_left_open_and_told(
+    project: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (project / "charts" / "open.yaml").write_text(OPEN.replace("Pose2", "signal of number"))
+    written = project / "charts" / "test_open.py"
+
+    assert main(["validate", "charts", "--explain", "-o", str(written)]) == OK
+
+    assert "    'goal': ...,  # the name of a signal\n" in written.read_text()
+    assert "give each `...` in it a value" in capsys.readouterr().out
+    with pytest.raises(AssertionError, match=r"the chart cannot start: .*goal"):
+        play(written, project)
+
+
 def test_what_never_happens_is_told(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (project / "charts" / "plain.yaml").write_text(
         "chart: plain\noutcomes: [x]\nstates:\n"
         "  a: {do: Do, next: {done: .x, failed: .x}}\n  b: {do: Do, next: {done: a, failed: a}}\n"
     )
 
+    (project / "charts" / "given.yaml").write_text(
+        ERRAND.replace("errand", "given") + "parameters: {far: {type: length}}\n"
+    )
+
     main(["validate", "charts", "--explain", "-o", "test_plain.py"])
 
     told = capsys.readouterr().out
     assert "plain: never taken: b: done" in told
+    assert "given: not explored, as it is given no far\n" in told
     assert "no dead ends: test_plain.py is not written" in told
     assert not (project / "test_plain.py").exists()
 
 
 @pytest.mark.parametrize(
-    "asked", [["-o", "test_x.py"], ["--explain", "-o", "x.txt"], ["--explain", "--json"]]
+    "asked",
+    [
+        ["-o", "test_x.py"],
+        ["--explain", "-o", "x.txt"],
+        ["--explain", "-o", "test_kept.py"],
+        ["--explain", "--json"],
+    ],
 )
 def test_what_does_not_go_together_is_refused(project: Path, asked: list[str]) -> None:
     (project / "charts" / "errand.yaml").write_text(ERRAND)
+    (project / "test_kept.py").touch()
     assert main(["validate", "charts", *asked]) in (FAILED, USAGE)

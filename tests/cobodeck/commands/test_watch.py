@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import os
 import pty
+import select
 import signal
 import subprocess
 import sys
+import termios
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -181,23 +183,39 @@ def test_a_page_is_seen_in_a_terminal_of_its_own_until_q(folder: Path) -> None:
     assert b"\x1b[7m" in told
 
 
-def in_terminal(given: list[str], seen: bytes, key: bytes) -> bytes:
-    """All that a program says in a terminal; once it has said `seen`, the key is pressed."""
+@pytest.mark.realtime
+@pytest.mark.slow
+@pytest.mark.parametrize("end", [b"\x03", signal.SIGTERM, signal.SIGHUP], ids=str)
+def test_a_terminal_is_as_before_however_it_ends(folder: Path, end: bytes | int) -> None:
+    told = in_terminal(["watch", str(folder), "--tty"], b"> mine", end)
+
+    assert told.endswith(b"fine\r\n")  # what was seen last stays
+    assert told.index(b"\x1b[?25h\x1b[?1049l") > told.index(b"> mine")
+
+
+def in_terminal(given: list[str], seen: bytes, end: bytes | int) -> bytes:
+    """All that a program says in a terminal; once it has said `seen`, a key or a signal ends it."""
     ours, theirs = pty.openpty()
+    before = termios.tcgetattr(theirs)
     command = [sys.executable, "-m", "cobodeck", *given, "--no-project"]
     environment = {**os.environ, "TERM": "xterm"}
     environment.pop("NO_COLOR", None)
     told, pressed = b"", False
-    with subprocess.Popen(command, stdin=theirs, stdout=theirs, env=environment) as running:
-        os.close(theirs)
-        with suppress(OSError):  # the other end is closed
-            while data := os.read(ours, 4096):
-                told += data
-                if seen in told and not pressed:
-                    os.write(ours, key)
-                    pressed = True
-        assert running.wait(PATIENCE_S) == OK
+    with subprocess.Popen(
+        command, stdin=theirs, stdout=theirs, env=environment,
+        preexec_fn=lambda: os.login_tty(theirs),  # so that Ctrl-C reaches it
+    ) as running:  # fmt: skip
+        while running.poll() is None or select.select([ours], [], [], 0.0)[0]:
+            if not select.select([ours], [], [], 0.1)[0]:
+                continue
+            told += os.read(ours, 4096)
+            if seen in told and not pressed:
+                pressed = True
+                os.write(ours, end) if isinstance(end, bytes) else running.send_signal(end)
+        assert running.returncode == OK, told
+    assert termios.tcgetattr(theirs) == before
     os.close(ours)
+    os.close(theirs)
     return told
 
 

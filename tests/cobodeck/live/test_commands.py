@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import socket
-from collections.abc import Iterator, Mapping
+from collections.abc import AsyncIterator, Iterable, Iterator, Mapping
 from pathlib import Path
-from threading import Event
+from threading import Event, get_ident
 from typing import Any
 
 import pytest
 
+from cobodeck.live.access import Rules
+from cobodeck.live.clients import Message, Page
+from cobodeck.live.sources import live_run
+from cobodeck.live.sources.recorded import RecordSource
 from cobodeck.live.steering.orders import Orders, Refused
 from cobodeck.live.steering.page_operator import PageOperator
 from cobodeck.loop.clocks import Paced
-from cobodeck.loop.loop import Loop
-from cobodeck.record.read.reader import Record
+from cobodeck.loop.loop import Loop, Ticked
+from cobodeck.record.format.value_codec import value
+from cobodeck.record.read.reader import Group, Record, RecordedMessage
 from cobodeck.record.read.record_replay import stage_replay
 from cobodeck.record.write.run_recorder import Recorder
 from cobodeck.record.write.start import recorder
@@ -42,12 +48,9 @@ class Answers:
 
     def __init__(self) -> None:
         self.told: list[tuple[str, Any]] = []
-        self.full = False
 
-    def tell(self, kind: str, value: Any) -> bool:
-        if not self.full:
-            self.told.append((kind, value))
-        return not self.full
+    def tell(self, kind: str, value: Any) -> None:
+        self.told.append((kind, value))
 
     def ack(self, number: int) -> Mapping[str, Any] | None:
         return next((v for k, v in self.told if k == "ack" and v["id"] == number), None)
@@ -163,6 +166,67 @@ def test_another_chart_goes_on_or_is_refused_with_the_place(steered: Steered) ->
     assert steered.active == ["look"]
 
 
+OUTER = """
+chart: outer
+outcomes: [done]
+parameters: {long: {type: duration, default: 70 s}}
+states:
+  one: {use: inner, next: {done: two}}
+  two: {watch: Wait, with: {time: $long}, next: {over: .done}}
+"""
+INNER = CHART.replace("steered", "inner")
+
+
+@pytest.mark.slow
+def test_a_used_chart_is_changed_and_locks_breakpoints_and_values_of_the_profile_stay(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "outer.yaml").write_text(OUTER)
+    (tmp_path / "inner.yaml").write_text(INNER)
+    sets = ["charts.outer.long=50 s"]
+    setup = open_setup(str(tmp_path / "outer.yaml"), "study", sets=sets)
+    found = Steered(setup, tmp_path / "run.mcap")
+    run = found.loop.wired.run
+    assert found.do("lock", path="one/again") == ""
+    assert found.do("break", path="one/again") == ""
+
+    assert found.do("replace", text=INNER.replace("200 s", "300 s")) == ""
+
+    assert (run.machine.chart.name, found.active) == ("outer", ["one/look"])
+    assert "300 s" in run.machine.library["inner"].source.text
+    assert run.machine.chart.parameters["long"].default == "50 s"
+    assert run.judge.locks == {"one/again"}
+    assert dict(found.answers.told)["status"]["breaks"] == ["one/again"]
+    wrong = found.do("replace", text=INNER.replace("over: .done", "over: .gone"))
+    assert "inner.yaml:" in wrong
+    assert "outer.yaml:" in found.do("replace", text=INNER.replace("done", "gone"))
+    assert "no chart 'iner' runs here" in found.do("replace", text=INNER.replace("inner", "iner"))
+    assert found.do("replace", text=OUTER.replace("two}}", "two}, break: true}")) == ""
+    assert dict(found.answers.told)["status"]["breaks"] == ["one", "one/again"]
+    assert "300 s" in run.machine.library["inner"].source.text
+
+    found.close()
+    record = Record(found.finish())
+    first, last = asyncio.run(sought(record.path, (3600.0, 0.0)))[::-1]
+    assert [chart["nodes"]["one/again"]["values"]["time"] for chart in (first, last)] == [
+        "200 s",
+        "300 s",
+    ]
+    assert [path for path, node in last["nodes"].items() if node["break"]] == ["one"]
+
+
+async def sought(path: Path, instants: Iterable[float]) -> list[Message]:
+    """The charts that a page of a record is told as it goes to these instants."""
+    source, page, told = RecordSource.of([path]), Page(1), list[Message]()
+    page.tell = lambda message, key=None: told.append(message)  # type: ignore[method-assign]
+    source._pages.add(page)
+    source._pages.tell = page.tell  # type: ignore[method-assign]
+    for at in instants:
+        assert not await source.asked(page, {"t": "seek", "at": at})
+    assert {"state", "figures", "health"} <= {message["t"] for message in told}
+    return [message for message in told if message["t"] == "chart"]
+
+
 def test_a_stop_does_not_wait_for_a_tick(steered: Steered) -> None:
     line = steered.loop.plant.parts["stop_line"]
     assert line.reason is None
@@ -173,8 +237,36 @@ def test_a_stop_does_not_wait_for_a_tick(steered: Steered) -> None:
     assert "ann" in line.reason
     assert steered.do("reset") == ""
     assert line.reason is None
-    steered.loop.tick()
-    assert dict(steered.answers.told)["status"]["stop"] in (True, False)
+
+
+def test_a_stop_while_parts_are_closed_is_on_record_and_the_rest_is_refused(
+    steered: Steered,
+) -> None:
+    steered.send(do="end")
+    until(lambda: steered.loop.tick() == "stopped")
+    plant, sent = steered.loop.plant, []
+
+    def close() -> None:
+        sent.extend((steered.send(do="stop"), steered.send(do="pause")))
+        until(lambda: len(steered.operator._ready) == 2)
+        type(plant).close(plant)
+
+    plant.close = close  # type: ignore[method-assign]
+    record = Record(steered.finish())
+    steered.operator.close()
+
+    acks = [steered.answers.ack(number) for number in sent]
+    assert [ack and (ack["ok"], ack["text"]) for ack in acks] == [
+        (True, "done"),
+        (False, "the run has ended"),
+    ]
+    *_, last = record.groups()
+    commands = [(m["command"], value(m["arguments"]), m["by"]) for m in last.messages("operator")]
+    assert commands == [("Remark", {"text": "stop"}, "ann")]
+    replay = stage_replay(record)
+    replay.loop.go(1 << 62)
+    assert replay.difference is None
+    assert [c.by for _, c in replay.loop.wired.run.carried_out] == ["ann", "ann"]
 
 
 def test_lines_that_are_none_disturb_nothing(steered: Steered) -> None:
@@ -262,8 +354,8 @@ class Unreadable:
         raise ZeroDivisionError("oh")
 
 
-def test_what_pages_are_told_of_a_run_may_fail_and_wait(steered: Steered) -> None:
-    """An error is told once, and the run goes on; what was dropped is told later."""
+def test_what_pages_are_told_of_a_run_may_fail(steered: Steered) -> None:
+    """An error is told once, and the run goes on."""
     loop, answers = steered.loop, steered.answers
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(loop.plant.parts, "operator", Unreadable())
@@ -274,13 +366,6 @@ def test_what_pages_are_told_of_a_run_may_fail_and_wait(steered: Steered) -> Non
     assert [error.text for error in steered.errors] == ["oh"]
     [said] = [value for kind, value in answers.told if kind == "say"]
     assert "an error of the program" in said
-
-    answers.full = True
-    loop.plant.parts["stop_line"].pull("somebody")
-    loop.tick()
-    answers.full = False
-    loop.tick()
-    assert [value["stop"] for kind, value in answers.told if kind == "status"][-1]
 
 
 @pytest.mark.slow
@@ -302,3 +387,29 @@ def test_real_parts_are_not_reset_from_pages(tmp_path: Path) -> None:
     assert "console" in found.do("reset")
     found.close()
     found.finish()
+
+
+def test_another_chart_is_drawn_beside_the_loop_that_takes_commands(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    command = b'{"command":"Replace","arguments":{"$dict":[]}}'
+    told = RecordedMessage("operator", "cobodeck.Command", command, 0)
+    drawn_in: list[int] = []
+
+    class Run:
+        def add(self, _group: Group) -> None:
+            pass
+
+        def charts(self) -> list[Any]:
+            drawn_in.append(get_ident())
+            return []
+
+    async def frames(_reader: object) -> AsyncIterator[tuple[str, Group]]:
+        yield "tick", Group(Ticked(0, 0, "grid"), (told,), told)
+
+    monkeypatch.setattr(live_run, "frames", frames)
+    source = live_run.LiveSource(Run(), None, None, Rules())  # type: ignore[arg-type]
+    asyncio.run(source._read())
+
+    assert len(drawn_in) == 1
+    assert drawn_in[0] != get_ident()

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import socket
+from pathlib import Path
 from threading import Thread
 
 from cobodeck.live.feed import Feed, Whole, frames
 from cobodeck.live.model import RunModel
+from cobodeck.live.sources.seen_run import SeenRun, Texts
 from cobodeck.record.read.reader import Group
 from cobodeck.setup.options import Options
+from engine.operator import Operator
 from tests.cobodeck.live.folding import Folding, recorded, require_same, study
 from tests.waiting import until
 
 BOUND = 20_000
-OPTIONS = Options(tier=0, seed=3)
+OPTIONS = Options(seed=3)
 
 
 class Reader:
@@ -23,7 +26,9 @@ class Reader:
     def __init__(self, end: socket.socket) -> None:
         self._end = end
         self.model = RunModel()
+        self.seen: SeenRun | None = None
         self.kinds: list[str] = []
+        self.told: list[tuple[str, object]] = []
         self._thread = Thread(target=lambda: asyncio.run(self._read()), daemon=True)
 
     def begin(self) -> None:
@@ -35,9 +40,22 @@ class Reader:
             self.kinds.append(kind)
             if isinstance(content, Group):
                 self.model.add(content)
+                if self.seen is not None:
+                    self.seen.add(content)
             elif isinstance(content, Whole):
                 self.model.renew(content)
+                if self.seen is not None:
+                    self.seen.renew(content)
+            else:
+                self.told.append((kind, content))
         writer.close()
+
+
+def open_lanes(seen: SeenRun) -> dict[str, float]:
+    """The lanes of charts that run, and since when, s."""
+    lanes = next(seen.over_time())["lanes"]
+    spans = ((lane["path"], span) for lane in lanes for span in lane["spans"])
+    return {path: start for path, (start, end, _) in spans if end is None}
 
 
 def test_a_stalled_reader_costs_ticks_of_its_own_and_is_right_again() -> None:
@@ -52,6 +70,18 @@ def test_a_stalled_reader_costs_ticks_of_its_own_and_is_right_again() -> None:
         largest = max(largest, feed.waiting)
     assert largest < BOUND + 100_000
     assert reader.kinds == []
+    for speed in (2.0, 3.0):
+        feed.tell("status", {"speed": speed})
+    for number in range(3):
+        feed.tell("ack", {"id": number})
+    machine = loop.wired.run.machine
+    assert not Operator(loop.wired.run).replace(machine.changed(machine.chart, machine.library))
+    loop.plant.parts["stop_line"].pull("somebody")
+    loop.tick()
+    seen, reader.seen = (
+        SeenRun(Texts(Path("run"), folding.header, folding.attachments), study().catalogue)
+        for _ in range(2)
+    )
 
     reader.begin()
     until(lambda: loop.tick() is None and "whole" in reader.kinds)
@@ -63,6 +93,13 @@ def test_a_stalled_reader_costs_ticks_of_its_own_and_is_right_again() -> None:
     require_same(reader.model, loop)
     assert reader.model.active == folding.model.active
     assert reader.model.newest.keys() == folding.model.newest.keys()
+    for group in folding.groups:
+        seen.add(group)
+    assert open_lanes(reader.seen) == open_lanes(seen)
+    assert reader.seen.version() == seen.version() == 1
+    assert reader.model.stop
+    _, *beside = reader.told
+    assert beside == [("status", {"speed": 3.0}), *(("ack", {"id": n}) for n in range(3))]
     loop.wired.run.close()
     feed.close()
 

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings, strategies as some
 
 from cobodeck.live.model import RunModel
-from cobodeck.live.sources.recorded import RecordSource, SeenRecord
+from cobodeck.live.sources.recorded import RecordSource
+from cobodeck.live.sources.seen_record import SeenRecord
 from cobodeck.record.write.start import recorder
 from cobodeck.run.simulation import simulate
 from cobodeck.setup.options import Options

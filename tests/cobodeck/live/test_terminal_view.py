@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import itertools
 import re
 import unicodedata
 from typing import Any
@@ -9,9 +11,22 @@ from typing import Any
 import pytest
 from hypothesis import given, strategies as st
 
-from cobodeck.live.terminal_session import DOWN, LEFT, RIGHT, UP, asked_by, socket_url
+from cobodeck.live.clients import Pages
+from cobodeck.live.terminal_session import (
+    DOWN,
+    LEFT,
+    MOST,
+    RIGHT,
+    UP,
+    NearLink,
+    asked_by,
+    socket_url,
+    watch_in_terminal,
+)
 from cobodeck.live.terminal_view import WatchedPage, view
+from cobodeck.terminal.console import Problem
 from engine.files.visible_text import visible
+from tests.waiting import until
 
 HELLO = {
     "t": "hello", "mode": "record", "title": "cobodeck", "about": ["lab_a, tuned"], "until": 60.0,
@@ -181,6 +196,76 @@ def test_keys_play_and_seek(key: str, asked: dict[str, Any] | None) -> None:
 def test_seeking_ends_at_both_ends() -> None:
     assert asked_by(LEFT, told(HELLO, STATE | {"at": 0.2})) == {"t": "seek", "at": 0.0}
     assert asked_by(RIGHT, told(HELLO, STATE | {"at": 59.9})) == {"t": "seek", "at": 60.0}
+
+
+class Telling:
+    """A source that tells as much as it can, or that fails."""
+
+    def __init__(self, error: Exception | None = None) -> None:
+        self.error, self.ended = error, False
+        self.asked_for: list[Any] = []
+
+    def hello(self) -> dict[str, Any]:
+        return {"mode": "record"}
+
+    def snapshot(self, _page: object) -> list[dict[str, Any]]:
+        return [] if self.error else [{"t": "state", "at": 1.0}]
+
+    async def run(self, pages: Pages) -> None:
+        if self.error is not None:
+            raise self.error
+        try:
+            for number in itertools.count():
+                pages.tell({"t": "say", "text": str(number)})
+                pages.tell({"t": "frame", "at": number}, "frame")
+                await asyncio.sleep(0.0)
+        finally:
+            self.ended = True
+
+    async def asked(self, _page: object, message: Any) -> list[Any]:
+        self.asked_for.append(message)
+        return []
+
+
+def test_a_source_is_not_waited_for_keeps_little_and_ends_with_its_terminal() -> None:
+    source = Telling()
+    link = NearLink(source)  # type: ignore[arg-type]
+
+    until(lambda: link._queue.qsize() >= MOST)
+    found = list(link.messages(1.0))
+    link.ask({"t": "seek", "at": 3.0})
+    until(lambda: source.asked_for)
+    link.close()
+
+    assert [message["t"] for message in found[:2]] == ["hello", "state"]
+    assert len(found) <= MOST + 1
+    assert source.ended
+    assert link._queue.qsize() <= MOST
+    link.ask({"t": "seek", "at": 3.0})
+    link.close()
+
+
+def test_why_a_source_fails_is_told() -> None:
+    link = NearLink(Telling(Problem("the record breaks off")))  # type: ignore[arg-type]
+
+    with pytest.raises(Problem, match="breaks off"):
+        watch_in_terminal(link)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"t": "state", "active": 5},
+        {"t": "state", "faults": 3},
+        {"t": "charts", "charts": 7},
+    ],
+)
+def test_what_no_page_is_told_is_refused(message: dict[str, Any]) -> None:
+    link = NearLink(Telling())  # type: ignore[arg-type]
+    link.messages = lambda _: iter([message])  # type: ignore[method-assign]
+
+    with pytest.raises(Problem, match="not what pages of this version are told"):
+        watch_in_terminal(link)
 
 
 @pytest.mark.parametrize(

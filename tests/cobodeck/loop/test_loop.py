@@ -24,6 +24,8 @@ from cobodeck.loop.loop import LATE_NS, Loop
 from cobodeck.loop.plant import Nothing
 from cobodeck.loop.sample_router import Inlet
 from cobodeck.loop.wiring import Wired
+from cobodeck.record.format.value_codec import value
+from cobodeck.record.read.reader import Record
 from cobodeck.run.build_run import stage
 from cobodeck.run.simulation import simulate
 from cobodeck.setup.options import Options
@@ -176,15 +178,18 @@ def test_what_is_raised_is_told_as_it_happens() -> None:
 
 
 def test_an_end_from_outside_ends_the_run_with_every_clean_up() -> None:
-    rig = Rig(lambda r: r.loop.stop() if len(r.steps) == 3 else None)
+    rig = Rig(lambda r: r.loop.stop("Ada") if len(r.steps) == 3 else None)
     rig.loop.go(10**9)
 
     assert rig.run.outcome == "stopped"
+    assert [command.by for _, command in rig.run.carried_out] == ["Ada"]
     assert rig.run.entered == {}
     assert len(rig.steps) == 3
 
 
 # -- the command line, in a process of its own -------------------------------------------------
+
+COBODECK = (sys.executable, "-m", "cobodeck")
 
 STATES = """
 import sys, time
@@ -247,7 +252,7 @@ def project(tmp_path: Path) -> Path:
 def begun(project: Path, *arguments: str) -> subprocess.Popen[str]:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     return subprocess.Popen(
-        [sys.executable, "-m", "cobodeck", *arguments],
+        [*COBODECK, *arguments],
         cwd=project, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     )  # fmt: skip
 
@@ -466,7 +471,7 @@ def test_the_operator_at_a_terminal_stops_resets_and_ends(project: Path) -> None
     ours, theirs = pty.openpty()
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     running = subprocess.Popen(
-        [sys.executable, "-m", "cobodeck", "run", "busy.yaml", "--robot", "mock"],
+        [*COBODECK, "run", "busy.yaml", "--robot", "mock", "--record", "x.mcap"],
         cwd=project, env=environment, text=True, stdin=theirs, stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )  # fmt: skip
@@ -481,3 +486,8 @@ def test_the_operator_at_a_terminal_stops_resets_and_ends(project: Path) -> None
     assert "'dance' is not a command" in err
     assert "cobodeck: reset" in err
     assert re.search(r"outcome +stopped", out)
+    told = [m for group in Record(project / "x.mcap").groups() for m in group.messages("operator")]
+    commands = [(m["command"], value(m["arguments"]).get("text", ""), m["by"]) for m in told]
+    assert commands == [
+        ("Remark", "stop", "console"), ("Remark", "reset", "console"), ("End", "", "console")
+    ]  # fmt: skip

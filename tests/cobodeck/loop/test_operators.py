@@ -9,7 +9,7 @@ from hw.safety.stop_line import StopLatch
 from tests.waiting import until
 
 
-def test_each_command_is_remarked_and_a_stop_comes_first() -> None:
+def test_each_command_but_the_end_is_remarked_and_a_stop_comes_first() -> None:
     line = StopLatch(lambda: True)
     remarks: list[tuple[str, bool]] = []
     console = ConsoleOperator(line, lambda _: None)
@@ -22,6 +22,6 @@ def test_each_command_is_remarked_and_a_stop_comes_first() -> None:
     )
 
     until(lambda: ended)
-    assert remarks == [("stop", True), ("ack", True), ("reset", False), ("end", False)]
-    assert ended == [4]
+    assert remarks == [("stop", True), ("ack", True), ("reset", False)]
+    assert ended == [3]
     assert len(console.samples(0)) == 1

@@ -279,6 +279,23 @@ def test_rule_11_commands_say_who_issued_them(bench):
     assert ("note", "", "Ada: stop") in b.records("note")
 
 
+def test_rule_11_after_the_end_remarks_are_on_record_and_nothing_else_is_done(bench):
+    b = bench(DATA)
+    ada = Operator(b.run, "Ada")
+    b.tick()
+    ada.stop()
+    ada.remark("stop")
+    b.tick()
+    ada.pause()
+    ada.remark("reset")
+    b.tick()
+    done = [type(command).__name__ for _, command in b.run.carried_out]
+    assert done == ["End", "Remark", "Remark"]
+    assert [text for *_, text in b.records("note")] == ["Ada: stop", "Ada: reset"]
+    assert b.run.outcome == "stopped"
+    assert not b.run.paused
+
+
 def test_rule_11_what_was_paused_and_stepped_is_replayed_without_an_operator(bench):
     def run(commands=None):
         b = bench(NESTED.replace("escape:", "escape:\n    break: true"))

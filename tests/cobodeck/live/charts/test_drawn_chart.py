@@ -14,6 +14,7 @@ from hypothesis import given, settings
 
 from behaviors.profile.profile import load_profile
 from cobodeck.__main__ import main
+from cobodeck.live.charts.drawer import Drawer
 from cobodeck.live.charts.drawn_chart import chart_message, finding_message, picture_of
 from cobodeck.live.charts.seen_chart import SeenNode, outcomes_at, path_of, seen_nodes
 from cobodeck.project.library import findings_of, load_beside, reached
@@ -23,7 +24,7 @@ from cobodeck.setup.run_profile import with_values
 from engine.chart.chart import Chart
 from engine.chart.load import Library, load_text
 from engine.draw.dot_text import dot
-from engine.draw.layout import render
+from engine.draw.layout import CannotRender, render
 from engine.files.finding import Finding, Place
 from engine.machine.machine import Machine
 from engine.operator.commands import outcomes_of, output_types
@@ -222,3 +223,35 @@ def test_the_form_has_parameters_and_inputs_with_units_and_defaults() -> None:
     assert form["far"]["default"] is None
     assert form["goal"]["about"] == "where to"
     assert "x:" in form["goal"]["what"] or "Pose2" in form["goal"]["what"]
+
+
+def test_a_breakpoint_is_told_and_changes_no_picture() -> None:
+    chart, _ = main_nodes()
+    broken = load_text(TEXT.replace("first: {", "first: {break: true, "), "main.yaml")["main"]
+    plain = chart_message(chart, {"main": chart}, load_profile("tuned"))
+
+    shown = chart_message(broken, {"main": broken}, load_profile("tuned"))
+
+    assert shown["svg"] == plain["svg"]
+    assert [path for path, node in shown["nodes"].items() if node["break"]] == ["work/first"]
+
+
+@pytest.mark.slow
+def test_a_picture_that_takes_too_long_is_ended_and_the_next_one_is_drawn() -> None:
+    drawer = Drawer(patience_s=1e-6)
+    with pytest.raises(CannotRender, match="is not ready after 1e-06 s"):
+        drawer.svg("digraph {a}")
+    drawer = Drawer()
+    assert "<svg" in drawer.svg("digraph {a -> b}")
+    first = drawer._child
+    with pytest.raises(CannotRender):
+        drawer.svg("digraph {{{")
+    assert "<svg" in drawer.svg("digraph {a -> b}")
+    assert drawer._child is first
+
+    first.kill()
+
+    with pytest.raises(CannotRender, match="has ended"):
+        drawer.svg("digraph {a -> b}")
+    assert "<svg" in drawer.svg("digraph {a -> b}")
+    drawer.close()

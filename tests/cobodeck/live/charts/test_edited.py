@@ -5,20 +5,24 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import shutil
 from collections.abc import Awaitable, Callable
 from functools import cache
 from pathlib import Path
+from threading import Event, Thread
 from typing import Any
 
 import pytest
 
 from cobodeck.__main__ import main
-from cobodeck.live.charts import chart_folder
+from cobodeck.live.charts import chart_folder, edited
 from cobodeck.live.charts.chart_folder import PATIENCE, ChartFolder, Shown
+from cobodeck.live.charts.chart_reader import ChartReader
 from cobodeck.live.charts.edited import EditedCharts
 from cobodeck.live.charts.file_watch import YOUNG_NS, FileWatch
 from cobodeck.project.state_catalogue import Catalogue, catalogue
 from cobodeck.terminal.console import Problem
+from engine.files.source import MAX_BYTES
 
 GOOD = """\
 chart: mine
@@ -192,6 +196,9 @@ def test_pages_outlive_whatever_a_text_brings_about(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     charts = ChartFolder(folder / "mine.yaml", known())
+    before = shown(charts)
+    save(folder / "mine.yaml", GOOD.replace("park:", "fold:"))
+    charts.look()
 
     def failing(*args: object, **options: object) -> None:
         raise RecursionError("too deep")
@@ -199,6 +206,68 @@ def test_pages_outlive_whatever_a_text_brings_about(
     monkeypatch.setattr(chart_folder, "chart_message", failing)
 
     assert "mine.yaml cannot be shown: RecursionError: too deep" in shown(charts)["trouble"]
+    assert shown(charts)["svg"] == before["svg"]
+
+
+def test_a_look_waits_for_a_message_that_is_made(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    charts = ChartFolder(folder / "mine.yaml", known())
+    begun, released = Event(), Event()
+
+    def reading(*_: object) -> None:
+        begun.set()
+        released.wait(60.0)
+        raise OSError("no disk")
+
+    monkeypatch.setattr(ChartReader, "read", reading)
+    making = Thread(target=shown, args=(charts,))
+    making.start()
+    assert begun.wait(60.0)
+    looking = Thread(target=charts.look)
+    looking.start()
+    looking.join(0.1)
+
+    waited = looking.is_alive()
+    released.set()
+    making.join()
+    looking.join()
+
+    assert waited
+    assert "OSError: no disk" in shown(charts)["trouble"]
+
+
+def test_only_the_newest_messages_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    charts = ChartFolder(folder / "mine.yaml", known())
+    made: list[str] = []
+
+    def keeping(_: object, one: Shown) -> dict[str, Any]:
+        made.append(one.profile)
+        return {"t": "chart"}
+
+    monkeypatch.setattr(ChartFolder, "_message", keeping)
+    monkeypatch.setattr(chart_folder, "KEPT", 2)
+
+    for profile in "abaca":
+        charts.chart(Shown(charts.first, profile), 0)
+    charts.chart(Shown(charts.first, "b"), 0)
+
+    assert "".join(made) == "abcb"
+
+
+def test_a_folder_that_is_gone_has_no_charts_any_more(tmp_path: Path) -> None:
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    (inner / "mine.yaml").write_text(GOOD)
+    (tmp_path / "other.yaml").write_text(OTHER)
+    charts = ChartFolder(inner, known())
+
+    shutil.rmtree(inner)
+    while charts.names:
+        charts.look()
+
+    assert charts.listing()["charts"] == []
+    assert "No such file" in shown(charts)["findings"][0]["message"]
 
 
 @pytest.mark.slow
@@ -230,6 +299,9 @@ class FakePage:
 
 
 class FakePages(list[FakePage]):
+    async def some(self) -> None:
+        pass
+
     def tell(self, message: Any, key: str | None = None) -> None:
         for page in self:
             page.tell(message)
@@ -265,16 +337,15 @@ def test_a_page_is_told_of_a_save_and_another_one_that_shows_another_chart_is_no
 ) -> None:
     async def play(source: EditedCharts, pages: FakePages) -> None:
         first, second = pages
-        begin = list(source.snapshot(first))
-        assert [message["t"] for message in begin] == ["charts", "chart"]
+        await heard(first, lambda m: m["t"] == "chart")
+        assert [message["t"] for message in source.snapshot(first)] == ["charts", "chart"]
         (answer,) = await source.asked(second, {"t": "show", "chart": "other", "slot": 0})
         assert answer["name"] == "other"
 
         save(folder / "mine.yaml", GOOD.replace("park:", "fold:"))
 
-        message = await heard(first, lambda m: m["t"] == "chart")
-        assert "fold" in message["nodes"]
-        assert not [m for m in second.told if m["t"] == "chart"]
+        await heard(first, lambda m: m["t"] == "chart" and "fold" in m["nodes"])
+        assert not [m for m in second.told if m["t"] == "chart" and "fold" in m["nodes"]]
 
     served(folder, play, pages=2)
 
@@ -285,6 +356,7 @@ def test_two_charts_stand_side_by_side_each_with_its_profile(folder: Path) -> No
         (page,) = pages
         (second,) = await source.asked(page, {"t": "second", "chart": "other"})
         (paper,) = await source.asked(page, {"t": "profile", "name": "paper", "slot": 1})
+        await heard(page, lambda m: m.get("slot") == 0)
         begin = [message for message in source.snapshot(page) if message["t"] == "chart"]
 
         assert (second["name"], second["slot"]) == ("other", 1)
@@ -316,6 +388,31 @@ def test_used_charts_are_unfolded_one_by_one_and_all(folder: Path) -> None:
         assert await ask(None, True) == (None, True, True)
         assert await ask("a", False) == (["b"], False, True)
         assert await ask(None, False) == ([], False, False)
+
+    served(folder, play)
+
+
+def test_a_picture_of_what_was_saved_again_is_given_up(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stopped = Event()
+    given_up: list[str] = []
+
+    def chart(_: ChartFolder, one: Shown, slot: int) -> dict[str, Any]:
+        stopped.clear()
+        save(one.file, BROKEN)
+        assert stopped.wait(60.0)
+        given_up.append(one.file.stem)
+        return {"t": "chart", "slot": slot}
+
+    monkeypatch.setattr(edited, "LONG_S", 0.0)
+    monkeypatch.setattr(edited, "stop_drawing", stopped.set)
+    monkeypatch.setattr(ChartFolder, "chart", chart)
+
+    async def play(source: EditedCharts, pages: FakePages) -> None:
+        assert await source.asked(pages[0], {"t": "second", "chart": "other"}) == []
+        assert "other" in given_up
+        assert [m["t"] for m in source.snapshot(pages[0])] == ["charts"]
 
     served(folder, play)
 
@@ -424,6 +521,19 @@ def test_files_that_go_and_come_have_changed(file: Path, tmp_path: Path) -> None
     other.write_text("")
 
     assert watch.changed([file, other]) == {file, other}
+
+
+def test_files_too_large_for_charts_are_not_read(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    os.truncate(file, MAX_BYTES + 1)
+    monkeypatch.setattr(Path, "read_bytes", lambda path: pytest.fail(f"{path} is read"))
+    watch = FileWatch()
+    assert watch.changed([file]) == set()
+
+    os.truncate(file, MAX_BYTES + 2)
+
+    assert watch.changed([file]) == {file}
 
 
 def test_pipes_are_not_read(tmp_path: Path) -> None:

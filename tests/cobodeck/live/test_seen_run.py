@@ -1,0 +1,105 @@
+"""What pages are told of a run besides its state: charts, lanes, marks, a shadow's decisions."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cobodeck.live.model import RunModel
+from cobodeck.live.sources import seen_run
+from cobodeck.live.sources.seen_lanes import SeenLanes
+from cobodeck.live.sources.seen_run import SeenRun, Texts
+from cobodeck.record.format.messages import command_text
+from cobodeck.record.format.record_header import attachments, header_of_setup
+from cobodeck.record.format.sample_messages import TOPIC, SampleWriter
+from cobodeck.record.read.reader import Group, RecordedMessage, closed
+from cobodeck.setup.options import Options
+from cobodeck.setup.setup import open_setup
+from engine.chart import Library, load_text
+from engine.operator.commands import Replace
+
+CHART = """
+chart: waits
+outcomes: [done]
+states:
+  one: {watch: Wait, with: {time: 5 s}, next: {over: .done}}
+"""
+
+
+def tick(at_s: float, *told: RecordedMessage) -> Group:
+    at_ns = round(at_s * 1e9)
+    ticked = {"at_ns": at_ns, "n": 0, "kind": "grid", "missed": 0, "late_ns": 0, "crc": 0}
+    return closed(
+        [*told, RecordedMessage("tick", "cobodeck.Tick", json.dumps(ticked).encode(), at_ns)]
+    )
+
+
+def stop_line(at_s: float, reason: str | None) -> RecordedMessage:
+    at_ns = round(at_s * 1e9)
+    kind, data = SampleWriter("stop.engaged").write(at_ns, reason)
+    return RecordedMessage(f"{TOPIC}stop.engaged", kind, data, at_ns)
+
+
+def message(topic: str, **told: Any) -> RecordedMessage:
+    return RecordedMessage(topic, "cobodeck.Any", json.dumps(told).encode(), 0)
+
+
+def test_a_stop_on_record_is_shown_until_its_reset_and_marked() -> None:
+    model, lanes = RunModel(), SeenLanes({})
+    for at_s, reason, shown in ((0.0, None, False), (1.0, "stop by ann", True), (2.0, None, False)):
+        group = tick(at_s, stop_line(at_s, reason))
+        model.add(group)
+        lanes.add(group)
+        assert model.stop is shown
+    [told] = lanes.all()
+    assert told["marks"] == [{"at": 1.0, "kind": "stop", "text": "stop by ann"}]
+
+
+def test_a_remark_is_marked_with_its_text_and_by_whom() -> None:
+    lanes = SeenLanes({})
+    given = {"$dict": [["text", "speed 2"]]}
+    lanes.add(tick(1.0, message("operator", command="Remark", arguments=given, by="ann")))
+    [told] = lanes.news()
+    assert [mark["text"] for mark in told["marks"]] == ["ann: speed 2"]
+
+
+@pytest.mark.requirement(57)
+def test_differences_from_a_shadow_are_told_once_and_whole_to_who_comes_later() -> None:
+    lanes = SeenLanes({})
+    rows = []
+    for at_s in (1.0, 2.0):
+        told = {"path": "chase", "ran": "near", "shadow": "lost"}
+        lanes.add(tick(at_s, message("shadow", at_ns=round(at_s * 1e9), **told)))
+        rows.append({"at": at_s, **told})
+        [new] = lanes.news()
+        assert (new["t"], new["rows"], new["more"]) == ("shadow", rows[-1:], True)
+    assert list(lanes.news()) == []
+    _, whole = lanes.all()
+    assert (whole["rows"], whole["more"]) == (rows, False)
+
+
+def test_charts_are_those_of_an_instant_and_their_text_is_the_one_that_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(seen_run, "chart_message", lambda chart, *_, **__: chart.source.text)
+    (tmp_path / "waits.yaml").write_text(CHART)
+    setup = open_setup(str(tmp_path / "waits.yaml"), "study")
+    header = {**header_of_setup(setup, Options()), "signals": []}
+    texts = Texts(Path("run"), header, attachments(setup))
+    seen = SeenRun(texts, setup.catalogue)
+    assert seen.text()["text"] == CHART
+    longer = CHART.replace("5 s", "6 s")
+    library = Library()
+    library.update(load_text(longer, "waits.yaml"))
+    command = Replace(setup.machine().changed(library["waits"], library), by="ann")
+    seen.add(tick(2.0, RecordedMessage("operator", "", command_text(command).encode(), 0)))
+
+    assert [seen.charts(at) for at in (0, 1_999_999_999, 2 * 10**9)] == [[CHART]] * 2 + [[longer]]
+    assert seen.charts() == [longer]
+    told = {"t": "text", "chart": "waits", "text": longer, "charts": ["waits"]}
+    assert seen.text() == seen.text("waits") == told
+    with pytest.raises(ValueError, match="no chart 'wait' runs here"):
+        seen.text("wait")
