@@ -8,6 +8,7 @@ import { chartList, figureTable, findingList, healthTable } from "./lists.js";
 import { RoomMap } from "./map.js";
 import { Operator } from "./operator.js";
 import { Signals } from "./signals.js";
+import { themed } from "./theme.js";
 import { Timeline } from "./timeline.js";
 
 const LINES = 300;
@@ -56,7 +57,7 @@ function chartOf(slot) {
   place.append(bar, root);
   $("charts").append(place);
   const chart = new Chart(root, slot, (path, outcome) => picked(path, outcome, slot), app.now, app.send);
-  Object.assign(chart, { place, name, profile });
+  Object.assign(chart, { place, name, profile, recorded: app.seekable });
   chart.view.taken = () => { $("chart-follow").checked = false; };
   return app.charts[slot] = chart;
 }
@@ -90,6 +91,8 @@ const heard = {
     $("operator").hidden = !m.commands;
     $("speed-label").hidden = m.mode === "live" && (m.real || !m.commands);
     timeline.clear();
+    $("shadow").replaceChildren();
+    $("shadow-box").hidden = true;
     map.layers(m.layers ?? []);
     signals.list(m.signals ?? []);
     operator.lost();
@@ -138,31 +141,34 @@ const heard = {
     redraw(Object.keys(changed).some((k) => k !== "at") ? shown : moved);
   },
   frame: (m) => { if (!m.slot) app.at = m.at; map.frame(m); redraw(moved); },
-  health: (m) => { app.health = m; redraw(healthy); },
+  health: (m) => { if (!m.slot) app.health = m; redraw(healthy); },
+  text: (m) => operator.runs(m),
   figures(m) {
     const slot = m.slot ?? 0;
     if ((timeline.range && !m.range) || JSON.stringify(app.figures[slot]) === JSON.stringify(m)) return;
     app.figures[slot] = m;
     redraw(figured);
   },
-  lanes(m) {
-    timeline.show(m, false);
-    if (!m.slot) $("shadow").replaceChildren();
-    differed(m);
-  },
-  "lanes+": (m) => { timeline.show(m, true); differed(m); },
+  lanes: (m) => timeline.show(m, false),
+  "lanes+": (m) => timeline.show(m, true),
+  shadow: (m) => differed(m),
   plot: (m) => signals.show(m),
   ack: (m) => operator.acknowledged(m),
   say: (m) => app.log(m.text),
 };
 
-/** Lists where a shadow decided otherwise, which is marked on the lanes, too. */
-function differed({ marks, slot = 0 }) {
-  for (const { at, path, text } of marks.filter((m) => m.kind === "shadow")) {
+/** Lists where a shadow decided otherwise, and marks it on the lanes. */
+function differed({ rows, more, title, slot = 0 }) {
+  if (!more) for (const old of $("shadow").querySelectorAll(`[data-slot="${slot}"]`)) old.remove();
+  const of = app.hello.mode === "record" && app.charts.length > 1 ? `${title}: ` : "";
+  for (const { at, path, ran, shadow } of rows) {
     const show = () => { timeline.seek(at); goTo(path, slot); };
-    line($("shadow"), el("li", {}, button(`${seconds(at)} ${path}`, show), el("span", {}, text)));
+    line($("shadow"), el("li", { "data-slot": slot },
+      button(`${of}${seconds(at)} ${path}`, show), el("span", {}, `ran ${ran}, shadow ${shadow}`)));
   }
   $("shadow-box").hidden = !$("shadow").children.length;
+  const text = ({ path, ran, shadow }) => `${path}: ran ${ran}, shadow ${shadow}`;
+  timeline.mark(rows.map((row) => ({ at: row.at, kind: "shadow", text: text(row) })), slot);
 }
 
 function logged(entry) {
@@ -247,24 +253,7 @@ function healthy() {
 
 // -- the page itself
 
-const THEMES = ["", "light", "dark"];
-
-function theme(name) {
-  document.documentElement.style.colorScheme = name;
-  $("theme").title = $("theme").ariaLabel = `colours: ${name || "as the system"}`;
-  try { localStorage.theme = name; } catch { /* storage is off: for this visit only */ }
-  recoloured();
-}
-
-function recoloured() {
-  map.recoloured();
-  redraw(timeline.draw);
-}
-
-$("theme").onclick = () => theme(THEMES[(THEMES.indexOf(document.documentElement.style.colorScheme) + 1) % 3]);
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", recoloured);
-try { theme(localStorage.theme ?? ""); } catch { theme(""); }
-
+themed(() => { map.recoloured(); redraw(timeline.draw); });
 $("legend").open = innerWidth > 700;
 map.view.taken = () => { $("map-follow").checked = false; };
 $("map-follow").onchange = () => redraw(map.draw);

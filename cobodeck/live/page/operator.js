@@ -116,14 +116,28 @@ export class Operator {
     ];
   }
 
+  /** A form that begins with the text of a chart as it runs now, asked for when it is opened. */
   replace() {
-    const text = el("textarea", { rows: 5, spellcheck: false, placeholder: "chart: …" });
+    const text = el("textarea", { rows: 12, spellcheck: false, placeholder: "chart: …" });
+    const ask = (name) => this.app.send({ t: "text", chart: name });
+    const chart = el("select", { onchange: () => ask(chart.value), "aria-label": "chart to change" });
     const file = el("input", { type: "file", accept: ".yaml,.yml" });
     text.ariaLabel = "YAML of the chart";
     file.ariaLabel = "file of the chart";
     file.onchange = async () => { text.value = await file.files[0].text(); };
-    return el("details", {}, el("summary", {}, "change the running chart"), el("div", { className: "form" },
-      file, text, sure("replace", () => this.command("replace", { text: text.value }))));
+    this.change = { text, chart };
+    const begin = (e) => { if (e.target.open && !text.value) ask(); };
+    const form = el("div", { className: "form" },
+      chart, file, text, sure("replace", () => this.command("replace", { text: text.value })));
+    return el("details", { ontoggle: begin }, el("summary", {}, "change the running chart"), form);
+  }
+
+  /** The text of a chart that runs, to begin a change with, and which `charts` there are. */
+  runs({ chart, text, charts }) {
+    if (!this.change) return;
+    const names = charts.map((name) => el("option", { value: name, selected: name === chart }, name));
+    this.change.chart.replaceChildren(...names);
+    this.change.text.value = text;
   }
 
   /** A form for what the chart that is shown declares. */

@@ -234,6 +234,12 @@ def plot(signal: str, until: float) -> Message:
     return {"t": "plot", "signal": signal, "fields": ["x", "y", "yaw"], "at": at, "values": values}
 
 
+def running(chart: str) -> Message:
+    """The text of a chart, as it runs."""
+    text = f"chart: {chart}  # runs"
+    return {"t": "text", "chart": chart, "text": text, "charts": ["chase", "cobodeck"]}
+
+
 class FakePageServer:
     """Serves the page on a port of its own; `received` is what pages sent, newest last."""
 
@@ -265,7 +271,7 @@ class FakePageServer:
         self.received = []
         self.pages = dict.fromkeys(self.pages, "")
         self.holder: Any = None
-        self.stopped = self.real = False
+        self.stopped = self.real = self.parts = False
 
     def renew(self) -> None:
         """Tell all pages anew what there is."""
@@ -354,7 +360,8 @@ class FakePageServer:
             "mode": self.mode,
             "title": "cobodeck",
             "real": self.real,
-            "about": ["lab_a", "demo", "tuned", "seed 1"],
+            "about": ["lab_a", "demo", "began 2026-11-28T04:40:56.491+00:00"],
+            "on_parts": self.parts,
             "commands": self.mode != "record",
             "tick_hz": 30,
             "until": UNTIL,
@@ -437,6 +444,7 @@ class FakePageServer:
             "plot": lambda: [plot(message["signal"], self.at)] if message["on"] else [],
             "range": lambda: [self.figures([message["from"], message["to"]])],
             "auth": lambda: self._auth(page, message),
+            "text": lambda: [running(message.get("chart", "cobodeck"))],
         }
         if kind == "cmd":
             return await self._command(page, message)
