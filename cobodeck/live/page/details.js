@@ -20,7 +20,7 @@ export class Details {
   show() {
     const { app, path, slot } = this, { message } = app.charts[slot] ?? {};
     const node = message?.nodes?.[path];
-    $("details-head").textContent = node ? path || message.name : "Details";
+    $("details-head").textContent = node ? `${path || message.name}${slot ? " (second)" : ""}` : "Details";
     $("details-hint").hidden = Boolean(node);
     this.since = node && app.states[slot]?.active?.[path];
     if (!node) {

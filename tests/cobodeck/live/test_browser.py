@@ -595,6 +595,7 @@ def test_of_two_records_each_has_its_chart_its_lanes_its_figures_and_its_details
         browser.see(f"document.querySelectorAll('.place')[{slot}].{pick}")
 
         browser.until_text("#details-body", f"← goal = {slot + 1} m")
+        assert browser.text("#details-head") == GO + slot * " (second)"
         assert f"since {14.2 + slot} s, for {5.8 - slot:.1f} s" in browser.text("#details-body")
     browser.shot(OUT / "page-two.png")
     server.tell(server.hello())
