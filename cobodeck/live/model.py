@@ -13,10 +13,18 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from cobodeck.loop import LATE_NS
-from cobodeck.record.format import TOPIC, sample_of, trace_line, truth_again, value
+from cobodeck.record.format import (
+    LASER,
+    TOPIC,
+    sample_of,
+    scanner_of,
+    trace_line,
+    truth_again,
+    value,
+)
 from cobodeck.record.read import Group, RecordedMessage
 from engine.chart import AUTONOMY
-from hw import Sample, Truth
+from hw import Sample, Scan, Truth
 
 NEWEST = 200
 """So many lines of what happened last are kept."""
@@ -24,6 +32,9 @@ STATE = (
     "active", "data", "waiting", "locks", "level", "paused", "breaks", "ended", "stop", "faults"
 )  # fmt: skip
 """The keys of a state that are told whole when they change; see the protocol of the page."""
+SCAN_TOPIC = f"{TOPIC}base.scan"
+SILENT_NS = 1_000_000_000
+"""A scanner not heard for so long, ns, shows nothing any more."""
 STOP_TOPIC = f"{TOPIC}stop.engaged"
 _LEVELS = {number: name for name, number in AUTONOMY.items() if number >= 0}
 
@@ -57,6 +68,7 @@ class RunModel:
         self.newest: dict[str, RecordedMessage] = {}
         self.transitions = self.missed = self.late = self.errors = self.requests = 0
         self.refused: dict[str, int] = {}
+        self._scans: dict[str, RecordedMessage] = {}  # the newest of each scanner
         self._truth: RecordedMessage | None = None
         self._changed: set[str] = set()
         self._said = 0  # lines of `last` so far
@@ -83,7 +95,9 @@ class RunModel:
 
     def _take(self, told: RecordedMessage) -> None:
         self.newest[told.topic] = told
-        if told.topic == STOP_TOPIC:
+        if told.topic == SCAN_TOPIC and told.schema == LASER:
+            self._scans[scanner_of(told.data)] = told
+        elif told.topic == STOP_TOPIC:
             self.tell("stop", stop_reason(told) is not None)
 
     def renew(self, whole: Any) -> None:
@@ -209,6 +223,14 @@ class RunModel:
         told = self.newest.get(TOPIC + name)
         return None if told is None else _sample(told)
 
+    def scans(self) -> Iterator[Scan]:
+        """The newest scan of each scanner."""
+        for told in self._scans.values():
+            found = _sample(told)
+            if found is not None and self.at_ns - found.stamp_ns <= SILENT_NS:
+                assert isinstance(found.value, Scan)
+                yield found.value
+
     def samples(self) -> Iterator[Sample]:
         """The newest sample of each signal."""
         yield from filter(None, map(_sample, self.newest.values()))
@@ -217,32 +239,6 @@ class RunModel:
     def truth(self) -> Truth | None:
         """The ground truth, where it is recorded."""
         return None if self._truth is None else truth_again(json.loads(self._truth.data), None)
-
-    def figures(self) -> list[tuple[str, str]]:
-        """Figures so far, by their names, as texts."""
-        rows = [("time", f"{self.at_ns / 1e9:.1f} s"), ("transitions", str(self.transitions))]
-        truth = self.truth
-        if truth is not None:
-            rows += _figures_of(truth)
-        if self.requests:
-            rows.append(("requests", str(self.requests)))
-        if self.errors:
-            rows.append(("errors", str(self.errors)))
-        if self.missed:
-            rows.append(("missed ticks", str(self.missed)))
-        return rows
-
-    def health(self) -> dict[str, Any]:
-        """Late and missed ticks, refused samples, and how old the newest sample of each signal is.
-
-        As the message `health` has it.
-        """
-        ages = {s.name: max(0.0, (self.at_ns - s.stamp_ns) / 1e9) for s in self.samples()}
-        told = {"t": "health", "at": self.at_ns / 1e9, "late": self.late, "missed": self.missed}
-        return {
-            **told, "gates": self.refused, "ages": ages,
-            "tick_p99_ms": None, "dropped": 0, "children": [],
-        }  # fmt: skip
 
     def copied(self) -> RunModel:
         """The same, to be changed independently."""
@@ -286,14 +282,3 @@ def _sample(told: RecordedMessage) -> Sample | None:
         return sample_of(told.topic.removeprefix(TOPIC), told.schema, told.data)
     except Exception:  # noqa: BLE001  a class of a project that is not loaded here
         return None
-
-
-def _figures_of(truth: Truth) -> Iterator[tuple[str, str]]:
-    if truth.distance_m is not None:
-        yield "travelled", f"{truth.distance_m:.1f} m"
-    if truth.min_gap is not None:
-        yield "least gap", f"{truth.min_gap:.2f} m"
-    if truth.contacts is not None:
-        yield "contacts", str(len(truth.contacts))
-    if truth.wall_hits is not None:
-        yield "touches of walls", str(truth.wall_hits)

@@ -10,6 +10,7 @@ from typing import Any
 from cobodeck.live.access import Rules
 from cobodeck.live.clients import Message, Page, Pages
 from cobodeck.live.feed import frames
+from cobodeck.live.figures import figures_of, health_of
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
 from cobodeck.live.sources.seen_run import SeenRun
@@ -142,6 +143,7 @@ class LiveSource:
     def _tick(self, group: Group) -> None:
         self._model.add(group)
         self._run.add(group)
+        self._run.place.obstacles.add(group)
         commands = group.messages("operator")
         self._replaced |= any(told["command"] == "Replace" for told in commands)
 
@@ -187,7 +189,7 @@ class LiveSource:
                     page.tell(more)
 
     def _health_message(self) -> Message:
-        return {**self._model.health(), **self._health, "pages": len(self._pages)}
+        return {**health_of(self._model), **self._health, "pages": len(self._pages)}
 
     def _figure_rows(self) -> Message:
-        return {"t": "figures", "rows": self._model.figures(), "range": None}
+        return {"t": "figures", "rows": figures_of(self._model), "range": None}

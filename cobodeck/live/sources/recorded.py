@@ -14,6 +14,7 @@ from typing import Any
 
 from cobodeck.live.access import Rules
 from cobodeck.live.clients import Message, Page, Pages, number
+from cobodeck.live.figures import figures_of, health_of
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_record import SeenRecord
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
@@ -72,10 +73,10 @@ class RecordSource:
         return {**run.model.state(), "at": self._at, "speed": self._speed, **run.seen.slotted}
 
     def _figures(self, run: SeenRecord) -> Message:
-        return {"t": "figures", "rows": run.model.figures(), "range": None, **run.seen.slotted}
+        return {"t": "figures", "rows": figures_of(run.model), "range": None, **run.seen.slotted}
 
     def _health(self, run: SeenRecord) -> Message:
-        return {**run.model.health(), "pages": len(self._pages), **run.seen.slotted}
+        return {**health_of(run.model), "pages": len(self._pages), **run.seen.slotted}
 
     async def run(self, pages: Pages) -> None:
         """Play while there is a speed, and show what moves."""

@@ -24,6 +24,8 @@ from cobodeck.record.read import Group, Record
 
 BLOCK = 300
 """Ticks in a block: 10 s at 30 Hz."""
+SCANNED_NS = 10_000_000_000
+"""Before an instant, ns: scans from then on show what obstacles there are."""
 MOST_POINTS = 5000
 """Of a plotted signal; of more only some are sent."""
 
@@ -90,7 +92,12 @@ class SeenRecord:
 
     def seek(self, at_ns: int) -> None:
         """Go to an instant: all ticks up to it have been taken."""
-        self.model = self._blocks[self._number(at_ns)].before.copied()
+        number, obstacles = self._number(at_ns), self.seen.place.obstacles
+        self.model = self._blocks[number].before.copied()
+        obstacles.restart()
+        for block in self._blocks[self._number(at_ns - SCANNED_NS) : number]:
+            for group in block.groups():
+                obstacles.add(group)
         self._rest = self.groups(at_ns)
         self._next = next(self._rest, None)
         self.go_on(at_ns)
@@ -99,6 +106,7 @@ class SeenRecord:
         """Go forward to an instant."""
         while self._next is not None and self._next.ticked.at_ns <= at_ns:
             self.model.add(self._next)
+            self.seen.place.obstacles.add(self._next)
             self._next = next(self._rest, None)
 
     @property

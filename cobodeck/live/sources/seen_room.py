@@ -10,6 +10,7 @@ from typing import Any
 
 from cobodeck.live.clients import Message, Page, Pages, encoded
 from cobodeck.live.model import RunModel
+from cobodeck.live.sources.seen_obstacles import NEEDING, SeenObstacles
 from cobodeck.record.format import value
 from cobodeck.setup import Setup
 from cobodeck.shapes import (
@@ -22,7 +23,7 @@ from cobodeck.shapes import (
     wire,
     with_drive,
 )
-from hw import ArmState, Pose2, Pose3, Scan, Truth, UserPose
+from hw import ArmState, Pose2, Pose3, Truth, UserPose
 from hw.scene import Point
 from states import SUBSYSTEMS, SubsystemName
 from states.environment import Environment
@@ -54,6 +55,7 @@ class SeenRoom:
         self._around: Backdrop | None = None
         if scene is not None:
             self._around = Backdrop(scene, setup.environment, setup.profile, chase_cell=CHASE_CELL)
+        self.obstacles = SeenObstacles(setup.environment)
         self._trail, self._last_ns = MomentTrail(), -1
         self._planned: tuple[object, tuple[Point, ...]] = None, ()
 
@@ -74,8 +76,8 @@ class SeenRoom:
             self._trail.add(model.at_ns, model.truth or measured(model))
         self._last_ns = model.at_ns
         found = self._trail.moment()
-        scan, base = _newest(model, "base.scan", Scan), found.robot
-        scans = () if scan is None or base is None else ((base, scan),)
+        base = found.robot
+        scans = () if base is None else tuple((base, scan) for scan in model.scans())
         goal, subsystem = _goal(model)
         return replace(found, scans=scans, goal=goal, subsystem=subsystem)
 
@@ -83,6 +85,8 @@ class SeenRoom:
         """What moves, of these layers; may take a while at first."""
         if self._around is None:
             return []
+        if NEEDING & set(shown):
+            moment = replace(moment, obstacles=self.obstacles.value())
         if "path" in shown:
             moment = replace(moment, path=self._path(moment, self._around.environment))
         return [*map(wire, shapes_of(moment, self._around, shown))]

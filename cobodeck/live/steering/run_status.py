@@ -81,8 +81,8 @@ class RunStatus:
         loop, times = self._loop, sorted(self._times)
         p99 = times[min(len(times) - 1, len(times) * 99 // 100)] / 1e6 if times else None
         children = [
-            {"name": name, "state": "runs" if child.alive else "has ended"}
-            for name, part in loop.plant.parts.items()
+            {"name": child.name, "state": "runs" if child.alive else "has ended"}
+            for part in loop.plant.parts.values()
             if (child := getattr(part, "child", None)) is not None and hasattr(child, "alive")
         ]
         return {

@@ -48,6 +48,10 @@ from cobodeck.record.format.sample_messages import (
     sample_of as sample_of,
     schema_of as schema_of,
 )
+from cobodeck.record.format.scan_messages import (
+    LASER as LASER,
+    scanner_of as scanner_of,
+)
 from cobodeck.record.format.schemas import (
     MessageSchema as MessageSchema,
 )

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from cobodeck.record.format import schemas, value_codec
-from cobodeck.record.format.scan_messages import read_scan, write_scan
+from cobodeck.record.format.scan_messages import LASER, read_scan, write_scan
 from cobodeck.record.format.schemas import MessageSchema, stamp_of, time_of
 from hw import ArmState, Pose2, Pose3, Sample, Scan, UserPose
 
@@ -33,7 +33,7 @@ def kind_of(name: str, value: object) -> str:
         fits = len(value.velocities) == len(value.joints)
         return "foxglove.JointStates" if fits else "cobodeck.Value"
     if isinstance(value, Scan):
-        return "foxglove.LaserScan" if set(map(type, value.ranges)) <= {float} else "cobodeck.Value"
+        return LASER if set(map(type, value.ranges)) <= {float} else "cobodeck.Value"
     return "foxglove.FrameTransform" if kind is Pose2 else "foxglove.FrameTransforms"
 
 
@@ -57,9 +57,9 @@ class SampleWriter:
         if not again:
             self._last = value
             self._kind = kind_of(self._name, value)
-            if self._kind != "foxglove.LaserScan":
+            if self._kind != LASER:
                 self._write = _WRITERS[self._kind](value)
-        if isinstance(value, Scan) and self._kind == "foxglove.LaserScan":
+        if isinstance(value, Scan) and self._kind == LASER:
             return self._kind, write_scan(stamp, value, again)
         time = str(stamp) if self._kind == "cobodeck.Value" else time_of(stamp)
         return self._kind, self._write(time, _REPEAT if again else "").encode()
@@ -162,7 +162,7 @@ class SampleReader:
             value_codec.Unknown: its class is not loaded or does not exist any more.
         """
         found: Any
-        if kind == "foxglove.LaserScan":
+        if kind == LASER:
             stamp, found, again = read_scan(data)
         else:
             message = json.loads(data)
@@ -180,7 +180,7 @@ def sample_of(name: str, kind: str, data: bytes) -> Sample:
     Raises:
         value_codec.Unknown: its class is not loaded or does not exist any more.
     """
-    if kind == "foxglove.LaserScan":
+    if kind == LASER:
         stamp, scan, _ = read_scan(data)
         return Sample(name, stamp, scan)
     message = json.loads(data)

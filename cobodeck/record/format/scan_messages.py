@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import struct
 from array import array
+from collections.abc import Iterator
+from itertools import islice
 from typing import Any
 
 from hw import Scan
 
+LASER = "foxglove.LaserScan"
 _STEP, _REPEAT, _BEAM_TIME = 1000, 1001, 1002
 _VARINT, _DOUBLE, _SIZED = range(3)
 
@@ -47,6 +50,12 @@ def read_scan(data: bytes) -> tuple[int, Scan, bool]:
     return stamp, Scan(name, start, step, tuple(ranges), beam_time), bool(found.get(_REPEAT, 0))
 
 
+def scanner_of(data: bytes) -> str:
+    """The scanner of a message, without reading the rest of it."""
+    found = dict(islice(_read_fields(data), 2))
+    return str(found[2], "utf-8", "surrogatepass")
+
+
 def _varint(number: int) -> bytes:
     number &= (1 << 64) - 1
     found = bytearray()
@@ -69,8 +78,7 @@ def _double(field: int, number: float) -> bytes:
     return _varint(field << 3 | _DOUBLE) + struct.pack("<d", number)
 
 
-def _read_fields(data: bytes) -> list[tuple[int, Any]]:
-    found: list[tuple[int, Any]] = []
+def _read_fields(data: bytes) -> Iterator[tuple[int, Any]]:
     at = 0
 
     def varint() -> int:
@@ -87,9 +95,8 @@ def _read_fields(data: bytes) -> list[tuple[int, Any]]:
     while at < len(data):
         key = varint()
         if key & 7 == _VARINT:
-            found.append((key >> 3, varint()))
+            yield key >> 3, varint()
             continue
         length = 8 if key & 7 == _DOUBLE else varint()
-        found.append((key >> 3, data[at : at + length]))
+        yield key >> 3, data[at : at + length]
         at += length
-    return found

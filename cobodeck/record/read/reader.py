@@ -20,7 +20,7 @@ from mcap.records import Attachment, Channel, Chunk, DataEnd, Message, Metadata,
 from mcap.stream_reader import StreamReader
 
 from cobodeck.loop import Kind, Ticked
-from cobodeck.record.format import FORMAT, MessageSchema, damage, has_end, misfit, records_of
+from cobodeck.record.format import FORMAT, LASER, MessageSchema, damage, has_end, misfit, records_of
 from cobodeck.terminal import PART
 from engine.files import FileError, mistake, unreadable
 
@@ -252,7 +252,7 @@ def _checksums(told: Iterable[RecordedMessage], crc: int) -> Iterator[int]:
 
 def _set_again(told: RecordedMessage) -> bytes:
     """The message rewritten in our JSON layout; unchanged if it is not JSON."""
-    if told.schema == "foxglove.LaserScan":
+    if told.schema == LASER:
         return told.data
     ascii_only = told.topic != "trace"
     try:

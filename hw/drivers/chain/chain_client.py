@@ -343,6 +343,11 @@ class ChainStopLine:
         self._link = link
         self._reported: str | None = "nothing yet"
 
+    @property
+    def child(self) -> Child:
+        """The process of the chain."""
+        return self._link.child
+
     def pull(self, reason: str) -> None:
         """Stop until the reset; see `StopLine`."""
         self._link.pull(reason)

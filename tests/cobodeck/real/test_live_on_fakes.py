@@ -42,6 +42,7 @@ class Operating(Client):
         self.at = 0.0
         self.stopped = False
         self.acks: dict[str, dict[str, Any]] = {}
+        self.children: dict[str, str] = {}
 
     async def listen(self) -> None:
         with suppress(asyncio.CancelledError, ConnectionClosed):
@@ -51,6 +52,8 @@ class Operating(Client):
                 self.stopped = told.get("stop", self.stopped)
                 if told["t"] == "ack":
                     self.acks[told["id"]] = told
+                elif told["t"] == "health":
+                    self.children = {one["name"]: one["state"] for one in told["children"]}
 
     async def beat(self) -> None:
         while True:
@@ -66,6 +69,12 @@ class Operating(Client):
         self.acks.pop(word, None)
         await self.tell(t="cmd", id=word, do=word)
         return await self.answer(word)
+
+    async def reset(self) -> None:
+        """Reset the stop, once the base stands."""
+        async with asyncio.timeout(LONGEST_S):
+            while not (await self.do("reset"))["ok"]:
+                await asyncio.sleep(0.05)
 
     async def answer(self, word: str) -> dict[str, Any]:
         async with asyncio.timeout(LONGEST_S):
@@ -98,17 +107,19 @@ async def _steered(url: str, token: str) -> tuple[float, float]:
         pressed = page.at
         assert (await page.do("stop"))["ok"]
         await page.until(True)
-        assert (await page.do("reset"))["ok"]
+        await page.reset()
         await page.until(False, page.at + 1.0)
         beating.cancel()
         left = page.at
         await page.until(True)
         assert (await page.do("take"))["ok"]
         beating = asyncio.create_task(page.beat())
-        assert (await page.do("reset"))["ok"]
+        await page.reset()
         await page.until(False, page.at + 0.5)
         assert (await page.do("end"))["ok"]
         beating.cancel()
+        assert {"the safety chain", "the arm's process"} <= page.children.keys()
+        assert set(page.children.values()) == {"runs"}
         return pressed, left
 
 
@@ -207,7 +218,7 @@ def test_a_page_stops_a_run_on_fakes_is_missed_in_control_and_all_is_replayed(
     assert stops, errors
     _skip_if_busy(figures)
     (pressed, why), (missed, lost) = stops
-    assert why == "ann on a page"
+    assert why == "stop by ann"
     assert "the page of ann is" in lost
     assert pressed - instants[0] <= STOP_S + SEEN_S
     assert LOST_S - BEAT_S <= missed - instants[1] <= LOST_S + LOOK_S + SEEN_S
