@@ -351,10 +351,7 @@ def test_the_keyboard_alone_can_stop(browser: Browser, show: Show) -> None:
         assert len(sent(server, "stop")) == number + 1, where
         server.tell({"t": "ev", "stop": False})
         browser.until_text("#stop", "STOP ")
-
-
-def test_stop_is_reached_by_tab(browser: Browser, show: Show) -> None:
-    server = show("live")
+    server.received.clear()
     browser.see("Object.assign(document.getElementById('title'), {tabIndex: -1}).focus()")
     for _ in range(10):
         browser.press("Tab")
@@ -427,7 +424,7 @@ def test_an_outcome_is_forced_only_with_the_token(browser: Browser, show: Show) 
     }
 
 
-def test_control_is_handed_over_between_two_pages_and_both_see_it(
+def test_control_is_handed_over_both_pages_see_it_and_refusals_of_the_server_are_shown(
     browser: Browser, show: Show
 ) -> None:
     server = show("live")
@@ -451,18 +448,11 @@ def test_control_is_handed_over_between_two_pages_and_both_see_it(
         surely(browser, "#control button")
         browser.until_text("#holder", "You hold control as anna")
         assert hear("ev")["operator"] == {"name": "anna", "you": False}
+    server.holder = object()  # another page, of which this one has not heard yet
+    browser.click("#tools button:text-is('pause')")
+    browser.until_text("#answer.error", "somebody else holds control")
     browser.click("#control button")
     browser.until_text("#holder", "Nobody holds control")
-
-
-def test_a_refusal_of_the_server_is_shown(browser: Browser, show: Show) -> None:
-    server = show("live")
-    in_control(browser, server)
-    server.holder = object()  # another page, of which this one has not heard yet
-
-    browser.click("#tools button:text-is('pause')")
-
-    browser.until_text("#answer.error", "somebody else holds control")
 
 
 def test_an_outcome_that_waits_is_consented_to_or_refused(browser: Browser, show: Show) -> None:
