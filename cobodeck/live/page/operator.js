@@ -4,6 +4,7 @@ import { $, button, el, fill, sure } from "./dom.js";
 
 const BEAT_MS = 200;
 const UNSENT = "NOT SENT, there is no connection", INSTEAD = ". Use the emergency stop of the robot.";
+const ANYWHERE = /^(0\.0\.0\.0|\[::\])$/;  // what a server has that listens on all addresses
 const LEVELS = { "": "only locks ask", off: "off", low: "low", high: "high", full: "full" };
 
 export class Operator {
@@ -48,8 +49,10 @@ export class Operator {
     if (!id) this.known = ok;  // the answer to `auth` has no number
     if (!id && !ok) this.credentials = null;
     this.answer(ok, [what, text || (ok ? "done" : "refused")].filter(Boolean).join(": "));
-    if (url && new URL(url).protocol.startsWith("http")) {
-      $("answer").append(" ", el("a", { href: url, target: "_blank", rel: "noopener" }, "open its page"));
+    const at = url && new URL(url);
+    if (at && ANYWHERE.test(at.hostname)) at.hostname = location.hostname;
+    if (at?.protocol.startsWith("http")) {
+      $("answer").append(" ", el("a", { href: at.href, target: "_blank", rel: "noopener" }, "open its page"));
     }
     this.show();
   }

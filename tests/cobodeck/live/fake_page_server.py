@@ -486,7 +486,7 @@ class FakePageServer:
             self.stopped = False
             await self._tell({"t": "ev", "at": self.at, "stop": False})
         if message["do"] == "start":
-            return [ack(True, "begun") | {"url": "http://127.0.0.1:1/"}]
+            return [ack(True, "begun") | {"url": "http://0.0.0.0:1/"}]
         return [ack(True, "done")]
 
 

@@ -689,6 +689,7 @@ def test_a_chart_is_started_with_its_parameters_and_inputs(browser: Browser, sho
         "user": "",
     }
     browser.until_text("#answer a", "open its page")
+    assert browser.see("document.querySelector('#answer a').href") == "http://127.0.0.1:1/"
 
 
 def test_boxes_fold_and_used_charts_are_drawn_anew_by_the_server(
