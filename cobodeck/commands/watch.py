@@ -87,7 +87,7 @@ def _watch(args: argparse.Namespace) -> int:
     target = Path(things[0])
     if things[0] in chart_names(known) or not target.is_dir():  # ./NAME is a folder
         target = chart_file(things[0], known)
-    return _show(EditedCharts(target, known, args.profile), args)
+    return _show(EditedCharts(target, known, args.profile, args.host), args)
 
 
 def _watch_url(things: Sequence[str], args: argparse.Namespace) -> int:

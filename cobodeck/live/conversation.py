@@ -48,12 +48,13 @@ class Conversation:
         for page in self._pages:
             page.tell({"t": "ev", "operator": self._operator(page)})
 
-    def left(self, page: Page) -> None:
+    async def left(self, page: Page) -> None:
         """A page has gone."""
         held = self._access.holder
         self._access.left(page.number)
         if held != self._access.holder:
-            self._show_operator()
+            with suppress(ConnectionError):  # the run is over
+                await self._tell_holder()
 
     async def take(self, page: Page, message: dict[str, Any]) -> None:
         """Do what a page wants; whatever is wrong with it, the page is told."""

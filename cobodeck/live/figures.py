@@ -2,26 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from cobodeck.live.model import RunModel
 from hw import Truth
 
+Rows = list[tuple[str, str]]
+"""Figures by their names, as texts."""
 
-def figures_of(model: RunModel) -> list[tuple[str, str]]:
-    """Figures so far, by their names, as texts."""
+
+def figures_of(model: RunModel, escapes: int = 0) -> Rows:
+    """Figures so far; `escapes`: how often the robot has had to."""
     rows = [("time", f"{model.at_ns / 1e9:.1f} s"), ("transitions", str(model.transitions))]
     truth = model.truth
     if truth is not None:
         rows += _of_truth(truth)
     if model.requests:
         rows.append(("requests", str(model.requests)))
+    if escapes:
+        rows.append(("escapes", str(escapes)))
     if model.errors:
         rows.append(("errors", str(model.errors)))
     if model.missed:
         rows.append(("missed ticks", str(model.missed)))
     return rows
+
+
+def final_figures(result: Mapping[str, Any]) -> Rows:
+    """The main figures of a run that has ended, of those on record; unknown ones are left out."""
+    get = result.get
+    response = (get("response_s") or {}).get("mean")
+    told = (
+        ("time", get("sim_s"), "{:.1f} s"),
+        ("transitions", get("transitions"), "{}"),
+        ("travelled", get("distance_m"), "{:.1f} m"),
+        ("least gap", get("min_gap_m"), "{:.2f} m"),
+        ("requests", get("requests") or None, f"{{}}, served {get('served')}"),
+        ("response", response, "{:.2f} s on average"),
+        ("escapes", get("escapes") or None, f"{{}}, {get('escape_failures')} failed"),
+        ("contacts", get("contacts"), "{}"),
+        ("touches of walls", get("wall_hits"), "{}"),
+        ("errors", len(get("errors") or ()) or None, "{}"),
+        ("missed ticks", get("missed") or None, "{}"),
+    )
+    return [(name, form.format(found)) for name, found, form in told if found is not None]
 
 
 def health_of(model: RunModel) -> dict[str, Any]:

@@ -157,7 +157,7 @@ class PageServer:
             with suppress(asyncio.CancelledError):
                 await sending
             self.pages.remove(page)
-            self._talk.left(page)
+            await self._talk.left(page)
 
     async def _send(self, page: Page, connection: ServerConnection) -> None:
         try:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 from behaviors.profile import profile_names
-from cobodeck.live.access import Rules
+from cobodeck.live.access import PageAddress, Rules
 from cobodeck.live.charts.chart_folder import EVERY_S, ChartFolder, Shown
 from cobodeck.live.charts.drawn_chart import stop_drawing
 from cobodeck.live.charts.file_watch import stamp_of
@@ -54,6 +54,7 @@ class EditedCharts:
         target: the folder or file.
         known: what charts can name.
         profile: the one that is used first, by name or file.
+        host: the address at which the pages of runs are served that are started here.
 
     Raises:
         Problem: there are no charts.
@@ -61,13 +62,15 @@ class EditedCharts:
 
     rules = Rules(commands=True, open=frozenset())
 
-    def __init__(self, target: Path, known: Catalogue, profile: str = PROFILE) -> None:
+    def __init__(
+        self, target: Path, known: Catalogue, profile: str = PROFILE, host: str = PageAddress().host
+    ) -> None:
         self._folder = ChartFolder(target, known)
         self._profile = profile
         self._places: WeakKeyDictionary[Page, tuple[_Place, ...]] = WeakKeyDictionary()
         self._profiles = sorted({*profile_names(), profile})
         self._turn = asyncio.Lock()
-        self._runs = StartedRuns()
+        self._runs = StartedRuns(host=host)
         self._list: Message = {"t": "charts", "charts": []}
 
     def hello(self) -> Message:
@@ -127,7 +130,7 @@ class EditedCharts:
         all_shown = (place.shown for place in self._of(page))
         shown = next((s for s in all_shown if s is not None and s.file == file), None)
         profile = PROFILE if shown is None else shown.profile
-        result = await self._runs.start(file, profile, message)
+        result = await self._runs.start(file, profile, message, lambda t: page.tell(_said(t)))
         return {**_ack(message, result.text), "ok": result.url is not None, "url": result.url}
 
     def _chosen(self, message: Mapping[str, Any], before: Shown | None) -> Shown | str | None:

@@ -9,14 +9,18 @@ import signal
 import sys
 from asyncio.subprocess import PIPE, Process
 from collections import deque
-from collections.abc import AsyncIterator, Iterator, Mapping
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-PATIENCE_S = 60.0
+from cobodeck.live.access import PageAddress
+
+PATIENCE_S = 120.0
 """Longest time until a run tells its page, s of wall time."""
+SAYING_S = 5.0
+"""So often it is said how long that takes already, s of wall time."""
 ENDING_S = 5.0
 """Time that a run is given to end in order, s."""
 MOST_RUNS = 4
@@ -37,18 +41,40 @@ class StartedRuns:
 
     Args:
         program: the command line of cobodeck.
+        host: the address at which their pages are served.
     """
 
-    def __init__(self, program: tuple[str, ...] = (sys.executable, "-m", "cobodeck")) -> None:
-        self._program = program
+    def __init__(
+        self,
+        program: tuple[str, ...] = (sys.executable, "-m", "cobodeck"),
+        host: str = PageAddress().host,
+    ) -> None:
+        self._program, self._host = program, host
         self.running: list[Process] = []
         self._turn, self._closed = asyncio.Lock(), False
         self._drains: set[asyncio.Task[None]] = set()
 
-    async def start(self, chart: Path, profile: str, form: Mapping[str, Any]) -> StartedRun:
-        """Start a chart as the form says; what is wrong is told as the command line tells it."""
+    async def start(
+        self,
+        chart: Path,
+        profile: str,
+        form: Mapping[str, Any],
+        say: Callable[[str], None] = lambda _told: None,
+    ) -> StartedRun:
+        """Start a chart as the form says; what is wrong is told as the command line tells it.
+
+        `say` is called with what goes on, while that takes long.
+        """
+        starting = asyncio.create_task(self._start(chart, profile, form))
+        begin = asyncio.get_running_loop().time()
+        while not (await asyncio.wait([starting], timeout=SAYING_S))[0]:
+            so_far = asyncio.get_running_loop().time() - begin
+            say(f"{chart.name} has not begun after {so_far:.0f} s: it is checked and drawn first")
+        return starting.result()
+
+    async def _start(self, chart: Path, profile: str, form: Mapping[str, Any]) -> StartedRun:
         try:
-            given = list(arguments(chart, profile, form))
+            given = list(arguments(chart, profile, form, self._host))
         except ValueError as error:
             return StartedRun(None, str(error))
         async with self._turn:
@@ -131,8 +157,10 @@ def _interrupt(process: Process) -> None:
         process.send_signal(signal.SIGINT)
 
 
-def arguments(chart: Path, profile: str, form: Mapping[str, Any]) -> Iterator[str]:
-    """The command line of a run.
+def arguments(
+    chart: Path, profile: str, form: Mapping[str, Any], host: str = PageAddress().host
+) -> Iterator[str]:
+    """The command line of a run whose page is served at `host`.
 
     Raises:
         ValueError: the form is not of this shape.
@@ -148,7 +176,7 @@ def arguments(chart: Path, profile: str, form: Mapping[str, Any]) -> Iterator[st
     head = head_of(chart)
     for name, value in _texts(form, "parameters"):
         yield f"--set=charts.{head[1] if head else chart.stem}.{name}={value}"
-    yield from (str(chart), "--live")
+    yield from (str(chart), "--live" if PageAddress(host).is_near else f"--live={host}:0")
 
 
 def _texts(form: Mapping[str, Any], key: str) -> Iterator[tuple[str, str]]:

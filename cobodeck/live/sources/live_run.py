@@ -10,7 +10,7 @@ from typing import Any
 from cobodeck.live.access import Rules
 from cobodeck.live.clients import Message, Page, Pages
 from cobodeck.live.feed import frames
-from cobodeck.live.figures import figures_of, health_of
+from cobodeck.live.figures import health_of
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
 from cobodeck.live.sources.seen_run import SeenRun
@@ -43,7 +43,7 @@ class LiveSource:
         self._speed = 1.0
         self._replaced = False
         self._health: dict[str, Any] = {}
-        self._figures: Mapping[str, Any] | None = None
+        self._result: Mapping[str, Any] | None = None
         self._pages = Pages()
 
     def hello(self) -> Message:
@@ -128,7 +128,7 @@ class LiveSource:
             self._replaced |= content.charts is not None
             self._pages.renew()
         elif kind == "result":
-            self._figures = content
+            self._result = content
         elif kind == "ack":
             page = self._pages.page(content.pop("page"))
             if page is not None:
@@ -192,4 +192,4 @@ class LiveSource:
         return {**health_of(self._model), **self._health, "pages": len(self._pages)}
 
     def _figure_rows(self) -> Message:
-        return {"t": "figures", "rows": figures_of(self._model), "range": None}
+        return self._run.figures(self._model, self._result)

@@ -14,7 +14,7 @@ from typing import Any
 
 from cobodeck.live.access import Rules
 from cobodeck.live.clients import Message, Page, Pages, number
-from cobodeck.live.figures import figures_of, health_of
+from cobodeck.live.figures import health_of
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_record import SeenRecord
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
@@ -57,7 +57,10 @@ class RecordSource:
         files = [run.record.path.name for run in self._runs]
         found = first.seen.hello()
         about = [*files, *found["about"], *filter(None, [first.record.broken])]
-        return {**found, "mode": "record", "about": about, "until": self.until}
+        if any(r.record.header["scene"] != first.record.header["scene"] for r in self._runs):
+            about.append(f"their rooms differ: the map has that of {files[0]}")
+        runs = [{"title": n, **r.seen.hello()} for n, r in zip(files, self._runs, strict=True)]
+        return {**found, "mode": "record", "about": about, "until": self.until, "runs": runs}
 
     def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
         """All that a page has to know."""
@@ -73,7 +76,8 @@ class RecordSource:
         return {**run.model.state(), "at": self._at, "speed": self._speed, **run.seen.slotted}
 
     def _figures(self, run: SeenRecord) -> Message:
-        return {"t": "figures", "rows": figures_of(run.model), "range": None, **run.seen.slotted}
+        is_over = round(self._at * 1e9) >= run.end_ns
+        return run.seen.figures(run.model, run.record.result if is_over else None)
 
     def _health(self, run: SeenRecord) -> Message:
         return {**health_of(run.model), "pages": len(self._pages), **run.seen.slotted}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
@@ -31,6 +32,7 @@ class SeenLanes:
         self._marks: deque[Message] = deque(maxlen=MOST_SPANS)
         self._rows: deque[Message] = deque(maxlen=MOST_DIFFERENCES)
         self._new = _News()
+        self._escapes: list[float] = []
         self._end_s = 0.0
 
     def go_on_with(self, used: Mapping[str, str]) -> None:
@@ -71,6 +73,7 @@ class SeenLanes:
     def _visit(self, record: TraceRecord) -> None:
         time_ns, kind, path, detail = record
         if kind == "enter" and self._used.get(path) == "escape":
+            self._escapes.append(time_ns / 1e9)
             self._mark(time_ns / 1e9, "escape", path)
         elif kind == "error":
             self._mark(time_ns / 1e9, "error", f"{path}: {detail[0]}")
@@ -88,6 +91,10 @@ class SeenLanes:
         return path in lanes_of(self._used, (path,))
 
     # what is told
+
+    def escapes(self, until_s: float) -> int:
+        """How many have begun until an instant."""
+        return bisect_right(self._escapes, until_s)
 
     def all(self) -> Iterator[Message]:
         """Everything, whole."""

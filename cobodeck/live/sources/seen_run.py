@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from cobodeck.live.charts import chart_message
 from cobodeck.live.clients import Message
 from cobodeck.live.feed import Whole
+from cobodeck.live.figures import figures_of, final_figures
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_lanes import SeenLanes
 from cobodeck.live.sources.seen_room import SeenRoom, layers
@@ -24,6 +25,9 @@ from cobodeck.terminal import Problem
 from engine.chart import Chart
 from engine.files import did_you_mean
 from engine.signals import types_of
+
+PACED = frozenset({"simulation", "logic"})
+"""Plants of runs whose time is virtual, so that pages may set its speed."""
 
 
 class Texts(NamedTuple):
@@ -89,6 +93,7 @@ class SeenRun:
         return {
             "title": self._versions[-1].chart.name,
             "about": about,
+            "paced": header["plant"] in PACED,
             "tick_hz": self.setup.tick_hz,
             "signals": signals,
             "layers": layers(),
@@ -186,6 +191,15 @@ class SeenRun:
     def news(self) -> Iterator[Message]:
         """The same: what is new since the last call."""
         return map(self._titled, self._lanes.news())
+
+    def figures(self, model: RunModel, result: Mapping[str, Any] | None = None) -> Message:
+        """Figures up to the model's instant, or, with its `result`, those of the whole run."""
+        if result is None:
+            rows = figures_of(model, self._lanes.escapes(model.at_ns / 1e9))
+        else:
+            rows = final_figures(result)
+        told = {"t": "figures", "rows": rows, "range": None, "final": result is not None}
+        return told | self.slotted
 
     def _titled(self, told: Message) -> Message:
         return {**told, "title": self._file, **self.slotted}

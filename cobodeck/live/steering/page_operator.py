@@ -161,9 +161,18 @@ class PageOperator:
             return
         self._heard = time.monotonic()
         if kind == "held":
-            self._holder = order["name"]
+            self._hold(order["name"])
         elif kind == "cmd":
             self._asked.put((order, self._stops))
+
+    def _hold(self, name: str | None) -> None:
+        """Who has control now, which is on record."""
+        before, self._holder = self._holder, name
+        run = self._loop.wired.run
+        if name is not None and name != before:
+            Operator(run, name).remark("takes control" + (f" from {before}" if before else ""))
+        elif name is None and before is not None:
+            Operator(run, before).remark("has no control any more")
 
     def _miss(self, how: str) -> None:
         """Stop the robot if who had control has none any more (R55)."""

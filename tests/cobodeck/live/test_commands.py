@@ -153,6 +153,23 @@ def test_commands_are_carried_out_refused_with_reasons_and_replayed(steered: Ste
     assert replay.difference is None
 
 
+def test_who_takes_and_loses_control_is_on_record(steered: Steered) -> None:
+    for name in ("ann", "bob", "bob", None):
+        steered.send(t="held", name=name)
+    assert steered.do("pause") == ""
+    record = Record(steered.finish())
+    commands = [told for group in record.groups() for told in group.messages("operator")]
+    remarks = [c for c in commands if c["command"] == "Remark"]
+    assert [(c["by"], value(c["arguments"])["text"]) for c in remarks] == [
+        ("ann", "takes control"),
+        ("bob", "takes control from ann"),
+        ("bob", "has no control any more"),
+    ]
+    replay = stage_replay(record)
+    replay.loop.go(1 << 62)
+    assert replay.difference is None
+
+
 @pytest.mark.slow
 def test_another_chart_goes_on_or_is_refused_with_the_place(steered: Steered) -> None:
     longer = CHART.replace("200 s", "300 s")
@@ -397,6 +414,14 @@ def test_another_chart_is_drawn_beside_the_loop_that_takes_commands(
     drawn_in: list[int] = []
 
     class Run:
+        @property
+        def place(self) -> Run:
+            return self
+
+        @property
+        def obstacles(self) -> Run:
+            return self
+
         def add(self, _group: Group) -> None:
             pass
 

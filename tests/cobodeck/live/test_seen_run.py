@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from cobodeck.live.figures import figures_of, final_figures
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources import seen_run
 from cobodeck.live.sources.seen_lanes import SeenLanes
@@ -79,6 +80,29 @@ def test_differences_from_a_shadow_are_told_once_and_whole_to_who_comes_later() 
     assert list(lanes.news()) == []
     _, whole = lanes.all()
     assert (whole["rows"], whole["more"]) == (rows, False)
+
+
+def test_figures_are_those_so_far_until_those_of_the_whole_run_are_known() -> None:
+    model = RunModel()
+    model.at_ns = 3 * 10**9
+    assert figures_of(model, 2) == [("time", "3.0 s"), ("transitions", "0"), ("escapes", "2")]
+    result = {"sim_s": 4.0, "transitions": 3, "distance_m": None, "requests": 2, "served": 1}
+    result |= {"response_s": {"mean": 1.5}, "errors": [], "missed": 0}
+    assert final_figures(result) == [
+        ("time", "4.0 s"),
+        ("transitions", "3"),
+        ("requests", "2, served 1"),
+        ("response", "1.50 s on average"),
+    ]
+    assert final_figures({}) == []
+
+
+def test_escapes_are_counted_up_to_an_instant() -> None:
+    lanes = SeenLanes({"flee": "escape"})
+    enter, leave = ["enter", "flee"], ["exit", "flee", "outcome"]
+    for at_s, line in ((1, enter), (2, leave), (3, enter)):
+        lanes.add(tick(3.0, message("trace", line=[at_s * 10**9, *line])))
+    assert [lanes.escapes(at_s) for at_s in (0.5, 1.0, 2.5, 3.0)] == [0, 1, 1, 2]
 
 
 def test_charts_are_those_of_an_instant_and_their_text_is_the_one_that_runs(

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from cobodeck.__main__ import main
+from cobodeck.live.charts import started_runs
 from cobodeck.live.charts.started_runs import (
     MOST_RUNS,
     StartedRun,
@@ -40,6 +41,7 @@ def test_a_form_becomes_a_command_line(chart: Path) -> None:
         "simulate", "--profile=paper", "--scene=lab_a", "--in=goal={x: 2 m, y: -1 m}",
         "--set=charts.mine.speed=1 m/s", str(chart), "--live",
     ]  # fmt: skip
+    assert list(arguments(chart, "paper", {}, "10.0.0.2"))[-1] == "--live=10.0.0.2:0"
 
 
 @pytest.mark.parametrize(
@@ -83,6 +85,20 @@ def test_the_answer_is_the_line_with_the_url() -> None:
     assert started == StartedRun(
         "http://127.0.0.1:81/", "live page: http://127.0.0.1:81/  token: x"
     )
+
+
+@pytest.mark.realtime
+def test_it_is_said_that_a_start_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(started_runs, "SAYING_S", 0.005)
+
+    async def run() -> None:
+        runs, said = StartedRuns((sys.executable, "-c", "print('http://127.0.0.1/')")), list[str]()
+        assert (await runs.start(Path("a.yaml"), "tuned", {}, said.append)).url
+        assert said
+        assert all(told.startswith("a.yaml has not begun after 0 s") for told in said)
+        await runs.close()
+
+    asyncio.run(run())
 
 
 @pytest.mark.realtime
