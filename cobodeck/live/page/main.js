@@ -5,19 +5,18 @@ import { Details } from "./details.js";
 import { $, button, el, redraw, seconds, speak } from "./dom.js";
 import { Link } from "./link.js";
 import { chartList, figureTable, findingList, healthTable } from "./lists.js";
+import { Log } from "./log.js";
 import { RoomMap } from "./map.js";
 import { Operator } from "./operator.js";
 import { Signals } from "./signals.js";
 import { themed } from "./theme.js";
 import { Timeline } from "./timeline.js";
 
-const LINES = 300;
 const INSTANT = /(\d{4}-\d\d-\d\d)T(\d\d:\d\d)\S*/g;  // of which date and minute are shown
 
 const app = {
-  hello: { mode: "" }, states: [{}], charts: [], figures: [], health: null, at: 0,
+  hello: { mode: "" }, states: [{}], charts: [], figures: [], health: [], at: 0,
   unsent: false,  // a stop could not be sent
-  logged: -1,  // the time of the newest entry in the log
   get state() { return this.states[0]; },
   get live() { return this.hello.mode === "live"; },
   get seekable() { return this.hello.mode === "record"; },
@@ -31,19 +30,12 @@ const app = {
   warn: () => warn(),
   send: (message) => link.send(message),
   command: (what, more) => operator.command(what, more),
-  log: (text, kind = "") => line($("log"), el("li", { className: kind }, text)),
+  log: (text, kind) => log.line(text, kind),
+  goTo: (path, slot) => goTo(path, slot),
 };
 
-const details = new Details(app), operator = new Operator(app), map = new RoomMap(app.send);
+const log = new Log(app), details = new Details(app), operator = new Operator(app), map = new RoomMap(app.send);
 const signals = app.signals = new Signals(app), timeline = app.timeline = new Timeline(app);
-
-/** Adds to a list, of which the oldest go; at its end it stays there. */
-function line(list, item) {
-  const end = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
-  list.append(item);
-  while (list.children.length > LINES) list.firstChild.remove();
-  if (end) list.scrollTop = list.scrollHeight;
-}
 
 /** The chart of a place; where charts are edited, each has a profile, and the second can be closed. */
 function chartOf(slot) {
@@ -81,7 +73,7 @@ function beside(chart) {
 const heard = {
   hello(m) {
     for (const chart of app.charts.splice(m.mode === app.hello.mode ? 1 : 0)) chart.place.remove();
-    Object.assign(app, { hello: m, states: [{}], at: 0, figures: [], health: null });
+    Object.assign(app, { hello: m, states: [{}], at: 0, figures: [], health: [] });
     healthy();
     document.body.dataset.mode = m.mode;
     $("title").textContent = m.title;
@@ -89,12 +81,12 @@ const heard = {
     $("about").textContent = $("about").title.replaceAll(INSTANT, "$1 $2");
     $("stop-is").textContent = m.stop_is;
     $("operator").hidden = !m.commands;
-    $("speed-label").hidden = m.mode === "live" && (m.real || !m.commands);
+    $("speed-label").hidden = m.mode === "live" && !(m.paced && m.commands);
     timeline.clear();
-    $("shadow").replaceChildren();
-    $("shadow-box").hidden = true;
+    log.begin();
     map.layers(m.layers ?? []);
-    signals.list(m.signals ?? []);
+    const all = [...(m.signals ?? []), ...(m.runs ?? []).flatMap((run) => run.signals)];
+    signals.list([...new Map(all.map((signal) => [signal.name, signal])).values()]);
     operator.lost();
     operator.unlock();
     redraw(shown);
@@ -120,11 +112,9 @@ const heard = {
     const slot = m.slot ?? 0;
     app.states[slot] = m;
     redraw(shown);
+    if (app.seekable) log.anew(); else log.news(m);
     if (slot) return;
     app.at = m.at;
-    if (app.seekable) $("log").replaceChildren();
-    const since = app.seekable || m.at < app.logged ? -1 : app.logged;
-    for (const entry of m.last) if (entry.at > since) logged(entry);
     timeline.playingAt(m.paused ? 0 : m.speed ?? 0);
   },
   ev(m) {
@@ -133,15 +123,14 @@ const heard = {
     if (!slot) app.at = Math.max(app.at, m.at ?? 0);
     for (const entry of last) {
       const { child, outcome, path } = entry;
-      logged(entry);
+      log.add(entry, slot);
       if (child) app.charts[slot]?.taken(path ? `${path}/${child}` : child, outcome);
     }
     if (!slot && ("speed" in m || "paused" in m)) timeline.playingAt(app.state.paused ? 0 : app.state.speed ?? 0);
-    if (m.over) redraw(figured);
     redraw(Object.keys(changed).some((k) => k !== "at") ? shown : moved);
   },
   frame: (m) => { if (!m.slot) app.at = m.at; map.frame(m); redraw(moved); },
-  health: (m) => { if (!m.slot) app.health = m; redraw(healthy); },
+  health: (m) => { app.health[m.slot ?? 0] = m; redraw(healthy); },
   text: (m) => operator.runs(m),
   figures(m) {
     const slot = m.slot ?? 0;
@@ -151,31 +140,11 @@ const heard = {
   },
   lanes: (m) => timeline.show(m, false),
   "lanes+": (m) => timeline.show(m, true),
-  shadow: (m) => differed(m),
+  shadow: (m) => log.differed(m),
   plot: (m) => signals.show(m),
   ack: (m) => operator.acknowledged(m),
   say: (m) => app.log(m.text),
 };
-
-/** Lists where a shadow decided otherwise, and marks it on the lanes. */
-function differed({ rows, more, title, slot = 0 }) {
-  if (!more) for (const old of $("shadow").querySelectorAll(`[data-slot="${slot}"]`)) old.remove();
-  const of = app.hello.mode === "record" && app.charts.length > 1 ? `${title}: ` : "";
-  for (const { at, path, ran, shadow } of rows) {
-    const show = () => { timeline.seek(at); goTo(path, slot); };
-    line($("shadow"), el("li", { "data-slot": slot },
-      button(`${of}${seconds(at)} ${path}`, show), el("span", {}, `ran ${ran}, shadow ${shadow}`)));
-  }
-  $("shadow-box").hidden = !$("shadow").children.length;
-  const text = ({ path, ran, shadow }) => `${path}: ran ${ran}, shadow ${shadow}`;
-  timeline.mark(rows.map((row) => ({ at: row.at, kind: "shadow", text: text(row) })), slot);
-}
-
-function logged(entry) {
-  const kind = /error|fault|stop/.test(entry.kind) ? "error" : "";
-  app.logged = entry.at;
-  app.log(`${seconds(entry.at)} ${entry.path ? `${entry.path}: ` : ""}${entry.text || entry.kind}`, kind);
-}
 
 // -- what is shown
 
@@ -241,14 +210,11 @@ function goTo(path, slot = 0) {
   chart.zoomTo(path);
 }
 
-function figured() {
-  const { figures, live, state, at, hello } = app, all = live ? state.over : at >= hello.until;
-  $("figures").replaceChildren(...figureTable(figures, all ? "of the whole run" : "so far"));
-}
+const figured = () => $("figures").replaceChildren(...figureTable(app.figures));
 
 function healthy() {
-  $("health-box").hidden = !app.health;
-  if (app.health) $("health").replaceChildren(healthTable(app.health));
+  $("health-box").hidden = !app.health.length;
+  $("health").replaceChildren(healthTable(app.health));
 }
 
 // -- the page itself

@@ -362,6 +362,7 @@ class FakePageServer:
             "real": self.real,
             "about": ["lab_a", "demo", "began 2026-11-28T04:40:56.491+00:00"],
             "on_parts": self.parts,
+            "paced": not self.parts,
             "commands": self.mode != "record",
             "tick_hz": 30,
             "until": UNTIL,
@@ -434,7 +435,8 @@ class FakePageServer:
             ["haptic requests served", "1 of 1"], ["Escapes", "1"],
             ["nearest to the user", "0.84 m"],
         ]  # fmt: skip
-        return {"t": "figures", "rows": rows, "range": range_}
+        final = self.mode == "record" and self.at >= UNTIL
+        return {"t": "figures", "rows": rows, "range": range_, "final": final}
 
     async def answers(self, page: ServerConnection, message: Message) -> list[Message]:
         kind = message["t"]

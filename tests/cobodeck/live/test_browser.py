@@ -11,7 +11,7 @@ import pytest
 from websockets.sync.client import connect
 
 from tests.cobodeck.live.browser import Browser
-from tests.cobodeck.live.fake_page_server import UNTIL, FakePageServer, lanes
+from tests.cobodeck.live.fake_page_server import HEALTH, UNTIL, FakePageServer, lanes
 from tests.cobodeck.live.pictures import drawn
 from tests.waiting import until
 
@@ -385,11 +385,12 @@ def test_open_faults_are_shown_and_a_run_that_is_over_says_so(browser: Browser, 
     browser.until_text("#doing.error", "base: no answer")
     server.tell({"t": "ev", "faults": []})
     browser.until("!document.querySelector('#doing.error')")
+    server.tell({**server.figures(None), "final": True})
+    browser.until_text("#figures", "of the whole run")
     server.tell({"t": "ev", "over": True, "ended": "preempted", "active": {}})
     server.close()
 
     browser.until_text("#banner.over", "The run is over")
-    browser.until_text("#figures", "of the whole run")
     browser.until_text("#doing", "ended: preempted")
     browser.until("document.body.classList.contains('lost')")
     assert browser.text("#banner").startswith("The run is over")
@@ -533,6 +534,7 @@ def test_reset_of_real_parts_stays_with_the_console(browser: Browser, show: Show
     in_control(browser, server)
     browser.until_text("#tools", "reset")
     browser.until_text("#holder", "Keep this tab in front")
+    assert not browser.see("document.getElementById('speed-label').offsetParent")
     server.real = True
     server.close()
     server.start()
@@ -567,17 +569,24 @@ def test_of_two_records_each_has_its_chart_its_lanes_its_figures_and_its_details
     browser: Browser, show: Show
 ) -> None:
     server = show("record")
-    assert browser.text("#health-box").startswith("Health")
     nodes = server.chart()["nodes"]
     nodes["chase"]["kind"] = "use"
+    signals = [{"name": "arm.joints", "type": "ArmState"}]
+    runs = [{"title": f"{slot}.mcap", "signals": slot * signals} for slot in (0, 1)]
+    server.tell({**server.hello(), "runs": runs})
     for slot in (0, 1):
         state = {**server.state(), "data": {"chase": {"goal": f"{slot + 1} m"}, "": {"goal": "0"}}}
         server.tell(server.chart(nodes=nodes, slot=slot))
         server.tell({**state, "active": {GO: 14.2 + slot, "chase": 3.0}, "slot": slot})
         server.tell({**lanes(UNTIL), "title": f"{slot}.mcap", "slot": slot})
         server.tell({**server.figures(None), "slot": slot})
+        server.tell({**HEALTH, "missed": 3 + slot, "slot": slot})
     browser.until("document.querySelectorAll('.chart svg').length == 2")
     browser.until_text("#figures th", "record")
+    browser.until_text("#health", "missed ticks34")
+    assert "arm.joints" in browser.text("#signals")
+    said = browser.see("[...document.querySelectorAll('#log li')].map((e) => e.textContent)")
+    assert [one.split(" ")[0] for one in said[-6:]] == 3 * ["0.mcap", "1.mcap"]
     pick = f"querySelector('.chart [data-path=\"{GO}\"]').dispatchEvent("
     pick += "new MouseEvent('click', {bubbles: true}))"
 

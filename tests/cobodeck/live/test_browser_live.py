@@ -88,7 +88,9 @@ def test_a_run_is_stopped_by_anybody_steered_with_the_token_and_found_again_as_a
     browser.until("document.body.classList.contains('lost')")
 
     with Served(tmp_path, "watch", "a.mcap", "--port", port):
-        browser.see("dispatchEvent(new Event('online'))")  # it tries at once, not after some seconds
+        browser.see(
+            "dispatchEvent(new Event('online'))"
+        )  # it tries at once, not after some seconds
         browser.until_text("#clock", "0.0 s of ")
         browser.until("document.getElementById('banner').hidden")
         browser.until(lit("chase"))
