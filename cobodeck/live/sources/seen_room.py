@@ -42,7 +42,7 @@ TRAIL_S = 30.0
 """Duration of the past paths on pages, s."""
 TRAIL_APART = 0.05
 """Between two points of these, m."""
-UNSEEN_NS = 6_000_000_000
+UNSEEN_NS = 2_000_000_000
 """Without a page for longer, in the run, a path begins anew: nobody knows how it went on."""
 BOUNDS = [-5.0, -5.0, 5.0, 5.0]
 """Of the map where there is no room, m."""

@@ -75,6 +75,7 @@ def test_a_page_plays_seeks_plots_and_asks_for_a_range(path: Path) -> None:
             hello = await page.hear("hello")
             assert (hello["mode"], hello["commands"]) == ("record", False)
             assert hello["until"] == pytest.approx(8.0)
+            assert [one["title"] for one in hello["runs"]] == 2 * [path.name]
             assert (await page.hear("chart", slot=1))["nodes"]["chase"]["kind"]
             await page.tell(t="seek", at=5.0)
             state = await page.hear("state", at=5.0)
