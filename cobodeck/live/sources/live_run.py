@@ -12,10 +12,12 @@ from cobodeck.live.clients import Message, Page, Pages
 from cobodeck.live.feed import frames
 from cobodeck.live.figures import health_of
 from cobodeck.live.model import RunModel
+from cobodeck.live.sources.plots import SeenSignals, plot_of
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
 from cobodeck.live.sources.seen_run import SeenRun
 from cobodeck.record.read import Group
 
+RECORDS = "this is for records: run with --record X.mcap, and `cobodeck watch X.mcap`"
 HEALTH_S = 1.0
 """Between two messages of health, s."""
 
@@ -39,7 +41,7 @@ class LiveSource:
     ) -> None:
         self.rules = rules
         self._run, self._reader, self._writer = run, reader, writer
-        self._model = RunModel()
+        self._model, self._past = RunModel(), SeenSignals()
         self._speed = 1.0
         self._replaced = False
         self._health: dict[str, Any] = {}
@@ -92,19 +94,20 @@ class LiveSource:
                 self._pages.unforeseen(error)
 
     async def asked(self, page: Page, message: Message) -> Iterable[Message]:
-        """The newest value of a signal that is plotted from now on, or the text of a chart."""
+        """The last values of a signal that is plotted from now on, or the text of a chart."""
         if message["t"] == "text":
             return [self._run.text(message.get("chart"))]
         if message["t"] != "plot":
-            return [{"t": "say", "text": "this is for records: watch the record of this run"}]
+            return [{"t": "say", "text": RECORDS}]
         signal = str(message.get("signal"))
         if signal not in self._run.signals:
             return [{"t": "say", "text": f"no signal {signal!r}; the list has all"}]
         if not message.get("on"):
             page.plots.discard(signal)
             return []
+        found = await asyncio.to_thread(plot_of, signal, self._past.of(signal))
         page.plots.add(signal)
-        return filter(None, [self._run.plot(self._model, signal, more=False)])
+        return [] if found is None else [found]
 
     async def commanded(self, page: Page, message: Message) -> Message | None:
         """Pass a command, or what the server says itself, on to the run; an `ack` comes later."""
@@ -144,6 +147,7 @@ class LiveSource:
         self._model.add(group)
         self._run.add(group)
         self._run.place.obstacles.add(group)
+        self._past.add(group)
         commands = group.messages("operator")
         self._replaced |= any(told["command"] == "Replace" for told in commands)
 
@@ -184,8 +188,8 @@ class LiveSource:
             self._pages.tell(told)
         for page in self._pages:
             for signal in page.plots:
-                more = self._run.plot(self._model, signal, more=True)
-                if more is not None:
+                newest = self._past.of(signal)[-1:]
+                if (more := plot_of(signal, newest, more=True)) is not None:
                     page.tell(more)
 
     def _health_message(self) -> Message:

@@ -16,18 +16,17 @@ from pathlib import Path
 
 from cobodeck.live.clients import Message
 from cobodeck.live.model import RunModel
-from cobodeck.live.sources.seen_run import SeenRun, numbers_of
+from cobodeck.live.sources.plots import plot_of
+from cobodeck.live.sources.seen_run import SeenRun
 from cobodeck.pictures.run import Course, course_of
 from cobodeck.project import catalogue
-from cobodeck.record.format import TOPIC, sample_of
+from cobodeck.record.format import TOPIC
 from cobodeck.record.read import Group, Record
 
 BLOCK = 300
 """Ticks in a block: 10 s at 30 Hz."""
 SCANNED_NS = 10_000_000_000
 """Before an instant, ns: scans from then on show what obstacles there are."""
-MOST_POINTS = 5000
-"""Of a plotted signal; of more only some are sent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,20 +124,7 @@ class SeenRecord:
 
     def plot(self, signal: str) -> Message | None:
         """All values of a signal, as numbers; None if it has none."""
-        fields: list[str] = []
-        times, rows = list[float](), list[list[float]]()
-        for group in self.groups():
-            for told in group.told:
-                if told.topic == TOPIC + signal:
-                    sample = sample_of(signal, told.schema, told.data)
-                    found = dict(numbers_of(sample.value))
-                    fields = fields or list(found)
-                    if list(found) == fields and fields:
-                        times.append(sample.stamp_ns / 1e9)
-                        rows.append(list(found.values()))
-        if not rows:
-            return None
-        step = -(-len(rows) // MOST_POINTS)
-        plot = {"t": "plot", "signal": signal, "fields": fields, "at": times[::step]}
-        values = [list(column) for column in zip(*rows[::step], strict=True)]
-        return {**plot, "values": values, "more": False, **self.seen.slotted}
+        topic = TOPIC + signal
+        told = (one for group in self.groups() for one in group.told if one.topic == topic)
+        found = plot_of(signal, told)
+        return None if found is None else {**found, **self.seen.slotted}

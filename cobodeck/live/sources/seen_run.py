@@ -1,11 +1,10 @@
-"""What a page shows of one run besides its state: charts, room, lanes and plots."""
+"""What a page shows of one run besides its state: charts, room, lanes and figures."""
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -158,17 +157,6 @@ class SeenRun:
         """What messages of the second of two runs have beside theirs."""
         return {"slot": self.slot} if self.slot else {}
 
-    def plot(self, model: RunModel, signal: str, *, more: bool) -> Message | None:
-        """The newest value of a signal, as numbers; None if it has none."""
-        sample = model.sample(signal)
-        if sample is None:
-            return None
-        found = dict(numbers_of(sample.value))
-        if not found:
-            return None
-        told = {"t": "plot", "signal": signal, "fields": list(found), "at": [sample.stamp_ns / 1e9]}
-        return {**told, "values": [[number] for number in found.values()], "more": more}
-
     # lanes
 
     def add(self, group: Group) -> None:
@@ -203,23 +191,3 @@ class SeenRun:
 
     def _titled(self, told: Message) -> Message:
         return {**told, "title": self._file, **self.slotted}
-
-
-def numbers_of(value: Any, name: str = "") -> Iterable[tuple[str, float]]:
-    """The numbers in a value, with the names of their fields, at most two levels deep."""
-    if isinstance(value, bool | int | float):
-        if math.isfinite(value):
-            yield name or "value", float(value)
-    elif name.count(".") < 2:
-        for key, held in _fields(value):
-            yield from numbers_of(held, f"{name}.{key}" if name else key)
-
-
-def _fields(value: Any) -> Iterable[tuple[str, Any]]:
-    if is_dataclass(value):
-        return [(field.name, getattr(value, field.name)) for field in fields(value)]
-    if hasattr(value, "_asdict"):
-        return list(value._asdict().items())
-    if isinstance(value, tuple | list) and len(value) <= 8:
-        return [(str(n), held) for n, held in enumerate(value)]
-    return ()

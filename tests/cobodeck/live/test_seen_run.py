@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from cobodeck.live.access import Rules
+from cobodeck.live.clients import Page
 from cobodeck.live.figures import figures_of, final_figures
 from cobodeck.live.model import RunModel
-from cobodeck.live.sources import seen_run
+from cobodeck.live.sources import plots, seen_run
+from cobodeck.live.sources.live_run import LiveSource
 from cobodeck.live.sources.seen_lanes import SeenLanes
 from cobodeck.live.sources.seen_run import SeenRun, Texts
 from cobodeck.record.format.messages import command_text
@@ -38,10 +43,10 @@ def tick(at_s: float, *told: RecordedMessage) -> Group:
     )
 
 
-def stop_line(at_s: float, reason: str | None) -> RecordedMessage:
+def sample(at_s: float, name: str, value: object) -> RecordedMessage:
     at_ns = round(at_s * 1e9)
-    kind, data = SampleWriter("stop.engaged").write(at_ns, reason)
-    return RecordedMessage(f"{TOPIC}stop.engaged", kind, data, at_ns)
+    kind, data = SampleWriter(name).write(at_ns, value)
+    return RecordedMessage(TOPIC + name, kind, data, at_ns)
 
 
 def message(topic: str, **told: Any) -> RecordedMessage:
@@ -51,7 +56,7 @@ def message(topic: str, **told: Any) -> RecordedMessage:
 def test_a_stop_on_record_is_shown_until_its_reset_and_marked() -> None:
     model, lanes = RunModel(), SeenLanes({})
     for at_s, reason, shown in ((0.0, None, False), (1.0, "stop by ann", True), (2.0, None, False)):
-        group = tick(at_s, stop_line(at_s, reason))
+        group = tick(at_s, sample(at_s, "stop.engaged", reason))
         model.add(group)
         lanes.add(group)
         assert model.stop is shown
@@ -127,3 +132,21 @@ def test_charts_are_those_of_an_instant_and_their_text_is_the_one_that_runs(
     assert seen.text() == seen.text("waits") == told
     with pytest.raises(ValueError, match="no chart 'wait' runs here"):
         seen.text("wait")
+
+
+def test_a_plot_of_a_run_begins_with_what_was_read_of_it_before(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(plots, "KEPT", 2)
+    source: Any = LiveSource(SimpleNamespace(signals=["speed"]), None, None, Rules())  # type: ignore[arg-type]
+    for at_s in (1.0, 2.0, 3.0):
+        source._past.add(tick(at_s, sample(at_s, "speed", 10.0 * at_s)))
+    page = Page(1)
+
+    [told] = asyncio.run(source.asked(page, {"t": "plot", "signal": "speed", "on": True}))
+
+    assert told == {
+        "t": "plot", "signal": "speed", "fields": ["value"], "at": [2.0, 3.0],
+        "values": [[20.0, 30.0]], "more": False,
+    }  # fmt: skip
+    assert page.plots == {"speed"}

@@ -398,6 +398,24 @@ def test_a_page_that_does_not_read_loses_frames_and_gets_a_snapshot_for_its_even
     run(main())
 
 
+def test_an_answer_outlives_a_new_snapshot() -> None:
+    async def main() -> None:
+        page, sent = Page(1), list[str]()
+
+        async def send(text: str) -> None:
+            sent.append(json.loads(text)["t"])
+
+        page.tell({"t": "ev"})  # before the first snapshot, which has it
+        page.answer({"t": "ack", "id": 1})
+        page.renew()
+        sending = asyncio.create_task(page.send_all(send, lambda _page: [{"t": "state"}]))
+        await until(lambda: not page.waiting)
+        sending.cancel()
+        assert sent == ["state", "ack"]
+
+    run(main())
+
+
 def test_the_sixty_fifth_page_is_refused() -> None:
     async def main() -> None:
         async with serving(Shown()) as server:

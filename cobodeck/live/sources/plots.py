@@ -1,0 +1,82 @@
+"""The numbers in the samples of a signal, to be plotted over time."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from cobodeck.live.clients import Message
+from cobodeck.record.format import TOPIC, Unknown, sample_of
+from cobodeck.record.read import Group, RecordedMessage
+
+MOST_POINTS = 5000
+"""Of a plot; of more only some are sent."""
+KEPT = 1800
+"""Messages of each signal that are kept of a run that goes on: a minute of most."""
+
+
+def plot_of(signal: str, told: Iterable[RecordedMessage], *, more: bool = False) -> Message | None:
+    """The values in messages of a signal; None if there are none, or no numbers that are known.
+
+    `more`: they go on where others have ended.
+    """
+    names: list[str] = []
+    times, rows = list[float](), list[list[float]]()
+    for one in told:
+        try:
+            sample = sample_of(signal, one.schema, one.data)
+        except Unknown:  # a class of a project that is not loaded here
+            return None
+        found = dict(numbers_of(sample.value))
+        names = names or list(found)
+        if list(found) == names and names:
+            times.append(sample.stamp_ns / 1e9)
+            rows.append(list(found.values()))
+    if not rows:
+        return None
+    step = -(-len(rows) // MOST_POINTS)
+    plot = {"t": "plot", "signal": signal, "fields": names, "at": times[::step]}
+    return {**plot, "values": [list(c) for c in zip(*rows[::step], strict=True)], "more": more}
+
+
+class SeenSignals:
+    """The last messages of each signal of a run that goes on."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, deque[RecordedMessage]] = {}
+
+    def add(self, group: Group) -> None:
+        """Take the messages of a tick."""
+        for told in group.told:
+            if told.topic.startswith(TOPIC):
+                kept = self._kept.get(told.topic)
+                if kept is None:
+                    kept = self._kept[told.topic] = deque(maxlen=KEPT)
+                kept.append(told)
+
+    def of(self, signal: str) -> tuple[RecordedMessage, ...]:
+        """Those of a signal."""
+        return tuple(self._kept.get(TOPIC + signal, ()))
+
+
+def numbers_of(value: Any, name: str = "") -> Iterable[tuple[str, float]]:
+    """The numbers in a value, with the names of their fields, at most two levels deep."""
+    if isinstance(value, bool | int | float):
+        if math.isfinite(value):
+            yield name or "value", float(value)
+    elif name.count(".") < 2:
+        for key, held in _fields(value):
+            yield from numbers_of(held, f"{name}.{key}" if name else key)
+
+
+def _fields(value: Any) -> Iterable[tuple[str, Any]]:
+    if is_dataclass(value):
+        return [(field.name, getattr(value, field.name)) for field in fields(value)]
+    if hasattr(value, "_asdict"):
+        return list(value._asdict().items())
+    if isinstance(value, tuple | list) and len(value) <= 8:
+        return [(str(n), held) for n, held in enumerate(value)]
+    return ()
