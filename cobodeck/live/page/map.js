@@ -210,7 +210,7 @@ export class RoomMap {
   }
 
   head(g, ax, ay, bx, by) {
-    const turn = Math.atan2(by - ay, bx - ax), long = Math.min(9, Math.hypot(bx - ax, by - ay));
+    const turn = Math.atan2(by - ay, bx - ax), long = Math.min(9, 0.6 * Math.hypot(bx - ax, by - ay));
     g.beginPath();
     g.moveTo(bx, by);
     for (const side of [2.7, -2.7]) g.lineTo(bx + long * Math.cos(turn + side), by + long * Math.sin(turn + side));

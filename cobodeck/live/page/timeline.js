@@ -112,7 +112,8 @@ export class Timeline {
   tellRange() {
     const shown = this.range ?? this.window;
     $("range-clear").hidden = !shown;
-    $("range-text").textContent = shown ? shown.map(seconds).join(" – ") : "";
+    const larger = this.app.live ? ", shown larger; figures of a part: cobodeck watch RECORD" : "";
+    $("range-text").textContent = shown ? shown.map(seconds).join(" – ") + larger : "";
   }
 
   edge(which) {
