@@ -4,7 +4,9 @@ import { $, colour, el, forgetColours, prepared, redraw } from "./dom.js";
 import { View } from "./view.js";
 
 const RAINBOW = Array.from({ length: 65 }, (_, i) => `hsl(${(i / 64) * 280} 85% 55%)`);  // red is the lowest
-const WIDE = { path: 2.5, goal: 2.5, robot: 2, user: 2, arm: 4, held: 4, wall: 1.5, "trail-robot": 2.5, "trail-user": 2.5 };
+const WIDE = {
+  path: 2.5, goal: 2.5, robot: 2, user: 2, arm: 4, held: 4, wall: 1.5, "trail-robot": 2.5, "trail-user": 2.5,
+};
 const LETTERS = "12px system-ui, sans-serif";
 const CASED = new Set(["path", "goal", "chase", "escape", "haptic", "dropped"]);  // what may lie on cells
 const CASE = 3;  // px, in the colour of the pane

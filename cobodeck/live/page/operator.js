@@ -122,7 +122,10 @@ export class Operator {
   /** A form that begins with the text of a chart as it runs now, asked for when it is opened. */
   replace() {
     const text = el("textarea", { rows: 12, spellcheck: false, placeholder: "chart: …" });
-    const ask = (name) => this.app.send({ t: "text", chart: name });
+    const ask = (name) => {
+      this.change.before = text.value;
+      this.app.send({ t: "text", chart: name });
+    };
     const chart = el("select", { onchange: () => ask(chart.value), "aria-label": "chart to change" });
     const file = el("input", { type: "file", accept: ".yaml,.yml" });
     text.ariaLabel = "YAML of the chart";
@@ -135,12 +138,12 @@ export class Operator {
     return el("details", { ontoggle: begin }, el("summary", {}, "change the running chart"), form);
   }
 
-  /** The text of a chart that runs, to begin a change with, and which `charts` there are. */
+  /** The text of a chart that runs, to begin a change with; it does not replace what was typed meanwhile. */
   runs({ chart, text, charts }) {
     if (!this.change) return;
     const names = charts.map((name) => el("option", { value: name, selected: name === chart }, name));
     this.change.chart.replaceChildren(...names);
-    this.change.text.value = text;
+    if (this.change.text.value === this.change.before) this.change.text.value = text;
   }
 
   /** A form for what the chart that is shown declares. */

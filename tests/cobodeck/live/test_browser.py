@@ -11,7 +11,7 @@ import pytest
 from websockets.sync.client import connect
 
 from tests.cobodeck.live.browser import Browser
-from tests.cobodeck.live.fake_page_server import HEALTH, UNTIL, FakePageServer, lanes
+from tests.cobodeck.live.fake_page_server import HEALTH, UNTIL, FakePageServer, lanes, running
 from tests.cobodeck.live.pictures import drawn
 from tests.waiting import until
 
@@ -513,6 +513,8 @@ def test_level_of_autonomy_and_another_chart_are_sent_and_what_is_typed_stays(
     )
     browser.until("document.querySelector('#replace textarea').value == 'chart: chase  # runs'")
     browser.fill("#replace textarea", "chart: cobodeck")
+    server.tell(running("cobodeck"))  # which comes late
+    browser.until_text("#log", server.marked())
     browser.see(
         "((level) => { level.value = 'low'; level.dispatchEvent(new Event('change')); })"
         "(document.querySelector('#tools select'))"
