@@ -33,7 +33,8 @@ class Conversation:
         """All that a page has to know."""
         hello = {
             "t": "hello", "v": VERSION, "mode": "charts", "title": "", "about": [], "real": False,
-            "commands": self._source.rules.commands, "tick_hz": 0, "until": None, "signals": [],
+            "commands": self._source.rules.commands, "on_parts": self._source.rules.on_parts,
+            "tick_hz": 0, "until": None, "signals": [],
             "layers": [], "profiles": [], "stop_is": STOP_IS, **self._source.hello(),
         }  # fmt: skip
         operator = {"operator": self._operator(page)}

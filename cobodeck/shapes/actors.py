@@ -20,6 +20,7 @@ from states.maps import Array
 _CAP_POINTS = 9
 _KEPT_STEPS = 4
 _NO_PATH = 0.05
+_REACH = 0.4
 _TRAIL_PARTS = 12
 
 
@@ -122,9 +123,13 @@ def zone_shapes(user: UserPose, escape: EscapeSettings) -> list[MapShape]:
 
 
 def deep_shapes(deep: Pose3) -> list[MapShape]:
-    """Where the user reaches."""
-    about = "where the user reaches (DEEP)"
-    return [MapShape("deep", "disc", "deep", (deep.x, deep.y), about, radius=0.1, fill=True)]
+    """Where the user reaches, and which way."""
+    about, place = "where the user reaches (DEEP)", Pose2(deep.x, deep.y, deep.yaw)
+    ahead = [place.transform(0.0, 0.0), place.transform(_REACH, 0.0)]
+    return [
+        MapShape("deep", "arrow", "deep", flat(ahead)),
+        MapShape("deep", "disc", "deep", (deep.x, deep.y), about, radius=0.1, fill=True),
+    ]
 
 
 def path_shapes(points: Sequence[Point]) -> list[MapShape]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from math import hypot
 from typing import TYPE_CHECKING
 
 from behaviors.profile import Settings
@@ -55,15 +57,21 @@ class Moment:
 
 
 class MomentTrail:
-    """Makes moments of what is known tick by tick, with the paths of the last `TRAIL_S`."""
+    """Makes moments of what is known tick by tick, with the paths that led there.
 
-    def __init__(self) -> None:
+    Args:
+        lasting_s: the duration of these paths, s.
+        apart_m: the least distance between their points, m.
+    """
+
+    def __init__(self, lasting_s: float = TRAIL_S, apart_m: float = 0.0) -> None:
+        self._lasting_ns, self._apart = round(lasting_s * 1e9), apart_m
         self._seen: deque[tuple[int, Truth]] = deque()
 
     def add(self, now_ns: int, truth: Truth) -> None:
         """Take what is true, or measured, at an instant after the last one."""
         self._seen.append((now_ns, truth))
-        while self._seen[0][0] < now_ns - round(TRAIL_S * 1e9):
+        while self._seen[0][0] < now_ns - self._lasting_ns:
             self._seen.popleft()
 
     def moment(self) -> Moment:
@@ -73,19 +81,29 @@ class MomentTrail:
         now_ns, truth = self._seen[-1]
         before_ns, before = self._seen[-2] if len(self._seen) > 1 else (0, Truth())
         per_s, body = 1e9 / max(1, now_ns - before_ns), truth.body
-        robots = (truth.base for _, truth in self._seen)
-        users = (truth.body for _, truth in self._seen)
+        robots = (truth.base for _, truth in reversed(self._seen))
+        users = (truth.body for _, truth in reversed(self._seen))
         return Moment(
             truth.base,
             None if body is None else UserPose(body, wrap(body.yaw + truth.head_turn)),
             truth.request,
-            robot_trail=tuple((pose.x, pose.y) for pose in robots if pose is not None),
-            user_trail=tuple((pose.x, pose.y) for pose in users if pose is not None),
+            robot_trail=self._path(robots),
+            user_trail=self._path(users),
             joints=truth.joints,
             twist=_twist(before.base, truth.base, per_s),
             velocity=_velocity(before.body, body, per_s),
             at_s=now_ns * 1e-9,
         )
+
+    def _path(self, poses: Iterable[Pose2 | None]) -> tuple[Point, ...]:
+        """Their places from the last one back, as far apart as they are to be."""
+        found: list[Point] = []
+        for pose in poses:
+            if pose is not None and (
+                not found or hypot(pose.x - found[-1][0], pose.y - found[-1][1]) >= self._apart
+            ):
+                found.append((pose.x, pose.y))
+        return tuple(reversed(found))
 
 
 def _twist(before: Pose2 | None, now: Pose2 | None, per_s: float) -> Twist2:

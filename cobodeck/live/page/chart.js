@@ -14,7 +14,7 @@ export class Chart {
   constructor(root, slot, pick, now, send) {
     Object.assign(this, { root, slot, pick, now, send, picture: null, message: null, state: {} });
     Object.assign(this, { picked: null, stop: "", folded: new Set() });
-    Object.assign(this, { bold: new Map(), times: new Map(), clocks: [], doing: [] });
+    Object.assign(this, { bold: new Map(), times: new Map(), around: [], clocks: [], doing: [], recorded: false });
     root.tabIndex = -1;
     this.draw = () => this.placed();
     this.view = new View(root, () => redraw(this.draw));
@@ -55,8 +55,12 @@ export class Chart {
     this.placed();
   }
 
+  /** Breakpoints: a live run tells all, a record those that an operator has set, charts alone have their own. */
   get breaks() {
-    return this.state.breaks ?? Object.entries(this.message.nodes ?? {}).filter(([, n]) => n.break).map(([p]) => p);
+    const { breaks } = this.state;
+    if (breaks && !this.recorded) return breaks;
+    const written = Object.entries(this.message.nodes ?? {}).filter(([, n]) => n.break).map(([p]) => p);
+    return [...new Set([...written, ...breaks ?? []])];
   }
 
   /** The shape that stands for `path`: itself, or what hides it. */
@@ -82,6 +86,7 @@ export class Chart {
     this.times = new Map(this.doing.map((path) => [this.shown(path), path]).filter(([at]) => at).map(([at, path]) => [
       at, { since: state.active[at] ?? state.active[path], below: at === path ? "" : path.slice(at.length + 1) },
     ]));
+    this.around = active.filter((p) => p && !this.times.has(p) && this.picture.frames.has(p) && this.isShown(p));
     svg.setAttribute("aria-label", `chart ${this.message.name}; active: ${this.doing.join(", ") || "nothing"}`);
     for (const [path, g] of boxes) {
       const label = this.label(path);

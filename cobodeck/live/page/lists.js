@@ -32,22 +32,27 @@ export function findingList(findings, goTo) {
 const table = (rows) => el("table", {}, el("tbody", {}, rows.map(([name, ...values]) =>
   el("tr", {}, el("th", { scope: "row" }, name), values.map((v) => el("td", {}, String(v)))))));
 
-/** Figures of one run, or of two beside each other. */
-export function figureTable([one, two]) {
-  const range = one?.range, beside = new Map(two?.rows ?? []);
-  const rows = (one?.rows ?? []).map(([k, v]) => (two ? [k, v, beside.get(k) ?? ""] : [k, v]));
-  return [
-    el("p", {}, range ? `of ${range.map(seconds).join(" – ")}` : "of the whole run"),
-    table(two ? [["record", 1, 2], ...rows] : rows),
-  ];
+/** Rows of one run, or of two beside each other. */
+function beside(one, two) {
+  const other = new Map(two);
+  return table(two ? [["record", 1, 2], ...one.map(([k, v]) => [k, v, other.get(k) ?? ""])] : one);
 }
 
-export function healthTable({ late, missed, tick_p99_ms: p99, pages, dropped, gates, children, ages }) {
+/** Figures of one run, or of two. */
+export function figureTable([one, two]) {
+  if (!one) return [];
+  const { range, final } = one, all = final ? "of the whole run" : "so far";
+  return [el("p", {}, range ? `of ${range.map(seconds).join(" – ")}` : all), beside(one.rows, two?.rows)];
+}
+
+export const healthTable = ([one, two]) => (one ? beside(healthRows(one), two && healthRows(two)) : "");
+
+function healthRows({ late, missed, tick_p99_ms: p99, pages, dropped, gates, children, ages }) {
   const some = (v, unit = "") => (v === null || v === undefined ? "–" : `${v}${unit}`);
-  return table([
+  return [
     ["late ticks", some(late)], ["missed ticks", some(missed)], ["tick, 99 of 100", some(p99, " ms")],
     ["pages", some(pages)], ["dropped for pages", some(dropped)],
     ...Object.entries(gates ?? {}), ...(children ?? []).map((c) => [c.name, c.state]),
     ...Object.entries(ages ?? {}).map(([k, v]) => [`age of ${k}`, some(v?.toFixed(2), " s")]),
-  ]);
+  ];
 }

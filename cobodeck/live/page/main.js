@@ -5,17 +5,18 @@ import { Details } from "./details.js";
 import { $, button, el, redraw, seconds, speak } from "./dom.js";
 import { Link } from "./link.js";
 import { chartList, figureTable, findingList, healthTable } from "./lists.js";
+import { Log } from "./log.js";
 import { RoomMap } from "./map.js";
 import { Operator } from "./operator.js";
 import { Signals } from "./signals.js";
+import { themed } from "./theme.js";
 import { Timeline } from "./timeline.js";
 
-const LINES = 300;
+const INSTANT = /(\d{4}-\d\d-\d\d)T(\d\d:\d\d)\S*/g;  // of which date and minute are shown
 
 const app = {
-  hello: { mode: "" }, states: [{}], charts: [], figures: [], health: {}, at: 0,
+  hello: { mode: "" }, states: [{}], charts: [], figures: [], health: [], at: 0,
   unsent: false,  // a stop could not be sent
-  logged: -1,  // the time of the newest entry in the log
   get state() { return this.states[0]; },
   get live() { return this.hello.mode === "live"; },
   get seekable() { return this.hello.mode === "record"; },
@@ -29,19 +30,12 @@ const app = {
   warn: () => warn(),
   send: (message) => link.send(message),
   command: (what, more) => operator.command(what, more),
-  log: (text, kind = "") => line($("log"), el("li", { className: kind }, text)),
+  log: (text, kind) => log.line(text, kind),
+  goTo: (path, slot) => goTo(path, slot),
 };
 
-const details = new Details(app), operator = new Operator(app), map = new RoomMap(app.send);
+const log = new Log(app), details = new Details(app), operator = new Operator(app), map = new RoomMap(app.send);
 const signals = app.signals = new Signals(app), timeline = app.timeline = new Timeline(app);
-
-/** Adds to a list, of which the oldest go; at its end it stays there. */
-function line(list, item) {
-  const end = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
-  list.append(item);
-  while (list.children.length > LINES) list.firstChild.remove();
-  if (end) list.scrollTop = list.scrollHeight;
-}
 
 /** The chart of a place; where charts are edited, each has a profile, and the second can be closed. */
 function chartOf(slot) {
@@ -55,7 +49,7 @@ function chartOf(slot) {
   place.append(bar, root);
   $("charts").append(place);
   const chart = new Chart(root, slot, (path, outcome) => picked(path, outcome, slot), app.now, app.send);
-  Object.assign(chart, { place, name, profile });
+  Object.assign(chart, { place, name, profile, recorded: app.seekable });
   chart.view.taken = () => { $("chart-follow").checked = false; };
   return app.charts[slot] = chart;
 }
@@ -79,16 +73,20 @@ function beside(chart) {
 const heard = {
   hello(m) {
     for (const chart of app.charts.splice(m.mode === app.hello.mode ? 1 : 0)) chart.place.remove();
-    Object.assign(app, { hello: m, states: [{}], at: 0, figures: [] });
+    Object.assign(app, { hello: m, states: [{}], at: 0, figures: [], health: [] });
+    healthy();
     document.body.dataset.mode = m.mode;
     $("title").textContent = m.title;
-    $("about").textContent = $("about").title = (m.about ?? []).join(" · ");
+    $("about").title = (m.about ?? []).join(" · ");
+    $("about").textContent = $("about").title.replaceAll(INSTANT, "$1 $2");
     $("stop-is").textContent = m.stop_is;
     $("operator").hidden = !m.commands;
-    $("speed-label").hidden = m.mode === "live" && (m.real || !m.commands);
+    $("speed-label").hidden = m.mode === "live" && !(m.paced && m.commands);
     timeline.clear();
+    log.begin();
     map.layers(m.layers ?? []);
-    signals.list(m.signals ?? []);
+    const all = [...(m.signals ?? []), ...(m.runs ?? []).flatMap((run) => run.signals)];
+    signals.list([...new Map(all.map((signal) => [signal.name, signal])).values()]);
     operator.lost();
     operator.unlock();
     redraw(shown);
@@ -114,11 +112,9 @@ const heard = {
     const slot = m.slot ?? 0;
     app.states[slot] = m;
     redraw(shown);
+    if (app.seekable) log.anew(); else log.news(m);
     if (slot) return;
     app.at = m.at;
-    if (app.seekable) $("log").replaceChildren();
-    const since = app.seekable || m.at < app.logged ? -1 : app.logged;
-    for (const entry of m.last) if (entry.at > since) logged(entry);
     timeline.playingAt(m.paused ? 0 : m.speed ?? 0);
   },
   ev(m) {
@@ -127,45 +123,28 @@ const heard = {
     if (!slot) app.at = Math.max(app.at, m.at ?? 0);
     for (const entry of last) {
       const { child, outcome, path } = entry;
-      logged(entry);
+      log.add(entry, slot);
       if (child) app.charts[slot]?.taken(path ? `${path}/${child}` : child, outcome);
     }
     if (!slot && ("speed" in m || "paused" in m)) timeline.playingAt(app.state.paused ? 0 : app.state.speed ?? 0);
     redraw(Object.keys(changed).some((k) => k !== "at") ? shown : moved);
   },
   frame: (m) => { if (!m.slot) app.at = m.at; map.frame(m); redraw(moved); },
-  health: (m) => { app.health = m; redraw(healthy); },
+  health: (m) => { app.health[m.slot ?? 0] = m; redraw(healthy); },
+  text: (m) => operator.runs(m),
   figures(m) {
     const slot = m.slot ?? 0;
     if ((timeline.range && !m.range) || JSON.stringify(app.figures[slot]) === JSON.stringify(m)) return;
     app.figures[slot] = m;
     redraw(figured);
   },
-  lanes(m) {
-    timeline.show(m, false);
-    if (!m.slot) $("shadow").replaceChildren();
-    differed(m);
-  },
-  "lanes+": (m) => { timeline.show(m, true); differed(m); },
+  lanes: (m) => timeline.show(m, false),
+  "lanes+": (m) => timeline.show(m, true),
+  shadow: (m) => log.differed(m),
   plot: (m) => signals.show(m),
   ack: (m) => operator.acknowledged(m),
   say: (m) => app.log(m.text),
 };
-
-/** Lists where a shadow decided otherwise, which is marked on the lanes, too. */
-function differed({ marks, slot = 0 }) {
-  for (const { at, path, text } of marks.filter((m) => m.kind === "shadow")) {
-    const show = () => { timeline.seek(at); goTo(path, slot); };
-    line($("shadow"), el("li", {}, button(`${seconds(at)} ${path}`, show), el("span", {}, text)));
-  }
-  $("shadow-box").hidden = !$("shadow").children.length;
-}
-
-function logged(entry) {
-  const kind = /error|fault|stop/.test(entry.kind) ? "error" : "";
-  app.logged = entry.at;
-  app.log(`${seconds(entry.at)} ${entry.path ? `${entry.path}: ` : ""}${entry.text || entry.kind}`, kind);
-}
 
 // -- what is shown
 
@@ -194,6 +173,7 @@ function shown() {
 function moved() {
   $("clock").textContent = seconds(app.at) + (app.hello.until ? ` of ${seconds(app.hello.until)}` : "");
   for (const c of app.charts) c.timed();
+  details.timed();
   timeline.draw();
 }
 
@@ -231,28 +211,15 @@ function goTo(path, slot = 0) {
 }
 
 const figured = () => $("figures").replaceChildren(...figureTable(app.figures));
-const healthy = () => $("health").replaceChildren(healthTable(app.health));
+
+function healthy() {
+  $("health-box").hidden = !app.health.length;
+  $("health").replaceChildren(healthTable(app.health));
+}
 
 // -- the page itself
 
-const THEMES = ["", "light", "dark"];
-
-function theme(name) {
-  document.documentElement.style.colorScheme = name;
-  $("theme").title = $("theme").ariaLabel = `colours: ${name || "as the system"}`;
-  try { localStorage.theme = name; } catch { /* storage is off: for this visit only */ }
-  recoloured();
-}
-
-function recoloured() {
-  map.recoloured();
-  redraw(timeline.draw);
-}
-
-$("theme").onclick = () => theme(THEMES[(THEMES.indexOf(document.documentElement.style.colorScheme) + 1) % 3]);
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", recoloured);
-try { theme(localStorage.theme ?? ""); } catch { theme(""); }
-
+themed(() => { map.recoloured(); redraw(timeline.draw); });
 $("legend").open = innerWidth > 700;
 map.view.taken = () => { $("map-follow").checked = false; };
 $("map-follow").onchange = () => redraw(map.draw);

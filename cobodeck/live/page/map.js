@@ -4,8 +4,12 @@ import { $, colour, el, forgetColours, prepared, redraw } from "./dom.js";
 import { View } from "./view.js";
 
 const RAINBOW = Array.from({ length: 65 }, (_, i) => `hsl(${(i / 64) * 280} 85% 55%)`);  // red is the lowest
-const WIDE = { path: 2.5, goal: 2.5, robot: 2, user: 2, arm: 4, held: 4, wall: 1.5 };
+const WIDE = {
+  path: 2.5, goal: 2.5, robot: 2, user: 2, arm: 4, held: 4, wall: 1.5, "trail-robot": 2.5, "trail-user": 2.5,
+};
 const LETTERS = "12px system-ui, sans-serif";
+const CASED = new Set(["path", "goal", "chase", "escape", "haptic", "dropped"]);  // what may lie on cells
+const CASE = 3;  // px, in the colour of the pane
 const PALE = 0.45;  // the second of two runs
 
 export class RoomMap {
@@ -143,11 +147,25 @@ export class RoomMap {
     g.fillStyle = g.strokeStyle = colour(`c-${s.c}`);
     g.lineWidth = WIDE[s.c] ?? 1.2;
     g.lineJoin = g.lineCap = "round";
-    this[s.k]?.(g, s, X, Y);
+    if (CASED.has(s.c) && s.k !== "cells" && !s.fill) this.cased(g, () => this[s.k]?.(g, s, X, Y));
+    else this[s.k]?.(g, s, X, Y);
     if (!s.s) return;
     g.globalAlpha = alpha;
     g.font = LETTERS;
-    if (s.k === "text") g.fillText(s.s, X(0), Y(0)); else g.fillText(s.s, X(0) + 4, Y(0) - 4);
+    const off = s.k === "text" ? 0 : 4;
+    g.lineWidth = 0;
+    this.cased(g, (only) => g[only ? "strokeText" : "fillText"](s.s, X(0) + off, Y(0) - off));
+  }
+
+  /** Draws a line or letters above a wider one in the colour of the pane, so that they stand out on all. */
+  cased(g, draw) {
+    const own = g.fillStyle, wide = g.lineWidth;
+    g.fillStyle = g.strokeStyle = colour("pane");
+    g.lineWidth = wide + CASE;
+    draw(true);
+    g.fillStyle = g.strokeStyle = own;
+    g.lineWidth = wide;
+    draw(false);
   }
 
   // -- one for each kind of shape
@@ -194,12 +212,13 @@ export class RoomMap {
   }
 
   head(g, ax, ay, bx, by) {
-    const turn = Math.atan2(by - ay, bx - ax), long = Math.min(9, Math.hypot(bx - ax, by - ay));
+    const turn = Math.atan2(by - ay, bx - ax), long = Math.min(9, 0.6 * Math.hypot(bx - ax, by - ay));
     g.beginPath();
     g.moveTo(bx, by);
     for (const side of [2.7, -2.7]) g.lineTo(bx + long * Math.cos(turn + side), by + long * Math.sin(turn + side));
     g.closePath();
     g.fill();
+    g.stroke();
   }
 
   /** Squares about their centres, by weight: for Chase in the colours of the rainbow, purple for the highest. */

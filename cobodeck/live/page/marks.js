@@ -3,6 +3,8 @@
 import { seconds } from "./dom.js";
 import { shape } from "./picture.js";
 
+const NARROW = 150;  // units of the drawing; in a narrower box the time would stand on its name
+
 /** All marks of a chart, and of the texts that go on with time, what they tell. */
 export function marksOf(chart) {
   const clocks = [...clocksOf(chart)];
@@ -43,7 +45,8 @@ function* folders(chart) {
   }
 }
 
-/** Texts with the time that a node has been active; in the middle of a box that hides it, with what runs in there. */
+/** Texts with the time that a node has been active; in the middle of a box that hides it, with what runs in there.
+ * Boxes around have theirs beside their names, if there is room; guards begin with their box, and have none. */
 function* clocksOf(chart) {
   for (const [path, time] of chart.times) {
     const b = chart.picture.bounds(path);
@@ -51,8 +54,14 @@ function* clocksOf(chart) {
     const inside = time.below && chart.picture.frames.has(path);
     const at = inside
       ? { x: b.x + b.width / 2, y: b.y + b.height / 2, "text-anchor": "middle" }
-      : { x: b.x + b.width - 4, y: b.y - 3, "text-anchor": "end" };
+      : { x: b.x + Math.max(b.width - 30, b.width / 2 + 6), y: b.y - 3 };  // beside an arrow to the middle
     yield [shape("text", { class: "since", ...at }), time];
+  }
+  for (const path of chart.around) {
+    const b = chart.picture.bounds(path);
+    if (!b || b.width < NARROW) continue;
+    const at = { x: b.x + b.width - 24, y: b.y + 15, "text-anchor": "end" };
+    yield [shape("text", { class: "since around", ...at }), { since: chart.state.active[path], below: "" }];
   }
 }
 

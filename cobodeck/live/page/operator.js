@@ -4,6 +4,7 @@ import { $, button, el, fill, sure } from "./dom.js";
 
 const BEAT_MS = 200;
 const UNSENT = "NOT SENT, there is no connection", INSTEAD = ". Use the emergency stop of the robot.";
+const ANYWHERE = /^(0\.0\.0\.0|\[::\])$/;  // what a server has that listens on all addresses
 const LEVELS = { "": "only locks ask", off: "off", low: "low", high: "high", full: "full" };
 
 export class Operator {
@@ -48,8 +49,10 @@ export class Operator {
     if (!id) this.known = ok;  // the answer to `auth` has no number
     if (!id && !ok) this.credentials = null;
     this.answer(ok, [what, text || (ok ? "done" : "refused")].filter(Boolean).join(": "));
-    if (url && new URL(url).protocol.startsWith("http")) {
-      $("answer").append(" ", el("a", { href: url, target: "_blank", rel: "noopener" }, "open its page"));
+    const at = url && new URL(url);
+    if (at && ANYWHERE.test(at.hostname)) at.hostname = location.hostname;
+    if (at?.protocol.startsWith("http")) {
+      $("answer").append(" ", el("a", { href: at.href, target: "_blank", rel: "noopener" }, "open its page"));
     }
     this.show();
   }
@@ -80,9 +83,9 @@ export class Operator {
     fill($("start"), starts && [message.name, message.form], () => starts && this.start(message));
   }
 
-  holder(operator, { mode, real }) {
+  holder(operator, { mode, on_parts: parts }) {
     if (operator?.you) {
-      const keep = real ? " Keep this tab in front: half a second without it stops the robot." : "";
+      const keep = parts ? " Keep this tab in front: half a second without it stops the robot." : "";
       return `You hold control as ${operator.name}.${keep}`;
     }
     if (operator?.name) return `${operator.name} holds control.`;
@@ -116,14 +119,31 @@ export class Operator {
     ];
   }
 
+  /** A form that begins with the text of a chart as it runs now, asked for when it is opened. */
   replace() {
-    const text = el("textarea", { rows: 5, spellcheck: false, placeholder: "chart: …" });
+    const text = el("textarea", { rows: 12, spellcheck: false, placeholder: "chart: …" });
+    const ask = (name) => {
+      this.change.before = text.value;
+      this.app.send({ t: "text", chart: name });
+    };
+    const chart = el("select", { onchange: () => ask(chart.value), "aria-label": "chart to change" });
     const file = el("input", { type: "file", accept: ".yaml,.yml" });
     text.ariaLabel = "YAML of the chart";
     file.ariaLabel = "file of the chart";
     file.onchange = async () => { text.value = await file.files[0].text(); };
-    return el("details", {}, el("summary", {}, "change the running chart"), el("div", { className: "form" },
-      file, text, sure("replace", () => this.command("replace", { text: text.value }))));
+    this.change = { text, chart };
+    const begin = (e) => { if (e.target.open && !text.value) ask(); };
+    const form = el("div", { className: "form" },
+      chart, file, text, sure("replace", () => this.command("replace", { text: text.value })));
+    return el("details", { ontoggle: begin }, el("summary", {}, "change the running chart"), form);
+  }
+
+  /** The text of a chart that runs, to begin a change with; it does not replace what was typed meanwhile. */
+  runs({ chart, text, charts }) {
+    if (!this.change) return;
+    const names = charts.map((name) => el("option", { value: name, selected: name === chart }, name));
+    this.change.chart.replaceChildren(...names);
+    if (this.change.text.value === this.change.before) this.change.text.value = text;
   }
 
   /** A form for what the chart that is shown declares. */

@@ -54,6 +54,12 @@ export class Timeline {
     redraw(this.draw);
   }
 
+  /** Takes marks that come after the lanes. */
+  mark(marks, slot) {
+    this.sets[slot]?.marks.push(...marks);
+    redraw(this.draw);
+  }
+
   /** Before a new run or record. */
   clear() {
     Object.assign(this, { sets: [], window: null, range: null });
@@ -106,7 +112,8 @@ export class Timeline {
   tellRange() {
     const shown = this.range ?? this.window;
     $("range-clear").hidden = !shown;
-    $("range-text").textContent = shown ? shown.map(seconds).join(" – ") : "";
+    const larger = this.app.live ? ", shown larger; figures of a part: cobodeck watch RECORD" : "";
+    $("range-text").textContent = shown ? shown.map(seconds).join(" – ") + larger : "";
   }
 
   edge(which) {
@@ -203,19 +210,34 @@ export class Timeline {
     }
     this.axis(g, x, w, h);
     rows.forEach((row, i) => this.row(g, row, TOP + i * ROW, x, w));
-    this.sets.forEach(({ marks }, slot) => marks.forEach((mark) => this.mark(g, mark, slot, x, w)));
+    this.label(now);
+    this.sets.forEach(({ marks }, slot) => marks.forEach((mark) => this.marked(g, mark, slot, x, w)));
     g.fillStyle = colour("accent");
     if (now >= a && now <= b) g.fillRect(x(now) - 0.75, 0, 1.5, h);
     Object.assign($("slider"), { min: this.from, max: this.to, value: now, ariaValueText: seconds(now) });
     this.app.signals.later();
   }
 
-  /** What stands below each other: of two records, each with its title first. */
+  /** What stands below each other: lanes with something in them; of two records, each with its title first. */
   rows() {
     return this.sets.flatMap(({ title, lanes, to }, slot) => [
       ...(this.sets.length > 1 ? [{ title: title ?? `record ${slot + 1}`, spans: [] }] : []),
-      ...[...lanes.values()].map((lane) => ({ ...lane, now: this.app.live ? this.app.now() : to })),
+      ...[...lanes.values()].filter(({ spans }) => spans.length).map((lane) => (
+        { ...lane, now: this.app.live ? this.app.now() : to })),
     ]);
+  }
+
+  /** For readers of the screen: which lanes go on at the instant `now`, and the last mark; no figure that runs. */
+  label(now) {
+    const told = this.sets.flatMap(({ lanes, marks }) => [
+      ...[...lanes.values()].flatMap(({ path, spans }) => {
+        const on = spans.findLast(([from, to]) => from <= now && (to === null || to > now));
+        return on ? [`${path} since ${seconds(on[0])}`] : [];
+      }),
+      ...marks.filter(({ at }) => at <= now).slice(-1).map(({ at, kind, text }) => `${seconds(at)} ${kind}: ${text}`),
+    ]);
+    const label = ["lanes of the timeline", ...told].join("; ");
+    if (this.canvas.ariaLabel !== label) this.canvas.ariaLabel = label;
   }
 
   axis(g, x, w, h) {
@@ -256,7 +278,7 @@ export class Timeline {
     }
   }
 
-  mark(g, { at, kind, text }, slot, x, w) {
+  marked(g, { at, kind, text }, slot, x, w) {
     const mid = x(at);
     if (mid < this.left || mid > w) return;
     g.fillStyle = colour(BAD_MARK.test(`${kind} ${text}`) ? "bad" : MARKS[kind] ?? "mark");

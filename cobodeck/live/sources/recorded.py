@@ -59,7 +59,7 @@ class RecordSource:
         about = [*files, *found["about"], *filter(None, [first.record.broken])]
         if any(r.record.header["scene"] != first.record.header["scene"] for r in self._runs):
             about.append(f"their rooms differ: the map has that of {files[0]}")
-        runs = [{"title": n, **r.seen.hello()} for n, r in zip(files, self._runs, strict=True)]
+        runs = [{**r.seen.hello(), "title": n} for n, r in zip(files, self._runs, strict=True)]
         return {**found, "mode": "record", "about": about, "until": self.until, "runs": runs}
 
     def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002

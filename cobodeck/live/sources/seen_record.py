@@ -91,12 +91,12 @@ class SeenRecord:
 
     def seek(self, at_ns: int) -> None:
         """Go to an instant: all ticks up to it have been taken."""
-        number, obstacles = self._number(at_ns), self.seen.place.obstacles
+        number, place = self._number(at_ns), self.seen.place
         self.model = self._blocks[number].before.copied()
-        obstacles.restart()
+        place.restart()
         for block in self._blocks[self._number(at_ns - SCANNED_NS) : number]:
             for group in block.groups():
-                obstacles.add(group)
+                place.obstacles.add(group)
         self._rest = self.groups(at_ns)
         self._next = next(self._rest, None)
         self.go_on(at_ns)

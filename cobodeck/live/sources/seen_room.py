@@ -38,6 +38,12 @@ PLAN_S = 0.25
 """Between two plans of the path to a goal, s in the run."""
 CHASE_CELL = 0.1
 """Side of the Chase cells on pages, m: those of the profile are ten times as many bytes."""
+TRAIL_S = 30.0
+"""Duration of the past paths on pages, s."""
+TRAIL_APART = 0.05
+"""Between two points of these, m."""
+UNSEEN_NS = 2_000_000_000
+"""Without a page for longer, in the run, a path begins anew: nobody knows how it went on."""
 BOUNDS = [-5.0, -5.0, 5.0, 5.0]
 """Of the map where there is no room, m."""
 
@@ -56,8 +62,13 @@ class SeenRoom:
         if scene is not None:
             self._around = Backdrop(scene, setup.environment, setup.profile, chase_cell=CHASE_CELL)
         self.obstacles = SeenObstacles(setup.environment)
-        self._trail, self._last_ns = MomentTrail(), -1
+        self._trail, self._last_ns = MomentTrail(TRAIL_S, TRAIL_APART), -1
         self._planned: tuple[object, tuple[Point, ...]] = None, ()
+
+    def restart(self) -> None:
+        """Forget what was before: what comes next is of another time."""
+        self._trail, self._last_ns = MomentTrail(TRAIL_S, TRAIL_APART), -1
+        self.obstacles.restart()
 
     def message(self) -> dict[str, Any]:
         """What does not move."""
@@ -70,8 +81,8 @@ class SeenRoom:
 
     def moment(self, model: RunModel) -> Moment:
         """What is known of robot and user now."""
-        if model.at_ns < self._last_ns:
-            self._trail = MomentTrail()
+        if model.at_ns - self._last_ns > UNSEEN_NS:
+            self._trail = MomentTrail(TRAIL_S, TRAIL_APART)
         if model.at_ns != self._last_ns:
             self._trail.add(model.at_ns, model.truth or measured(model))
         self._last_ns = model.at_ns

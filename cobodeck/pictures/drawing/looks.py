@@ -73,6 +73,7 @@ LOOKS = {
     "zone outline": Look(_border(4.6, RED, 0.9, _DASHES), {"color": RED, "lw": 0.9, "ls": _DASHES}),
     "escape arrow": Look(_line(6.0, RED, 2.0), {"marker": ">", "ms": 6}),
     "escape outline": Look(_border(8.5, RED, 1.8), _RING),
+    "deep arrow": Look(_line(8.1, DEEP, 2.0, mutation_scale=10.0)),
     "deep disc": Look(_area(8.2, DEEP, "white", 0.8), _dot(DEEP, "white")),
     "haptic line": Look(_line(5.2, HAPTIC, 1.0, ls=_DASHES)),
     "haptic arrow": Look(_line(6.0, HAPTIC, 1.6), {"marker": "o", "markevery": [0], "ms": 6}),

@@ -234,6 +234,12 @@ def plot(signal: str, until: float) -> Message:
     return {"t": "plot", "signal": signal, "fields": ["x", "y", "yaw"], "at": at, "values": values}
 
 
+def running(chart: str) -> Message:
+    """The text of a chart, as it runs."""
+    text = f"chart: {chart}  # runs"
+    return {"t": "text", "chart": chart, "text": text, "charts": ["chase", "cobodeck"]}
+
+
 class FakePageServer:
     """Serves the page on a port of its own; `received` is what pages sent, newest last."""
 
@@ -265,7 +271,7 @@ class FakePageServer:
         self.received = []
         self.pages = dict.fromkeys(self.pages, "")
         self.holder: Any = None
-        self.stopped = self.real = False
+        self.stopped = self.real = self.parts = False
 
     def renew(self) -> None:
         """Tell all pages anew what there is."""
@@ -354,7 +360,9 @@ class FakePageServer:
             "mode": self.mode,
             "title": "cobodeck",
             "real": self.real,
-            "about": ["lab_a", "demo", "tuned", "seed 1"],
+            "about": ["lab_a", "demo", "began 2026-11-28T04:40:56.491+00:00"],
+            "on_parts": self.parts,
+            "paced": not self.parts,
             "commands": self.mode != "record",
             "tick_hz": 30,
             "until": UNTIL,
@@ -427,7 +435,8 @@ class FakePageServer:
             ["haptic requests served", "1 of 1"], ["Escapes", "1"],
             ["nearest to the user", "0.84 m"],
         ]  # fmt: skip
-        return {"t": "figures", "rows": rows, "range": range_}
+        final = self.mode == "record" and self.at >= UNTIL
+        return {"t": "figures", "rows": rows, "range": range_, "final": final}
 
     async def answers(self, page: ServerConnection, message: Message) -> list[Message]:
         kind = message["t"]
@@ -437,6 +446,7 @@ class FakePageServer:
             "plot": lambda: [plot(message["signal"], self.at)] if message["on"] else [],
             "range": lambda: [self.figures([message["from"], message["to"]])],
             "auth": lambda: self._auth(page, message),
+            "text": lambda: [running(message.get("chart", "cobodeck"))],
         }
         if kind == "cmd":
             return await self._command(page, message)
@@ -478,7 +488,7 @@ class FakePageServer:
             self.stopped = False
             await self._tell({"t": "ev", "at": self.at, "stop": False})
         if message["do"] == "start":
-            return [ack(True, "begun") | {"url": "http://127.0.0.1:1/"}]
+            return [ack(True, "begun") | {"url": "http://0.0.0.0:1/"}]
         return [ack(True, "done")]
 
 

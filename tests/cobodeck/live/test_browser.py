@@ -11,7 +11,7 @@ import pytest
 from websockets.sync.client import connect
 
 from tests.cobodeck.live.browser import Browser
-from tests.cobodeck.live.fake_page_server import UNTIL, FakePageServer, lanes
+from tests.cobodeck.live.fake_page_server import HEALTH, UNTIL, FakePageServer, lanes, running
 from tests.cobodeck.live.pictures import drawn
 from tests.waiting import until
 
@@ -32,12 +32,6 @@ document.getElementById('chart-follow').checked = true;
 OURS = ("WebSocket connection to", "Canvas2D: Multiple readback")
 """Beginnings of errors that the tests bring about."""
 Show = Callable[..., FakePageServer]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with Browser() as running:
-        yield running
 
 
 @pytest.fixture(scope="module")
@@ -121,6 +115,8 @@ def test_the_page_opens_without_errors_and_asks_nobody_else(
 ) -> None:
     browser.until_text("#clock", "of 60.0 s")
     assert browser.text("#title") == "cobodeck"
+    assert browser.text("#about").endswith("demo · began 2026-11-28 04:40")
+    assert "04:40:56.491+00:00" in browser.see("document.getElementById('about').title")
     assert browser.errors == []
     assert all(
         url.startswith((server.url, "data:", f"ws://127.0.0.1:{server.port}/"))
@@ -134,7 +130,9 @@ def test_what_is_active_lights_up_and_the_transition_taken_is_bold(
     show("live", at=23.8)
     browser.until(lit(GO))
     browser.until_text(".since", " s")
-    assert browser.see("document.querySelectorAll('.since').length") == 1  # guards have none
+    around = browser.see("[...document.querySelectorAll('.around')].map((e) => e.textContent)")
+    assert around == ["23.8 s", "23.8 s"]  # of its boxes, but not of one that is narrow
+    assert browser.see("document.querySelectorAll('.since').length") == 3  # guards have none
     assert browser.see(lit("chase/danger"))
     drive = "document.getElementById('a_s:chase/follow/drive')"
     assert browser.see(f"{drive}.classList.contains('active')")
@@ -208,6 +206,9 @@ def test_a_reader_of_the_screen_finds_its_way_and_is_not_talked_to_death(
     assert browser.see("document.querySelectorAll('header, main, aside').length") == 3
     assert "active: " in browser.see("document.querySelector('.chart svg').ariaLabel")
     browser.until("document.getElementById('map').ariaLabel.includes('robot at')")
+    lanes_now = "document.getElementById('lanes').ariaLabel"
+    browser.until(f"{lanes_now}.includes('chase since 0.0 s; ')")
+    assert browser.see(lanes_now).endswith("; 16.0 s command: anna: SetLevel")
     server.tell({"t": "ev", "active": {"": 0.0, "chase": 0.0}, "locks": ["chase"]})
     browser.until("document.getElementById('a_s:chase').ariaLabel.includes('active, locked')")
     alive = "'output, [aria-live], [role=status], [role=alert], [role=log]'"
@@ -216,10 +217,10 @@ def test_a_reader_of_the_screen_finds_its_way_and_is_not_talked_to_death(
         "window.spoken = 0, new MutationObserver(() => { window.spoken += 1; })"
         ".observe(document.getElementById('spoken'), {childList: true}), window.begun = Date.now()"
     )
-    for number in range(30):
+    for number in range(10):
         server.tell({"t": "ev", "active": {"": 0.0, f"chase/x{number}": 0.0}})
         browser.until_text("#doing", f"x{number}")
-    browser.until_text("#spoken", "x29")
+    browser.until_text("#spoken", "x9")
     assert browser.see("window.spoken <= 2 + (Date.now() - window.begun) / 1500")
 
 
@@ -246,6 +247,10 @@ def test_the_map_is_drawn_and_layers_can_be_taken_away(browser: Browser, show: S
 
     browser.until(f"Object.keys({SEEN}('map')).length > 20 && {SEEN}('map')['{user}'] > 300")
     browser.until(f"{SEEN}('map')['{path}'] > 60")
+    white = browser.see(f"{SEEN}('map')['15,15,15']")  # around what may lie on cells
+    browser.click("#layer-escape")
+    browser.until(f"{SEEN}('map')['15,15,15'] < {white} - 200")
+    browser.click("#layer-escape")
     browser.click("#layer-user")
     browser.click("#layer-path")
     browser.click("#layer-goal")
@@ -336,7 +341,7 @@ def test_stop_works_without_a_token(browser: Browser, show: Show) -> None:
 
 def test_the_keyboard_alone_can_stop(browser: Browser, show: Show) -> None:
     server = show("live")
-    for number, where in enumerate(["", "#token", "#map", "#find", "#speed", "[role=treeitem]"]):
+    for number, where in enumerate(["", "#token", "#map", "[role=treeitem]"]):
         if where:
             browser.focus(where)
 
@@ -346,10 +351,7 @@ def test_the_keyboard_alone_can_stop(browser: Browser, show: Show) -> None:
         assert len(sent(server, "stop")) == number + 1, where
         server.tell({"t": "ev", "stop": False})
         browser.until_text("#stop", "STOP ")
-
-
-def test_stop_is_reached_by_tab(browser: Browser, show: Show) -> None:
-    server = show("live")
+    server.received.clear()
     browser.see("Object.assign(document.getElementById('title'), {tabIndex: -1}).focus()")
     for _ in range(10):
         browser.press("Tab")
@@ -378,10 +380,13 @@ def test_a_stop_that_cannot_be_sent_says_so(browser: Browser, show: Show) -> Non
 def test_open_faults_are_shown_and_a_run_that_is_over_says_so(browser: Browser, show: Show) -> None:
     server = show("live")
 
+    browser.until_text("#figures", "so far")
     server.tell({"t": "ev", "faults": ["base: no answer"]})
     browser.until_text("#doing.error", "base: no answer")
     server.tell({"t": "ev", "faults": []})
     browser.until("!document.querySelector('#doing.error')")
+    server.tell({**server.figures(None), "final": True})
+    browser.until_text("#figures", "of the whole run")
     server.tell({"t": "ev", "over": True, "ended": "preempted", "active": {}})
     server.close()
 
@@ -420,7 +425,7 @@ def test_an_outcome_is_forced_only_with_the_token(browser: Browser, show: Show) 
     }
 
 
-def test_control_is_handed_over_between_two_pages_and_both_see_it(
+def test_control_is_handed_over_both_pages_see_it_and_refusals_of_the_server_are_shown(
     browser: Browser, show: Show
 ) -> None:
     server = show("live")
@@ -444,18 +449,11 @@ def test_control_is_handed_over_between_two_pages_and_both_see_it(
         surely(browser, "#control button")
         browser.until_text("#holder", "You hold control as anna")
         assert hear("ev")["operator"] == {"name": "anna", "you": False}
+    server.holder = object()  # another page, of which this one has not heard yet
+    browser.click("#tools button:text-is('pause')")
+    browser.until_text("#answer.error", "somebody else holds control")
     browser.click("#control button")
     browser.until_text("#holder", "Nobody holds control")
-
-
-def test_a_refusal_of_the_server_is_shown(browser: Browser, show: Show) -> None:
-    server = show("live")
-    in_control(browser, server)
-    server.holder = object()  # another page, of which this one has not heard yet
-
-    browser.click("#tools button:text-is('pause')")
-
-    browser.until_text("#answer.error", "somebody else holds control")
 
 
 def test_an_outcome_that_waits_is_consented_to_or_refused(browser: Browser, show: Show) -> None:
@@ -508,7 +506,15 @@ def test_level_of_autonomy_and_another_chart_are_sent_and_what_is_typed_stays(
     server = show("live")
     in_control(browser, server)
     browser.click("#replace summary")
+    browser.until("document.querySelector('#replace textarea').value == 'chart: cobodeck  # runs'")
+    browser.see(
+        "((one) => { one.value = 'chase'; one.dispatchEvent(new Event('change')); })"
+        "(document.querySelector('#replace select'))"
+    )
+    browser.until("document.querySelector('#replace textarea').value == 'chart: chase  # runs'")
     browser.fill("#replace textarea", "chart: cobodeck")
+    server.tell(running("cobodeck"))  # which comes late
+    browser.until_text("#log", server.marked())
     browser.see(
         "((level) => { level.value = 'low'; level.dispatchEvent(new Event('change')); })"
         "(document.querySelector('#tools select'))"
@@ -524,8 +530,13 @@ def test_level_of_autonomy_and_another_chart_are_sent_and_what_is_typed_stays(
 
 def test_reset_of_real_parts_stays_with_the_console(browser: Browser, show: Show) -> None:
     server = show("live")
+    server.parts = True  # those that move by themselves, real or not
+    server.renew()
+    browser.until_text("#log", server.marked())
     in_control(browser, server)
     browser.until_text("#tools", "reset")
+    browser.until_text("#holder", "Keep this tab in front")
+    assert not browser.see("document.getElementById('speed-label').offsetParent")
     server.real = True
     server.close()
     server.start()
@@ -533,7 +544,6 @@ def test_reset_of_real_parts_stays_with_the_console(browser: Browser, show: Show
     browser.until_text("#control", "take control")  # let in again by itself, but not in control
     browser.click("#control button")
     browser.until_text("#tools", "reset: at the console")
-    browser.until_text("#holder", "Keep this tab in front")
 
 
 def test_where_a_shadow_decided_otherwise_is_listed_and_gone_to(
@@ -542,18 +552,55 @@ def test_where_a_shadow_decided_otherwise_is_listed_and_gone_to(
     server = show("record")
     assert not browser.see("document.getElementById('shadow').offsetParent")
 
-    told = {"kind": "shadow", "path": GO, "text": "ran 'arrived', shadow 'stuck'"}
-    marks = [{"at": at, **told} for at in (14.5, 15.5)]
-    server.tell({**lanes(UNTIL), "t": "lanes+", "lanes": [], "marks": marks})
+    told = {"path": GO, "ran": "arrived", "shadow": "stuck"}
+    for number, at in enumerate((14.5, 15.5)):
+        server.tell({"t": "shadow", "rows": [{"at": at, **told}], "more": number > 0})
 
     browser.until("document.getElementById('shadow').offsetParent")
-    assert browser.text("#shadow li") == f"14.5 s {GO}ran 'arrived', shadow 'stuck'"
+    assert browser.text("#shadow li") == f"14.5 s {GO}ran arrived, shadow stuck"
+    assert browser.text("#shadow li:last-child button") == f"15.5 s {GO}"
     browser.click("#shadow li:last-child button")
     until(lambda: sent(server, "seek"))
     assert sent(server, "seek")[-1]["at"] == 15.5
     browser.until_text("#details-head", GO)
     server.renew()
     browser.until("!document.getElementById('shadow').offsetParent")
+
+
+def test_of_two_records_each_has_its_chart_its_lanes_its_figures_and_its_details(
+    browser: Browser, show: Show
+) -> None:
+    server = show("record")
+    nodes = server.chart()["nodes"]
+    nodes["chase"]["kind"] = "use"
+    signals = [{"name": "arm.joints", "type": "ArmState"}]
+    runs = [{"title": f"{slot}.mcap", "signals": slot * signals} for slot in (0, 1)]
+    server.tell({**server.hello(), "runs": runs})
+    for slot in (0, 1):
+        state = {**server.state(), "data": {"chase": {"goal": f"{slot + 1} m"}, "": {"goal": "0"}}}
+        server.tell(server.chart(nodes=nodes, slot=slot))
+        server.tell({**state, "active": {GO: 14.2 + slot, "chase": 3.0}, "slot": slot})
+        server.tell({**lanes(UNTIL), "title": f"{slot}.mcap", "slot": slot})
+        server.tell({**server.figures(None), "slot": slot})
+        server.tell({**HEALTH, "missed": 3 + slot, "slot": slot})
+    browser.until("document.querySelectorAll('.chart svg').length == 2")
+    browser.until_text("#figures th", "record")
+    browser.until_text("#health", "missed ticks34")
+    assert "arm.joints" in browser.text("#signals")
+    said = browser.see("[...document.querySelectorAll('#log li')].map((e) => e.textContent)")
+    assert [one.split(" ")[0] for one in said[-6:]] == 3 * ["0.mcap", "1.mcap"]
+    pick = f"querySelector('.chart [data-path=\"{GO}\"]').dispatchEvent("
+    pick += "new MouseEvent('click', {bubbles: true}))"
+
+    for slot in (0, 1):
+        browser.see(f"document.querySelectorAll('.place')[{slot}].{pick}")
+
+        browser.until_text("#details-body", f"← goal = {slot + 1} m")
+        assert browser.text("#details-head") == GO + slot * " (second)"
+        assert f"since {14.2 + slot} s, for {5.8 - slot:.1f} s" in browser.text("#details-body")
+    browser.shot(OUT / "page-two.png")
+    server.tell(server.hello())
+    browser.until("document.getElementById('health-box').hidden")
 
 
 def finding(**more: Any) -> dict[str, Any]:
@@ -653,6 +700,7 @@ def test_a_chart_is_started_with_its_parameters_and_inputs(browser: Browser, sho
         "user": "",
     }
     browser.until_text("#answer a", "open its page")
+    assert browser.see("document.querySelector('#answer a').href") == "http://127.0.0.1:1/"
 
 
 def test_boxes_fold_and_used_charts_are_drawn_anew_by_the_server(
@@ -679,8 +727,10 @@ def test_boxes_fold_and_used_charts_are_drawn_anew_by_the_server(
     browser.until(inside)
     nodes = server.chart()["nodes"]
     nodes["haptic"]["kind"] = "use"
+    nodes[GO]["break"] = True
     server.tell(server.chart(nodes=nodes, unfolded=["haptic"]))
     browser.until_text("#log", server.marked())
+    assert browser.see("document.querySelector('.badge.break').dataset.path") == GO  # as written
     browser.see(
         "document.querySelector('[data-fold=haptic]')"
         ".dispatchEvent(new MouseEvent('click', {bubbles: true}))"
@@ -699,6 +749,7 @@ def test_a_narrow_window_has_no_scroll_to_the_side(browser: Browser, show: Show)
         browser.until("document.documentElement.scrollWidth <= 360")
         browser.see("scrollTo(0, document.documentElement.scrollHeight)")
         if mode == "live":
+            browser.shot(OUT / "page-narrow.png")
             browser.until(
                 "(({ x, y, right, bottom }) => x >= 0 && y >= 0 && right <= 360 && bottom <= 780)"
                 "(document.getElementById('stop').getBoundingClientRect())"
@@ -714,8 +765,8 @@ def test_letters_have_contrast(browser: Browser, show: Show) -> None:
             {"t": "ev", "faults": ["base: no answer"], "waiting": {"chase/follow/drive": "far"}}
         )
         server.tell(server.chart(findings=[finding(), finding(code="W3", severity="warning")]))
-        marks = [{"at": 1.0, "kind": "shadow", "path": "chase", "text": "ran a, shadow b"}]
-        server.tell({**lanes(UNTIL), "marks": marks})
+        row = {"at": 1.0, "path": "chase", "ran": "near", "shadow": "lost"}
+        server.tell({"t": "shadow", "rows": [row], "more": False})
         browser.until_text("#findings", "W3")
         browser.until_text("#log", server.marked())
         browser.see("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
@@ -766,9 +817,7 @@ def test_texts_of_the_server_are_texts(browser: Browser, show: Show) -> None:
     ("name", "mode", "more"),
     [
         ("light", "live", {}),
-        ("dark", "record", {"scheme": "dark"}),
-        ("narrow", "live", {"size": (360, 780)}),
-        ("middle", "live", {"size": (900, 1000), "scheme": "dark"}),
+        ("wide", "record", {"size": (1920, 1080), "scheme": "dark"}),
     ],
 )
 def test_pictures_to_look_at(browser: Browser, show: Show, name: str, mode: str, more: Any) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import socket
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -14,12 +13,6 @@ from tests.cobodeck.live.served import Served
 
 pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 SIMULATE = ("simulate", "--scene", "study")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with Browser() as running:
-        yield running
 
 
 @pytest.fixture
@@ -95,6 +88,9 @@ def test_a_run_is_stopped_by_anybody_steered_with_the_token_and_found_again_as_a
     browser.until("document.body.classList.contains('lost')")
 
     with Served(tmp_path, "watch", "a.mcap", "--port", port):
+        browser.see(
+            "dispatchEvent(new Event('online'))"
+        )  # it tries at once, not after some seconds
         browser.until_text("#clock", "0.0 s of ")
         browser.until("document.getElementById('banner').hidden")
         browser.until(lit("chase"))

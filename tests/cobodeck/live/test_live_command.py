@@ -83,8 +83,8 @@ def simulated(folder: Path, doing: Doing, *more: str) -> dict[str, Any]:
 
 
 async def _watch(page: Client, token: str) -> None:
-    frame = await page.hear("frame")
-    assert any(shape["l"] == "robot" for shape in frame["shapes"])
+    while not any(s["l"] == "robot" for s in (await page.hear("frame"))["shapes"]):
+        pass  # the first one may be that of before the first tick
     while "run is over" not in (await page.hear("say"))["text"]:
         pass
 

@@ -50,6 +50,23 @@ def test_any_instant_is_what_all_before_it_leads_to(seen: SeenRecord, times: lis
 
 
 @pytest.mark.slow
+def test_past_paths_go_on_with_the_run_and_begin_anew_where_another_instant_is_sought(
+    seen: SeenRecord,
+) -> None:
+    place = seen.seen.place
+    seen.seek(10**9)
+    place.moment(seen.model)
+    for at_s in (2, 3, 4):
+        seen.go_on(at_s * 10**9)
+        trail = place.moment(seen.model).robot_trail
+    assert len(trail) > 1
+
+    seen.seek(6 * 10**9)
+
+    assert len(place.moment(seen.model).robot_trail) == 1
+
+
+@pytest.mark.slow
 def test_a_page_plays_seeks_plots_and_asks_for_a_range(path: Path) -> None:
     async def main() -> None:
         source = await asyncio.to_thread(RecordSource.of, [path, path])
@@ -58,6 +75,7 @@ def test_a_page_plays_seeks_plots_and_asks_for_a_range(path: Path) -> None:
             hello = await page.hear("hello")
             assert (hello["mode"], hello["commands"]) == ("record", False)
             assert hello["until"] == pytest.approx(8.0)
+            assert [one["title"] for one in hello["runs"]] == 2 * [path.name]
             assert (await page.hear("chart", slot=1))["nodes"]["chase"]["kind"]
             await page.tell(t="seek", at=5.0)
             state = await page.hear("state", at=5.0)

@@ -77,6 +77,7 @@ def test_a_controlling_page_that_is_not_heard_stops_a_run_on_parts() -> None:
         source = Shown(ON_PARTS)
         async with serving(source, lambda: now) as server, client(server) as socket:
             page = Client(socket)
+            assert (await page.hear("hello"))["on_parts"]  # so that it says to keep it in front
             await page.authorize("me")
             await page.command("take")
             for _ in range(5):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -42,6 +43,18 @@ def test_what_is_lost_is_not_shown_where_it_was() -> None:
 
     assert trail.moment().user is None
     assert trail.moment().user_trail == ((1.0, 1.0),)
+
+
+def test_a_long_trail_has_no_more_points_than_wanted_and_ends_where_the_robot_is() -> None:
+    trail = MomentTrail(lasting_s=5.0, apart_m=0.1)
+    for n in range(301):
+        trail.add(n * TICK_NS, Truth(Pose2(n * 0.013, 0.0)))
+
+    found = [x for x, _ in trail.moment().robot_trail]
+
+    assert found[-1] == 300 * 0.013
+    assert all(0.1 <= b - a <= 0.1 + 0.013 for a, b in pairwise(found))
+    assert 150 * 0.013 <= found[0] <= 150 * 0.013 + 0.12
 
 
 @given(st.integers(1, 300), st.floats(-1.5, 1.5), st.floats(-1.0, 1.0))

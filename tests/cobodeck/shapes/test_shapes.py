@@ -340,3 +340,9 @@ def test_of_a_planner_without_costs_what_scans_have_shown_is_seen() -> None:
     (shape,) = costmap_shapes(planner.among([ring]), Pose2(5.0, 2.0), (5.0, 5.0))  # type: ignore[attr-defined]
 
     assert shape.places == list(ring)
+
+
+def test_deep_points_where_the_person_reaches() -> None:
+    ahead, _ = actors.deep_shapes(Pose3.from_yaw(1.0, 2.0, 1.2, math.pi / 2))
+
+    assert (ahead.kind, ahead.points) == ("arrow", pytest.approx((1.0, 2.0, 1.0, 2.4)))
