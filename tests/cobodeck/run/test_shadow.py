@@ -99,14 +99,13 @@ def on_record(path: Path) -> list[dict[str, Any]]:
         return [json.loads(m.data) for _, _, m in make_reader(file).iter_messages(["shadow"])]
 
 
-def on_the_page(path: Path) -> list[tuple[float, str, str]]:
-    """The marks by which pages tell of it."""
+def on_the_page(path: Path) -> list[dict[str, Any]]:
+    """The rows by which pages tell of it."""
     record = Record(path)
     seen = SeenRun(record, catalogue())
     for group in record.groups():
         seen.add(group)
-    marks = seen.lanes()["marks"]
-    return [(one["at"], one["path"], one["text"]) for one in marks if one["kind"] == "shadow"]
+    return [row for told in seen.over_time() if told["t"] == "shadow" for row in told["rows"]]
 
 
 OTHER = """
@@ -162,10 +161,7 @@ def test_differences_are_on_record_and_the_same_afterwards(
 
     assert figures["differed"] == len(rows) > 0
     assert set(rows[0]) == {"at_ns", "path", "ran", "shadow"}
-    assert on_the_page(Path("run.mcap")) == [
-        (row["at_ns"] / 1e9, row["path"], f"ran {row['ran']}, shadow {row['shadow']}")
-        for row in rows
-    ]
+    assert on_the_page(Path("run.mcap")) == [{"at": row.pop("at_ns") / 1e9, **row} for row in rows]
 
     assert main(["replay", "run.mcap", "--check", "--shadow", "other.yaml", "--json"]) == 0
     again = json.loads(capsys.readouterr().out)
