@@ -49,6 +49,11 @@ class Stops:
         self.why: str | None = None
         self._line, self._parts, self._now, self._tell = line, parts, now, tell
 
+    @property
+    def child(self) -> Any:
+        """The process behind it, None without one."""
+        return getattr(self._line, "child", None)
+
     def pull(self, reason: str) -> None:
         """Stop all parts until the reset; if the `stop` of one raises, the others still stop."""
         if self.guard is not None:

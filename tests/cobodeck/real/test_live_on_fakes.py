@@ -104,6 +104,8 @@ async def _steered(url: str, token: str) -> tuple[float, float]:
     async with _operating(url, token) as page:
         beating = asyncio.create_task(page.beat())
         await page.until(False, page.at + 2.0)  # heard, it is not missed
+        assert {"the safety chain", "the arm's process"} <= page.children.keys()
+        assert set(page.children.values()) == {"runs"}
         pressed = page.at
         assert (await page.do("stop"))["ok"]
         await page.until(True)
@@ -118,8 +120,6 @@ async def _steered(url: str, token: str) -> tuple[float, float]:
         await page.until(False, page.at + 0.5)
         assert (await page.do("end"))["ok"]
         beating.cancel()
-        assert {"the safety chain", "the arm's process"} <= page.children.keys()
-        assert set(page.children.values()) == {"runs"}
         return pressed, left
 
 
