@@ -126,7 +126,7 @@ class Conversation:
             name = self._access.lost()
             if name is None:
                 continue
-            lost = {"t": "cmd", "do": "stop", "who": f"the page of {name} is gone"}
+            lost = {"t": "cmd", "do": "stop", "who": f"the server, as the page of {name} is gone"}
             with suppress(ConnectionError):  # the run is over
                 await self._source.commanded(NOBODY, lost)
                 await self._tell_holder()

@@ -124,6 +124,7 @@ def test_the_page_opens_without_errors_and_asks_nobody_else(
     )
 
 
+@pytest.mark.requirement(21, 57)
 def test_what_is_active_lights_up_and_the_transition_taken_is_bold(
     browser: Browser, show: Show
 ) -> None:
@@ -241,6 +242,7 @@ def layers_of(server: FakePageServer) -> list[str]:
     return list(sent(server, "layers")[-1]["on"])
 
 
+@pytest.mark.requirement(21, 134)
 def test_the_map_is_drawn_and_layers_can_be_taken_away(browser: Browser, show: Show) -> None:
     server = show("record")
     user, path = "11,1,1", "0,7,7"  # #b71c1c, #00727d
@@ -293,6 +295,7 @@ def test_requests_escapes_stops_and_commands_are_marked_on_the_lanes(
         assert title == told
 
 
+@pytest.mark.requirement(145)
 def test_arrows_go_from_transition_to_transition_and_a_drag_takes_a_range(
     browser: Browser, show: Show
 ) -> None:
@@ -314,6 +317,7 @@ def test_arrows_go_from_transition_to_transition_and_a_drag_takes_a_range(
     assert sent(server, "play")[-1]["speed"] == 1
 
 
+@pytest.mark.requirement(19, 21)
 def test_a_signal_is_plotted_on_click(browser: Browser, show: Show) -> None:
     server = show("record")
     browser.click("summary:has-text('Signals')")
@@ -329,6 +333,7 @@ def test_a_signal_is_plotted_on_click(browser: Browser, show: Show) -> None:
     assert sent(server, "plot") == [{"t": "plot", "signal": "base.twist", "on": True}]
 
 
+@pytest.mark.requirement(48, 54)
 def test_stop_works_without_a_token(browser: Browser, show: Show) -> None:
     server = show("live")
 
@@ -363,6 +368,7 @@ def test_the_keyboard_alone_can_stop(browser: Browser, show: Show) -> None:
     until(lambda: sent(server, "stop"))
 
 
+@pytest.mark.requirement(54)
 def test_a_stop_that_cannot_be_sent_says_so(browser: Browser, show: Show) -> None:
     server = show("live")
     server.close()
@@ -528,6 +534,7 @@ def test_level_of_autonomy_and_another_chart_are_sent_and_what_is_typed_stays(
     assert commanded(server, "replace") == {"text": "chart: cobodeck"}
 
 
+@pytest.mark.requirement(49)
 def test_reset_of_real_parts_stays_with_the_console(browser: Browser, show: Show) -> None:
     server = show("live")
     server.parts = True  # those that move by themselves, real or not
@@ -630,6 +637,7 @@ def test_the_last_good_picture_stays_while_the_text_is_broken(browser: Browser, 
     browser.until("document.getElementById('banner').hidden")
 
 
+@pytest.mark.requirement(57)
 def test_a_saved_chart_is_drawn_anew_and_two_stand_side_by_side_each_with_its_profile(
     browser: Browser, show: Show
 ) -> None:

@@ -57,6 +57,7 @@ def find(browser: Browser, path: str) -> None:
     browser.until_text("#details-head", path)
 
 
+@pytest.mark.requirement(21, 48, 145)
 def test_a_run_is_stopped_by_anybody_steered_with_the_token_and_found_again_as_a_record(
     browser: Browser, tmp_path: Path, port: str
 ) -> None:
@@ -119,6 +120,7 @@ states:
 """
 
 
+@pytest.mark.requirement(21, 57)
 def test_a_chart_is_edited_started_by_its_form_asks_for_consent_and_is_changed_while_it_runs(
     browser: Browser, tmp_path: Path
 ) -> None:

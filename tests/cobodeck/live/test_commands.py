@@ -171,6 +171,7 @@ def test_who_takes_and_loses_control_is_on_record(steered: Steered) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.requirement(57)
 def test_another_chart_goes_on_or_is_refused_with_the_place(steered: Steered) -> None:
     longer = CHART.replace("200 s", "300 s")
     assert steered.do("replace", text=longer) == ""
@@ -195,6 +196,7 @@ INNER = CHART.replace("steered", "inner")
 
 
 @pytest.mark.slow
+@pytest.mark.requirement(57)
 def test_a_used_chart_is_changed_and_locks_breakpoints_and_values_of_the_profile_stay(
     tmp_path: Path,
 ) -> None:
@@ -244,6 +246,7 @@ async def sought(path: Path, instants: Iterable[float]) -> list[Message]:
     return [message for message in told if message["t"] == "chart"]
 
 
+@pytest.mark.requirement(48, 49)
 def test_a_stop_does_not_wait_for_a_tick(steered: Steered) -> None:
     line = steered.loop.plant.parts["stop_line"]
     assert line.reason is None
@@ -386,6 +389,7 @@ def test_what_pages_are_told_of_a_run_may_fail(steered: Steered) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.requirement(55)
 def test_who_has_control_on_parts_is_missed_also_when_the_server_dies(tmp_path: Path) -> None:
     for end in (False, True):
         found = Steered(study(), tmp_path / f"{end}.mcap", parts=True)
@@ -399,6 +403,7 @@ def test_who_has_control_on_parts_is_missed_also_when_the_server_dies(tmp_path: 
         found.finish()
 
 
+@pytest.mark.requirement(49)
 def test_real_parts_are_not_reset_from_pages(setup: Setup, tmp_path: Path) -> None:
     found = Steered(setup, tmp_path / "run.mcap", real=True)
     assert "console" in found.do("reset")

@@ -200,6 +200,7 @@ async def _steer(page: Client, token: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.realtime
+@pytest.mark.requirement(19, 57)
 def test_a_run_that_was_steered_is_replayed_as_it_was(tmp_path: Path) -> None:
     figures = simulated(tmp_path, _steer, "--record", "steered.mcap")
 

@@ -39,6 +39,7 @@ def compared(options: Options) -> tuple[Comparing, object]:
 
 @settings(max_examples=examples(12, least=2), deadline=None, phases=UNSHRUNK)
 @given(seed=some.integers(0, 10_000))
+@pytest.mark.requirement(19, 21)
 def test_active_nodes_and_data_are_those_of_the_run_at_every_tick(seed: int) -> None:
     comparing, loop = compared(Options(tier=0, seed=seed, duration_s=8.0))
 

@@ -158,6 +158,7 @@ def test_a_style_sheet_uses_colours_that_it_has() -> None:
     assert set(re.findall(r"var\(--([\w-]+)\)", CSS)) <= defined
 
 
+@pytest.mark.requirement(54)
 def test_the_key_that_stops_is_said() -> None:
     assert re.search(r'id="stop"[^>]*aria-keyshortcuts="Escape"[^>]*>STOP <kbd>Esc</kbd>', HTML)
     assert "<dt>Esc</dt><dd>stop the run" in HTML

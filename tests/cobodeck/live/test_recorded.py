@@ -37,6 +37,7 @@ def seen(path: Path) -> SeenRecord:
 @settings(max_examples=examples(24, least=3), deadline=None)
 @given(times=some.lists(some.integers(0, 9 * 10**9), min_size=1, max_size=4))
 @pytest.mark.slow
+@pytest.mark.requirement(19, 145)
 def test_any_instant_is_what_all_before_it_leads_to(seen: SeenRecord, times: list[int]) -> None:
     for at_ns in times:
         seen.seek(at_ns)
@@ -67,6 +68,7 @@ def test_past_paths_go_on_with_the_run_and_begin_anew_where_another_instant_is_s
 
 
 @pytest.mark.slow
+@pytest.mark.requirement(21, 134, 145)
 def test_a_page_plays_seeks_plots_and_asks_for_a_range(path: Path) -> None:
     async def main() -> None:
         source = await asyncio.to_thread(RecordSource.of, [path, path])

@@ -25,7 +25,7 @@ COMMANDS = ["reset", "ack", "pause", "resume", "step", "preempt", "end", "force"
 ON_PARTS = Rules(commands=True, on_parts=True)
 
 
-@pytest.mark.requirement(54)
+@pytest.mark.requirement(48, 54)
 def test_anybody_stops_and_all_else_needs_the_token() -> None:
     async def main() -> None:
         source = Shown()
@@ -93,6 +93,7 @@ def test_a_controlling_page_that_is_not_heard_stops_a_run_on_parts() -> None:
     run(main())
 
 
+@pytest.mark.requirement(55)
 def test_a_page_in_control_that_closes_is_missed_on_parts_and_nowhere_else() -> None:
     async def main(rules: Rules, stops: bool) -> None:
         now = 0.0
@@ -111,6 +112,7 @@ def test_a_page_in_control_that_closes_is_missed_on_parts_and_nowhere_else() -> 
     run(main(Rules(commands=True), False))
 
 
+@pytest.mark.requirement(49)
 def test_real_parts_are_reset_at_the_console() -> None:
     async def main() -> None:
         source = Shown(Rules(commands=True, on_parts=True, real=True))
@@ -488,6 +490,7 @@ def test_an_error_of_the_program_is_told_and_other_pages_go_on(
     assert "ZeroDivisionError: oh" in capfd.readouterr().err
 
 
+@pytest.mark.requirement(19)
 def test_what_a_page_asks_is_answered_to_it_alone() -> None:
     async def main() -> None:
         source = Shown()

@@ -201,7 +201,7 @@ def _skip_if_busy(figures: Mapping[str, Any]) -> None:
 
 @pytest.mark.slow
 @pytest.mark.realtime
-@pytest.mark.requirement(54, 55)
+@pytest.mark.requirement(48, 54, 55)
 def test_a_page_stops_a_run_on_fakes_is_missed_in_control_and_all_is_replayed(
     tmp_path: Path,
 ) -> None:
