@@ -204,7 +204,8 @@ def _charts(page: WatchedPage, columns: int) -> list[Line]:
     for found in chart.get("findings") or ():
         place = f"{found.get('file')}:{found.get('line')}:{found.get('column')}"
         kind = BAD if found.get("severity") == "error" else PLAIN
-        lines.append((kind, f"{place}: {found.get('severity')}[{found.get('code')}]"))
+        told = visible(f"{place}: {found.get('severity')}[{found.get('code')}]")
+        lines.append((kind, _cut(told[::-1], columns)[::-1]))  # the file's name and line stay
         lines += [
             (PLAIN, f"    {text}") for text in (found.get("message"), found.get("hint")) if text
         ]

@@ -12,6 +12,7 @@ from tests.stress.traced import covered, traced
 CONVERTS = (
     "converts numbers of files or devices one by one; bad ones are refused where they come in"
 )
+DRAWS = "shows what others compute, and nobody decides by it"
 JUDGES = "looks at records and rooms by means of what is under stress"
 EXEMPT = {
     "cobodeck/avoidable/futures.py": JUDGES,
@@ -26,6 +27,10 @@ EXEMPT = {
     "cobodeck/paper/causes.py": JUDGES,
     "cobodeck/paper/rooms.py": JUDGES,
     "cobodeck/record/format/sample_messages.py": CONVERTS,
+    "cobodeck/shapes/actors.py": DRAWS,
+    "cobodeck/shapes/sensed.py": DRAWS,
+    "cobodeck/shapes/shape.py": DRAWS,
+    "cobodeck/shapes/spaces.py": DRAWS,
     "cobodeck/statistics/ranks.py": "sums ranks; oracles are in `tests/cobodeck/statistics`",
     "hw/drivers/can/mecanum.py": CONVERTS,
     "hw/drivers/kairos/kairos_base.py": CONVERTS,

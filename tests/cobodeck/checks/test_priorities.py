@@ -35,7 +35,7 @@ def test_a_run_goes_before_other_programs_beside_devices_only_and_only_while_it_
 ) -> None:
     before = mine()
     loop = SimpleNamespace(busy=False, stop=lambda: None)
-    with _looked_after(1.0, devices, loop):  # type: ignore[arg-type]
+    with _looked_after(1.0, devices, None, loop):  # type: ignore[arg-type]
         assert mine() == ((os.SCHED_RR, ENGINE) if devices and permitted() else before)
     assert mine() == before
 

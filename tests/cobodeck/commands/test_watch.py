@@ -83,13 +83,15 @@ def test_a_folder_without_charts_is_refused(
 def test_a_terminal_shows_charts_and_findings(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (folder / "mine.yaml").write_text(GOOD.replace("parked: .done", "parked: .gone"))
+    within = folder / ("with_a_long_name" * 5)
+    within.mkdir()
+    (within / "mine.yaml").write_text(GOOD.replace("parked: .done", "parked: .gone"))
 
-    assert main(["watch", str(folder), "--tty", "--no-project"]) == OK
+    assert main(["watch", str(within), "--tty", "--no-project"]) == OK
 
     told = capsys.readouterr().out
     assert "> mine" in told
-    assert f"{folder / 'mine.yaml'}:4:" in told
+    assert "name/mine.yaml:4:" in told
     assert "\x1b" not in told
 
 

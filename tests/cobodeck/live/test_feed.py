@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import socket
+from collections.abc import Iterator
 from pathlib import Path
 from threading import Thread
 
+from cobodeck.live.clients import Message
 from cobodeck.live.feed import Feed, Whole, frames
 from cobodeck.live.model import RunModel
+from cobodeck.live.sources.seen_lanes import SeenLanes
 from cobodeck.live.sources.seen_run import SeenRun, Texts
+from cobodeck.pictures.run.watch import used_charts
 from cobodeck.record.read.reader import Group
 from cobodeck.setup.options import Options
 from engine.operator import Operator
@@ -51,9 +55,9 @@ class Reader:
         writer.close()
 
 
-def open_lanes(seen: SeenRun) -> dict[str, float]:
+def open_lanes(told: Iterator[Message]) -> dict[str, float]:
     """The lanes of charts that run, and since when, s."""
-    lanes = next(seen.over_time())["lanes"]
+    lanes = next(told)["lanes"]
     spans = ((lane["path"], span) for lane in lanes for span in lane["spans"])
     return {path: start for path, (start, end, _) in spans if end is None}
 
@@ -78,10 +82,8 @@ def test_a_stalled_reader_costs_ticks_of_its_own_and_is_right_again() -> None:
     assert not Operator(loop.wired.run).replace(machine.changed(machine.chart, machine.library))
     loop.plant.parts["stop_line"].pull("somebody")
     loop.tick()
-    seen, reader.seen = (
-        SeenRun(Texts(Path("run"), folding.header, folding.attachments), study().catalogue)
-        for _ in range(2)
-    )
+    texts = Texts(Path("run"), folding.header, folding.attachments)
+    reader.seen = SeenRun(texts, study().catalogue)
 
     reader.begin()
     until(lambda: loop.tick() is None and "whole" in reader.kinds)
@@ -93,10 +95,11 @@ def test_a_stalled_reader_costs_ticks_of_its_own_and_is_right_again() -> None:
     require_same(reader.model, loop)
     assert reader.model.active == folding.model.active
     assert reader.model.newest.keys() == folding.model.newest.keys()
+    lanes = SeenLanes(used_charts(machine.chart, machine.library))
     for group in folding.groups:
-        seen.add(group)
-    assert open_lanes(reader.seen) == open_lanes(seen)
-    assert reader.seen.version() == seen.version() == 1
+        lanes.add(group)
+    assert open_lanes(reader.seen.over_time()) == open_lanes(lanes.all())
+    assert reader.seen.version() == 1
     assert reader.model.stop
     _, *beside = reader.told
     assert beside == [("status", {"speed": 3.0}), *(("ack", {"id": n}) for n in range(3))]
