@@ -20,6 +20,7 @@ import pytest
 from cobodeck.real.open_connection import own_host
 from hw.connection.connection import FOLDER
 from hw.fakes.can.can_wire import meeting_point
+from tests.cobodeck.real.test_fakes_run import patient
 
 ROOT = Path(__file__).resolve().parents[3]
 TABLE = ROOT / "hw" / "drivers" / "CONNECTIONS.md"
@@ -123,7 +124,7 @@ def test_every_port_of_a_run_is_in_the_table_and_what_is_thrown_at_it_does_nothi
     host, file = own_host(), tmp_path / "robot.yaml"
     file.write_text((FOLDER / "fakes.yaml").read_text().replace("loopback", host))
     command = [sys.executable, "-m", "cobodeck", "run", "cobodeck", "--robot", str(file), "--json",
-               "--user", "brief", "--requests", "1", "--duration", "60"]  # fmt: skip
+               "--user", patient(tmp_path), "--requests", "1", "--duration", "60"]  # fmt: skip
     elsewhere = ("hw.fakes.kairos.kairos_process", "distributed.scheduler", "distributed.worker")
     known = {one for one in table() if one.process not in elsewhere}
     known.remove(Port("hw.drivers.chain.process", "UDP", "7401", near=True))  # no observer here
