@@ -26,7 +26,7 @@ from queue import SimpleQueue
 from typing import Any, NamedTuple
 
 from cobodeck.loop import Loop
-from cobodeck.record.format import TOPIC, MessageSchema, SampleWriter, trace_line
+from cobodeck.record.format import TOPIC, MessageSchema, SampleWriter, trace_record
 from cobodeck.record.read import Group, RecordedMessage, closed
 from cobodeck.record.write import WriteBytes
 from engine.operator import Operator
@@ -234,7 +234,7 @@ class Feed:
         for number, data, _ in messages:
             topic = self._channels[number][0]
             if topic == "trace":
-                time, kind, path, *_ = trace_line(json.loads(data))
+                time, kind, path, _ = trace_record(json.loads(data))
                 if kind == "enter":
                     self._entered[path] = time
             elif topic == "operator":

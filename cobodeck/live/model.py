@@ -18,12 +18,13 @@ from cobodeck.record.format import (
     TOPIC,
     sample_of,
     scanner_of,
-    trace_line,
+    trace_record,
     truth_again,
     value,
 )
 from cobodeck.record.read import Group, RecordedMessage
 from engine.chart import AUTONOMY
+from engine.run import ASKS
 from hw import Sample, Scan, Truth
 
 NEWEST = 200
@@ -133,7 +134,7 @@ class RunModel:
         self._changed.add("last")
 
     def _trace(self, message: Mapping[str, Any], _ns: int) -> None:
-        at_ns, kind, path, *detail = trace_line(message)
+        at_ns, kind, path, detail = trace_record(message)
         if kind == "enter":
             self.active[path] = at_ns / 1e9
             self._changed.add("active")
@@ -263,8 +264,6 @@ def stop_reason(told: RecordedMessage) -> str | None:
     return None if found is None else str(found)
 
 
-ASKS = "asks to end with "
-"""How the engine notes that an outcome waits for consent."""
 _FOLDED = {
     "trace": RunModel._trace,
     "operator": RunModel._command,

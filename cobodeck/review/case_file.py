@@ -20,7 +20,6 @@ from cobodeck.project import Catalogue
 from cobodeck.record.format import Sink
 from cobodeck.record.read import Group, Record, Replay, ReplayMismatch, setup_of, stage_replay
 from cobodeck.record.write import write_excerpt
-from cobodeck.review.run_events import traced
 from cobodeck.run import Decision, decisions_of
 from cobodeck.terminal import FAILED, Problem
 from cobodeck.testing import CASE_ENDING, CaseStart, RecordedCase, told
@@ -125,7 +124,7 @@ def _following(record: Record, at_ns: int) -> tuple[list[Decision], int]:
             break
         last_ns = group.ticked.at_ns
         with record.understood(group):
-            new = [one for one in decisions_of(traced(group)) if one.kind != "data"]
+            new = [one for one in decisions_of(group.traced()) if one.kind != "data"]
         found += new
         instants |= {one.at_ns: None for one in new if one.at_ns > at_ns}
         if len(instants) == FOLLOWING:

@@ -12,11 +12,10 @@ from typing import NamedTuple
 from cobodeck.project import Catalogue
 from cobodeck.record.format import value
 from cobodeck.record.read import Record, replaced, setup_of
-from cobodeck.review.run_events import nodes_of_chart, traced
 from cobodeck.setup import Setup
 from cobodeck.terminal import FAILED, Problem
 from cobodeck.testing import edges_of, taken
-from engine.chart import Chart
+from engine.chart import Chart, nodes_by_path
 from engine.machine import Box, Machine
 from engine.run import TraceRecord
 
@@ -40,7 +39,7 @@ def edge_counts(
     Raises:
         Problem: a run did not use the chart, or cannot be read with the present states.
     """
-    nodes = dict(nodes_of_chart(chart, library))
+    nodes = dict(nodes_by_path(chart, library))
     counts = {(path, outcome): 0 for path, node in nodes.items() for outcome in node.next}
     for record in records:
         setup = setup_of(record, known)
@@ -71,7 +70,7 @@ def _ran(record: Record, setup: Setup) -> list[_Ran]:
             commands = group.messages("operator")
             new = [value(told["arguments"]) for told in commands if told["command"] == "Replace"]
             found += [_Ran(replaced(setup, arguments), []) for arguments in new]
-            found[-1].events.extend(traced(group))
+            found[-1].events.extend(group.traced())
     return found
 
 

@@ -9,9 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from cobodeck.review.run_events import ANSWER, CHART, FORCE, RunEvents
-from engine.run import TraceRecord
+from engine.run import ASKS, TraceRecord
 
-ASKS = "asks to end with "
 RUNNING = "(running)"
 """What a visit ended with that was not over at the end of the run."""
 

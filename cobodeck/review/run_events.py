@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.project import catalogue
-from cobodeck.record.format import charts_again, trace_line, value
-from cobodeck.record.read import Group, Record, written_setup
+from cobodeck.record.format import charts_again, trace_record, value
+from cobodeck.record.read import Record, written_setup
 from cobodeck.terminal import Problem, is_record
-from engine.chart import LEAVES, Chart, Node
+from engine.chart import CONTAINERS, Chart, nodes_by_path
 from engine.files import mistake, unreadable
 from engine.run import TraceRecord
 
@@ -52,17 +52,6 @@ def events_of(file: Path) -> RunEvents:
     return _of_record(Record(file)) if is_record(file) else _of_trace_file(file)
 
 
-def traced(group: Group) -> Iterator[TraceRecord]:
-    """The trace's records of one tick."""
-    for found in group.messages("trace"):
-        yield _record_of(trace_line(found))
-
-
-def _record_of(line: list[Any]) -> TraceRecord:
-    time_ns, kind, subject, *detail = line
-    return TraceRecord(time_ns, kind, subject, tuple(detail))
-
-
 def _of_record(record: Record) -> RunEvents:
     record.require_ticks()
     setup = written_setup(record, catalogue(own=False))
@@ -74,7 +63,7 @@ def _of_record(record: Record) -> RunEvents:
             for told in group.messages("operator"):
                 arguments = value(told["arguments"])
                 events += _operated(group.ticked.at_ns, told["command"], arguments)
-            events += traced(group)
+            events += group.traced()
     named = dict(names_of(setup.chart, setup.library))
     return RunEvents(record.path, setup.chart.name, named, tuple(events), until_ns, operated=True)
 
@@ -103,7 +92,7 @@ def _of_trace_file(file: Path) -> RunEvents:
     events = []
     for number, line in enumerate(lines, 2):
         try:
-            events.append(_record_of(trace_line({"line": json.loads(line)})))
+            events.append(trace_record({"line": json.loads(line)}))
         except (ValueError, TypeError):
             raise mistake(file, f"line {number} is no record of a trace", number) from None
     last_ns = events[-1].time if events else 0
@@ -113,24 +102,6 @@ def _of_trace_file(file: Path) -> RunEvents:
 
 def names_of(chart: Chart, library: Mapping[str, Chart]) -> Iterator[tuple[str, str]]:
     """The path of each node that names a state or a chart, and that name."""
-    for path, node in nodes_of_chart(chart, library):
-        if node.form in LEAVES:
+    for path, node in nodes_by_path(chart, library):
+        if node.form not in CONTAINERS:
             yield path, node.target
-
-
-def nodes_of_chart(chart: Chart, library: Mapping[str, Chart]) -> Iterator[tuple[str, Node]]:
-    """All nodes of a chart but its root, and those of the charts that it uses, by path."""
-    yield from _below(chart.root, "", library, (chart.name,))
-
-
-def _below(
-    node: Node, path: str, library: Mapping[str, Chart], inside: tuple[str, ...]
-) -> Iterator[tuple[str, Node]]:
-    for child in node.children:
-        below = f"{path}/{child.name}" if path else child.name
-        yield below, child
-        used = library.get(child.target) if child.form == "use" else None
-        if used is None:
-            yield from _below(child, below, library, inside)
-        elif used.name not in inside:
-            yield from _below(used.root, below, library, (*inside, used.name))

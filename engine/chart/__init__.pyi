@@ -13,6 +13,7 @@ from engine.chart.chart import (
     Rule as Rule,
     key_mark_of as key_mark_of,
     mark_of as mark_of,
+    nodes_by_path as nodes_by_path,
 )
 from engine.chart.grammar import (
     CHART as CHART,

@@ -183,3 +183,24 @@ def key_mark_of(raw: Map, key: str, entry: str | None = None) -> Mark:
         return at
     inside = raw.get(key)
     return inside.keys_at.get(entry, at) if isinstance(inside, Map) else at
+
+
+def nodes_by_path(chart: Chart, library: Mapping[str, Chart]) -> Iterator[tuple[str, Node]]:
+    """All nodes of a chart but its root, and those of the charts that it uses, by path.
+
+    In document order. A chart that uses itself is not entered again, nor one that is unknown.
+    """
+    yield from _below(chart.root, "", library, (chart.name,))
+
+
+def _below(
+    node: Node, path: str, library: Mapping[str, Chart], inside: tuple[str, ...]
+) -> Iterator[tuple[str, Node]]:
+    for child in node.children:
+        below = f"{path}/{child.name}" if path else child.name
+        yield below, child
+        used = library.get(child.target) if child.form == "use" else None
+        if used is None:
+            yield from _below(child, below, library, inside)
+        elif used.name not in inside:
+            yield from _below(used.root, below, library, (*inside, used.name))

@@ -9,6 +9,9 @@ from engine.run.errors import (
     raised as raised,
     text_of as text_of,
 )
+from engine.run.run_queue import (
+    ASKS as ASKS,
+)
 from engine.run.trace import (
     TraceRecord as TraceRecord,
     encode as encode,

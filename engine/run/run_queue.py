@@ -27,6 +27,8 @@ from engine.machine import (
 )
 from engine.run.life import Life
 
+ASKS = "asks to end with "
+"""How a note begins that tells which outcome of a node waits for consent."""
 BUSY_TICKS = 3  # a node put off in more consecutive ticks than this is noted as a busy loop
 turn_of = attrgetter("turn")
 is_monitor = attrgetter("monitor")
@@ -143,7 +145,7 @@ class RunQueue:
         if parent is not None and parent.box.form == "any" and not parent.box.keeps:
             self.waiting.append(node)
             self._freeze()
-        self.life.note(node, f"asks to end with {outcome}")
+        self.life.note(node, f"{ASKS}{outcome}")
 
     # -- the list --------------------------------------------------------------------------------
 

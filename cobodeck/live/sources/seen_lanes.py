@@ -11,7 +11,7 @@ from cobodeck.live.clients import Message
 from cobodeck.live.feed import Whole
 from cobodeck.live.model import STOP_TOPIC, is_request, stop_reason
 from cobodeck.pictures.run import NodeSpan, Visits, lanes_of
-from cobodeck.record.format import trace_line, value
+from cobodeck.record.format import value
 from cobodeck.record.read import Group
 from engine.run import TraceRecord
 
@@ -49,9 +49,8 @@ class SeenLanes:
                 self._mark(told.log_ns / 1e9, "stop", why)
         if group.ticked.missed:
             self._mark(self._end_s, "missed", f"{group.ticked.missed} ticks missed")
-        for told in group.messages("trace"):
-            time_ns, kind, path, *detail = trace_line(told)
-            self._visit(TraceRecord(time_ns, kind, path, tuple(detail)))
+        for record in group.traced():
+            self._visit(record)
         for told in group.messages("operator"):
             self._mark(self._end_s, "command", _said(told))
         for told in group.messages("shadow"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +11,12 @@ from cobodeck.loop import Inlet
 from cobodeck.pictures.run.run_course import Course
 from cobodeck.pictures.run.watch import CourseWatch, used_charts
 from cobodeck.project import catalogue
-from cobodeck.record.format import TOPIC, SampleReader, trace_line, truth_again
+from cobodeck.record.format import TOPIC, SampleReader, truth_again
 from cobodeck.record.read import Group, Record, written_setup
 from cobodeck.setup import Setup
 from cobodeck.terminal import ENDING, OK, Problem, ProgressLine, show
 from engine.files import visible
-from engine.run import TraceRecord as Traced
+from engine.run import TraceRecord
 from engine.signals import Board
 from hw import Truth
 from hw.model import Footprint
@@ -63,12 +63,12 @@ def course_of(
     record.require_ticks()
     setup, header = written_setup(record, catalogue(own=False)), record.header
     watch, known = CourseWatch(setup.robot), _Known(setup.robot.footprint)
-    trace: list[Traced] = []
+    trace: list[TraceRecord] = []
     length_s = (record.figures() or {}).get("sim_s")
     for group in record.groups():
         with record.understood(group):
             known.add_tick(group)
-            trace += _traced(group)
+            trace += group.traced()
         if group.ticked.kind in ("grid", "left_out"):
             watch.watch(group.ticked.at_ns, known.truth)
             if progress is not None:
@@ -81,12 +81,6 @@ def course_of(
         used_charts(setup.chart, setup.library),
         trace,
     )
-
-
-def _traced(group: Group) -> Iterator[Traced]:
-    for told in group.messages("trace"):
-        time_ns, kind, subject, *detail = trace_line(told)
-        yield Traced(time_ns, kind, subject, tuple(detail))
 
 
 def _title(setup: Setup, header: Mapping[str, Any]) -> str:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from cobodeck.evaluate import NOBODY, ArmWatch, Evaluator, RequestWatch, arm_outline, prop_of
 from cobodeck.pictures.run.run_course import Course, Instant, NodeSpan, TouchRequest
-from engine.chart import Chart, Node
+from engine.chart import Chart, nodes_by_path
 from engine.run import TraceRecord
 from hw import Pose3, Truth
 from hw.model import RobotModel
@@ -86,17 +86,8 @@ class CourseWatch:
 
 def used_charts(chart: Chart, library: Mapping[str, Chart]) -> dict[str, str]:
     """Names of the used charts by the paths of the nodes that use them, in document order."""
-    return dict(_used(chart.root, "", library))
-
-
-def _used(node: Node, path: str, library: Mapping[str, Chart]) -> Iterator[tuple[str, str]]:
-    for child in node.children:
-        below = f"{path}/{child.name}" if path else child.name
-        inside = child
-        if child.form == "use":
-            yield below, child.target
-            inside = library[child.target].root
-        yield from _used(inside, below, library)
+    nodes = nodes_by_path(chart, library)
+    return {path: node.target for path, node in nodes if node.form == "use"}
 
 
 class Visits:

@@ -24,6 +24,7 @@ from cobodeck.record.format.messages import (
     log_text as log_text,
     raised_again as raised_again,
     trace_line as trace_line,
+    trace_record as trace_record,
     truth_again as truth_again,
 )
 from cobodeck.record.format.record_header import (

@@ -17,7 +17,7 @@ from engine.chart import Chart, load_text
 from engine.files import quoted
 from engine.machine import Machine
 from engine.operator import Replace, commands
-from engine.run import Command, Raised
+from engine.run import Command, Raised, TraceRecord
 from hw import Truth, Twist2, is_finite
 from hw.safety import SafetyRecord
 
@@ -92,6 +92,12 @@ def trace_line(found: Mapping[str, Any]) -> list[Any]:
     if not right or len(detail) < DETAILS.get(kind, 0):
         raise ValueError(f"{line} is no record of a trace")
     return line
+
+
+def trace_record(found: Mapping[str, Any]) -> TraceRecord:
+    """As `trace_line`, with names."""
+    time_ns, kind, subject, *detail = trace_line(found)
+    return TraceRecord(time_ns, kind, subject, tuple(detail))
 
 
 def command_text(command: Command) -> str:

@@ -20,9 +20,19 @@ from mcap.records import Attachment, Channel, Chunk, DataEnd, Message, Metadata,
 from mcap.stream_reader import StreamReader
 
 from cobodeck.loop import Kind, Ticked
-from cobodeck.record.format import FORMAT, LASER, MessageSchema, damage, has_end, misfit, records_of
+from cobodeck.record.format import (
+    FORMAT,
+    LASER,
+    MessageSchema,
+    damage,
+    has_end,
+    misfit,
+    records_of,
+    trace_record,
+)
 from cobodeck.terminal import PART
 from engine.files import FileError, mistake, unreadable
+from engine.run import TraceRecord
 
 LARGEST = 1 << 28
 """Records of the file larger than this, bytes, are refused; ours are smaller."""
@@ -61,6 +71,10 @@ class Group:
     def messages(self, topic: str) -> list[Any]:
         """The messages of one topic, parsed."""
         return [json.loads(told.data) for told in self.told if told.topic == topic]
+
+    def traced(self) -> Iterator[TraceRecord]:
+        """The records of the trace."""
+        return map(trace_record, self.messages("trace"))
 
 
 @dataclass(slots=True)

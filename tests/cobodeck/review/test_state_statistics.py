@@ -166,7 +166,9 @@ def test_a_record_and_its_trace_file_agree(
     assert main(["evaluate", "states", "run.mcap", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert {one["path"]: one["visits"] for one in told["states"]} == entered
-    assert all(one["named"] for one in told["classes"])
+    named = {one["named"]: one["visits"] for one in told["classes"]}
+    assert named["chase"] == sum(n for path, n in entered.items() if path.endswith("chase"))
+    assert named["DriveTo"] > 0
     assert main(["evaluate", "states", "run.trace.jsonl"]) == 0
     assert "trace files tell neither classes" in capsys.readouterr().out
 
