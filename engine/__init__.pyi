@@ -31,6 +31,7 @@ from engine.literals import (
 )
 from engine.reports import (
     FORMATS as FORMATS,
+    as_json as as_json,
     report as report,
     text as text,
 )

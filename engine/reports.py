@@ -52,18 +52,19 @@ def summary(findings: Sequence[Finding], files: int) -> str:
 
 def json_list(findings: Sequence[Finding]) -> str:
     """A JSON list with one object per finding."""
-    items = [
-        {
-            "code": finding.code,
-            "severity": finding.severity,
-            "message": finding.message,
-            "hint": finding.hint,
-            **finding.place._asdict(),
-            "related": [{**place._asdict(), "message": note} for place, note in finding.related],
-        }
-        for finding in findings
-    ]
-    return _json(items)
+    return _json([as_json(finding) for finding in findings])
+
+
+def as_json(finding: Finding) -> dict[str, Any]:
+    """A finding as JSON values."""
+    return {
+        "code": finding.code,
+        "severity": finding.severity,
+        "message": finding.message,
+        "hint": finding.hint,
+        **finding.place._asdict(),
+        "related": [{**place._asdict(), "message": note} for place, note in finding.related],
+    }
 
 
 def github(findings: Sequence[Finding]) -> str:

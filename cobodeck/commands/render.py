@@ -23,12 +23,10 @@ from cobodeck.setup import profile_with, with_values
 from cobodeck.terminal import FAILED, OK, Problem, complain, instant, is_record, show
 from engine import text
 from engine.chart import Chart
-from engine.draw import FILE_FORMS, CannotRender, dot, mermaid, nodes_shown, render
+from engine.draw import FILE_FORMS, MOST_NODES, CannotRender, dot, mermaid, nodes_shown, render
 from engine.files import did_you_mean
 
 TEXT_FORMS = ("dot", "mmd")
-LARGEST = 10_000
-LEVELS = 64
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -91,9 +89,9 @@ def _draw_chart(args: argparse.Namespace) -> int:
         sources = {str(file): library.sources[str(file)]}
         raise Problem(f"{file} is no chart\n{text(library.findings, sources)}".rstrip(), FAILED)
     depth = None if args.depth < 0 else args.depth
-    nodes = nodes_shown(chart.name, library, LEVELS if depth is None else depth, {})
-    if nodes > LARGEST:
-        raise Problem(f"a picture of {nodes} nodes; at most {LARGEST}, choose a smaller --depth")
+    nodes = nodes_shown(chart.name, library, depth)
+    if nodes > MOST_NODES:
+        raise Problem(f"a picture of {nodes} nodes; at most {MOST_NODES}, choose a smaller --depth")
     profile = profile_with(args.profile, args.sets)
     used = reached({chart.name}, library)
     for told in (*replacements(library, known, used), *misfits(library, known, used)):

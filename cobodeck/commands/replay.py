@@ -20,10 +20,10 @@ from cobodeck.terminal import (
     ProgressLine,
     complain,
     new_record,
+    shadow,
     show,
     show_json,
     table,
-    word,
 )
 
 if TYPE_CHECKING:
@@ -45,12 +45,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--record", type=new_record, metavar="X.mcap", help="record the replay as well"
     )
-    parser.add_argument(
-        "--shadow",
-        type=word,
-        metavar="CHART",
-        help="a second chart that sees the recorded signals and decides beside",
-    )
+    shadow(parser)
     parser.add_argument("--json", action="store_true", help="for programs")
 
 

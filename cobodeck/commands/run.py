@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from cobodeck.commands import simulate
+from cobodeck.commands.run_and_report import report_on
 from cobodeck.fitness import BAD, FIT, CheckResult, ask
 from cobodeck.real import WORDS
 from cobodeck.setup import PROFILE, TICK_HZ
@@ -28,6 +28,7 @@ from cobodeck.terminal import (
     positive,
     profile,
     seconds,
+    shadow,
     word,
 )
 
@@ -94,12 +95,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="WORDS",
         help="run a real robot although " + " or ".join(map(repr, WORDS.values())),
     )
-    parser.add_argument(
-        "--shadow",
-        type=word,
-        metavar="CHART",
-        help="a second chart that sees the same signals and decides beside, commanding nothing",
-    )
+    shadow(parser)
     parser.add_argument("--json", action="store_true", help="for programs")
 
 
@@ -129,8 +125,8 @@ def run(args: argparse.Namespace) -> int:
     )
     before = partial(_look_first, args, options)
     if args.fast:
-        return simulate.report_on(args, options, Virtual(), before=before)
-    return simulate.report_on(args, options, RealTime(), BLOCKED_S, before)
+        return report_on(args, options, Virtual(), before=before)
+    return report_on(args, options, RealTime(), BLOCKED_S, before)
 
 
 def _look_first(args: argparse.Namespace, options: Options, setup: Setup) -> None:

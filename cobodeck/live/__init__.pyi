@@ -10,7 +10,6 @@ from cobodeck.live.clients import (
 )
 from cobodeck.live.session import (
     LivePage as LivePage,
-    show_record as show_record,
     show_source as show_source,
 )
 from cobodeck.live.terminal_session import (

@@ -27,6 +27,8 @@ BOUND = 2 << 20
 """Events that may wait for a page, in characters of JSON."""
 MOST_ANSWERS = 200
 """To commands, that may wait for a page; far more than anybody gives at once."""
+SLOWEST, FASTEST = 0.1, 100.0
+"""Speeds at which runs go on and records are played."""
 
 
 def encoded(message: Message) -> str:
@@ -68,13 +70,23 @@ def number(message: Message, key: str, what: str) -> float:
     return float(found)
 
 
+def ack(message: Message, wrong: str | None, text: str = "") -> Message:
+    """The answer to a command: `text`, or what is `wrong`."""
+    return {"t": "ack", "id": message.get("id"), "ok": wrong is None, "text": wrong or text}
+
+
+def said(text: str) -> Message:
+    """A line for the log."""
+    return {"t": "say", "text": text}
+
+
 class Page:
     """One connection; `number` is never used twice by a server.
 
     Attributes:
         name: what its operator gave with the token; None without.
         layers: those shown; None: those on by default.
-        plots: the signals that it plots.
+        plots: how many samples of each signal that it plots it was told.
         snapshots: how many it got; `skipped`: messages replaced by newer ones.
     """
 
@@ -82,7 +94,7 @@ class Page:
         self.number = number
         self.name: str | None = None
         self.layers: set[str] | None = None
-        self.plots: set[str] = set()
+        self.plots: dict[str, int] = {}
         self.snapshots = self.skipped = 0
         self._bound, self._size = bound, 0
         self._events: deque[str] = deque()
@@ -202,7 +214,7 @@ class Pages:
         if told != self._wrong:
             self._wrong = told
             complain(f"live page: {told}")
-            self.tell({"t": "say", "text": told})
+            self.tell(said(told))
         return told
 
 

@@ -7,9 +7,8 @@ from contextlib import suppress
 from typing import Any
 
 from cobodeck.live.access import Access
-from cobodeck.live.clients import LONGEST_ID, Message, Page, Pages, Source
+from cobodeck.live.clients import LONGEST_ID, Message, Page, Pages, Source, ack, said
 
-VERSION = 1
 STOP_IS = "a software stop, not a safety device"
 NOBODY = Page(0)
 """Whom the server itself speaks for."""
@@ -32,10 +31,9 @@ class Conversation:
     def snapshot(self, page: Page) -> list[Message]:
         """All that a page has to know."""
         hello = {
-            "t": "hello", "v": VERSION, "mode": "charts", "title": "", "about": [], "real": False,
-            "commands": self._source.rules.commands, "on_parts": self._source.rules.on_parts,
-            "tick_hz": 0, "until": None, "signals": [],
-            "layers": [], "profiles": [], "stop_is": STOP_IS, **self._source.hello(),
+            "t": "hello", "about": [], "real": False, "commands": self._source.rules.commands,
+            "on_parts": self._source.rules.on_parts, "until": None, "signals": [], "layers": [],
+            "profiles": [], "stop_is": STOP_IS, **self._source.hello(),
         }  # fmt: skip
         operator = {"operator": self._operator(page)}
         told = map(dict, self._source.snapshot(page))
@@ -85,14 +83,14 @@ class Conversation:
     def _authorize(self, page: Page, message: dict[str, Any]) -> None:
         wrong = self._access.authorize(page.number, message.get("token"), message.get("name"))
         page.name = self._access.name_of(page.number)
-        page.answer(_ack(message, wrong, f"you are {page.name}"))
+        page.answer(ack(message, wrong, f"you are {page.name}"))
 
     async def _command(self, page: Page, message: dict[str, Any]) -> None:
         do = str(message.get("do"))[:LONGEST_ID]
         before = self._access.holder
         wrong = self._access.refusal(page.number, do)
         if wrong is not None:
-            page.answer(_ack(message, wrong))
+            page.answer(ack(message, wrong))
             return
         if do in ("take", "release"):
             await self._hand_over(page, message, do)
@@ -107,11 +105,11 @@ class Conversation:
     async def _hand_over(self, page: Page, message: dict[str, Any], do: str) -> None:
         if do == "release":
             wrong = None if self._access.release(page.number) else "this page has no control"
-            page.answer(_ack(message, wrong, "released"))
+            page.answer(ack(message, wrong, "released"))
         else:
             before = self._access.take(page.number)
-            page.answer(_ack(message, None, f"taken over from {before}" if before else "taken"))
-            self._pages.tell({"t": "say", "text": f"{self._access.name} has control"})
+            page.answer(ack(message, None, f"taken over from {before}" if before else "taken"))
+            self._pages.tell(said(f"{self._access.name} has control"))
         await self._tell_holder()
 
     async def _tell_holder(self) -> None:
@@ -143,10 +141,6 @@ def _layers(on: object) -> set[str]:
     return set(on)
 
 
-def _ack(message: Message, wrong: str | None, text: str = "") -> Message:
-    return {"t": "ack", "id": message.get("id"), "ok": wrong is None, "text": wrong or text}
-
-
 def _wrong(message: Message, text: str) -> Message:
     """What is wrong with a message, as its page is told it."""
-    return _ack(message, text) if message["t"] in ("cmd", "auth") else {"t": "say", "text": text}
+    return ack(message, text) if message["t"] in ("cmd", "auth") else said(text)

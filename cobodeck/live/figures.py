@@ -1,11 +1,13 @@
-"""Figures and health of a run so far, from its model."""
+"""Figures and health of a run: so far, at its end, and of a part of it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from typing import Any
 
 from cobodeck.live.model import RunModel
+from cobodeck.pictures.run import Course
 from hw import Truth
 
 Rows = list[tuple[str, str]]
@@ -49,17 +51,50 @@ def final_figures(result: Mapping[str, Any]) -> Rows:
     return [(name, form.format(found)) for name, found, form in told if found is not None]
 
 
+def figures_between(run: Course, from_s: float, to_s: float) -> Rows:
+    """Figures of a part of a run.
+
+    Raises:
+        ValueError: that part is empty.
+    """
+    return list(_of_course(run.between(from_s, to_s)))
+
+
+def _of_course(course: Course) -> Iterator[tuple[str, str]]:
+    yield "time", f"{course.end_s - course.start_s:.1f} s"
+    poses = [instant.robot for instant in course.instants]
+    if poses:
+        travelled = sum(a.distance_to(b) for a, b in pairwise(poses))
+        yield "travelled", f"{travelled:.1f} m"
+    gaps = [instant.gap for instant in course.instants if instant.gap is not None]
+    if gaps:
+        yield "least gap", f"{min(gaps):.2f} m"
+    served = [r for r in course.requests if r.served_s is not None]
+    if course.requests:
+        yield "requests", f"{len(course.requests)}, served {len(served)}"
+    times = [r.served_s - r.start_s for r in served if r.served_s is not None]
+    if times:
+        yield "response", f"{sum(times) / len(times):.2f} s on average"
+    if course.contacts is not None:
+        yield "contacts", str(len(course.contacts))
+    if course.hits:
+        yield "touches of walls and things", str(len(course.hits))
+    for lane in course.lanes:
+        spans = course.spans_of(lane)
+        low, high = course.start_s, course.end_s
+        lasted = sum(min(s.end_s, high) - max(s.start_s, low) for s in spans)
+        if spans:
+            yield course.charts.get(lane, lane), f"{len(spans)} times, {lasted:.1f} s"
+
+
 def health_of(model: RunModel) -> dict[str, Any]:
     """Late and missed ticks, refused samples, and how old the newest sample of each signal is.
 
     As the message `health` has it.
     """
     ages = {s.name: max(0.0, (model.at_ns - s.stamp_ns) / 1e9) for s in model.samples()}
-    told = {"t": "health", "at": model.at_ns / 1e9, "late": model.late, "missed": model.missed}
-    return {
-        **told, "gates": model.refused, "ages": ages,
-        "tick_p99_ms": None, "dropped": 0, "children": [],
-    }  # fmt: skip
+    counts = {"late": model.late, "missed": model.missed, "gates": model.refused}
+    return {"t": "health", **counts, "ages": ages}
 
 
 def _of_truth(truth: Truth) -> Iterator[tuple[str, str]]:

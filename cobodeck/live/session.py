@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import socket
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -48,17 +48,6 @@ def show_source(source: Source, address: PageAddress, say: Callable[[str], None]
             asyncio.run(serve(source, address, token, announce))
     except OSError as error:
         raise Problem(f"no page at {address.host}:{address.port}: {error}") from None
-
-
-def show_record(paths: Sequence[Path], address: PageAddress, say: Callable[[str], None]) -> None:
-    """Serve a record, or two side by side, until Ctrl-C.
-
-    Raises:
-        FileError, Problem: one cannot be read, or they cannot be served there.
-    """
-    from cobodeck.live.sources import RecordSource
-
-    show_source(RecordSource.of(paths), address, say)
 
 
 class LivePage:

@@ -13,13 +13,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
-from typing import Any, Protocol
+from typing import Any
 from urllib.parse import urlsplit
 
 from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.sync.client import connect
 
-from cobodeck.live.clients import Message, Page, Pages, Source
+from cobodeck.live.clients import FASTEST, SLOWEST, Message, Page, Pages, Source
 from cobodeck.live.terminal_view import WatchedPage, view
 from cobodeck.terminal import FAILED, OK, Problem, complain, show
 from engine.files import visible
@@ -33,29 +33,11 @@ MOST = 256
 LARGEST = 64 << 20
 """Of a message, bytes: a chart of thousands of nodes has a large picture."""
 STEP_S = 1.0
-FASTEST, SLOWEST = 100.0, 0.125
 LEFT, RIGHT, UP, DOWN = "\x1b[D", "\x1b[C", "\x1b[A", "\x1b[B"
 
 
-class Link(Protocol):
-    """Where messages come from."""
-
-    def messages(self, wait_s: float) -> Iterator[Message]:
-        """Those that are there, or come within `wait_s`."""
-        ...
-
-    def ask(self, message: Message) -> None:
-        """Say something, as a page does."""
-        ...
-
-    @property
-    def is_over(self) -> bool:
-        """Whether nothing more will come."""
-        ...
-
-
 class FarLink:
-    """A server by its URL.
+    """A server by its URL; `is_over`: nothing more will come.
 
     Raises:
         Problem: there is none.
@@ -72,7 +54,7 @@ class FarLink:
             raise Problem(f"{url}: no live page there: {told}", FAILED) from None
 
     def messages(self, wait_s: float) -> Iterator[Message]:
-        """See `Link`."""
+        """Those that are there, or come within `wait_s`."""
         for _ in range(MOST):
             try:
                 found = json.loads(self._socket.recv(wait_s))
@@ -86,7 +68,7 @@ class FarLink:
             wait_s = 0.0
 
     def ask(self, message: Message) -> None:
-        """See `Link`."""
+        """Say something, as a page does."""
         with suppress(ConnectionClosed):
             self._socket.send(json.dumps(message))
 
@@ -113,11 +95,11 @@ class NearLink:
 
     @property
     def is_over(self) -> bool:
-        """See `Link`."""
+        """See `FarLink`."""
         return not self._thread.is_alive() and self._queue.empty() and self._error is None
 
     def messages(self, wait_s: float) -> Iterator[Message]:
-        """See `Link`."""
+        """See `FarLink`."""
         if self._error is not None and self._queue.empty():
             raise self._error
         with suppress(Empty):
@@ -126,7 +108,7 @@ class NearLink:
                 yield self._queue.get_nowait()
 
     def ask(self, message: Message) -> None:
-        """See `Link`."""
+        """See `FarLink`."""
         self._soon(lambda: self._loop.create_task(self._asked(message)))
 
     def close(self) -> None:
@@ -171,6 +153,9 @@ class NearLink:
         return [{"t": "hello", **self._source.hello()}, *self._source.snapshot(page)]
 
 
+Link = FarLink | NearLink
+
+
 def socket_url(url: str) -> str:
     """The WebSocket of a page, `ws://…/ws`, by its URL."""
     found = urlsplit(url)
@@ -178,7 +163,7 @@ def socket_url(url: str) -> str:
     return f"{scheme}://{found.netloc}/ws"
 
 
-def watch_in_terminal(link: FarLink | NearLink) -> int:
+def watch_in_terminal(link: Link) -> int:
     """The exit code, once `q`, Ctrl-C or the end has come; without a terminal all is shown once.
 
     Raises:
@@ -206,7 +191,7 @@ def _leave(page: WatchedPage) -> None:
     show("\n".join(_lines(page, colour=False)[:-1]).rstrip())
 
 
-def _once(link: FarLink | NearLink, page: WatchedPage) -> int:
+def _once(link: Link, page: WatchedPage) -> int:
     until = time.monotonic() + FIRST_S
     while not page.is_there and not link.is_over and time.monotonic() < until:
         for message in link.messages(LOOK_S):
@@ -220,7 +205,7 @@ def _once(link: FarLink | NearLink, page: WatchedPage) -> int:
     return OK
 
 
-def _loop(link: FarLink | NearLink, page: WatchedPage) -> None:
+def _loop(link: Link, page: WatchedPage) -> None:
     colour, before = "NO_COLOR" not in os.environ, ""
     while not link.is_over:
         for message in link.messages(LOOK_S):

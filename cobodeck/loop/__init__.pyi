@@ -6,10 +6,7 @@ from cobodeck.loop.clocks import (
 )
 from cobodeck.loop.loop import (
     LATE_NS as LATE_NS,
-    Kind as Kind,
     Loop as Loop,
-    Observer as Observer,
-    Ticked as Ticked,
 )
 from cobodeck.loop.operators import (
     ConsoleOperator as ConsoleOperator,
@@ -22,15 +19,14 @@ from cobodeck.loop.plant import (
 from cobodeck.loop.sample_router import (
     Inlet as Inlet,
 )
-from cobodeck.loop.stand_in import (
-    Answers as Answers,
-    Overheard as Overheard,
-    Raises as Raises,
-    StandIn as StandIn,
-)
 from cobodeck.loop.stopwatch import (
     PHASES as PHASES,
     Stopwatch as Stopwatch,
+)
+from cobodeck.loop.ticked import (
+    Kind as Kind,
+    Observer as Observer,
+    Ticked as Ticked,
 )
 from cobodeck.loop.tier0 import (
     wander as wander,
@@ -42,5 +38,6 @@ from cobodeck.loop.watchdog import (
 from cobodeck.loop.wiring import (
     ValueTap as ValueTap,
     Wired as Wired,
+    freezers as freezers,
     wire as wire,
 )

@@ -20,8 +20,8 @@ from cobodeck.project.library import (
 )
 from cobodeck.project.named_files import (
     KINDS as KINDS,
-    head_of as head_of,
     kind_of as kind_of,
+    name_in as name_in,
     own_files_around as own_files_around,
 )
 from cobodeck.project.names_in_values import (

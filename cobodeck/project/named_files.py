@@ -57,6 +57,12 @@ def kind_of(file: Path) -> str | None:
     return None if head is None else head[0]
 
 
+def name_in(file: Path) -> str:
+    """The name that a YAML file gives, or that of the file itself."""
+    head = head_of(file)
+    return head[1] if head is not None and head[1] else file.stem
+
+
 def own_files_around(start: Path | None = None) -> OwnFiles:
     """The files of the project around a folder, by default the current one, and of installed ones.
 

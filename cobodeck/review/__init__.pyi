@@ -9,7 +9,6 @@ from cobodeck.review.run_events import (
     events_of as events_of,
 )
 from cobodeck.review.state_statistics import (
-    RunsReviewed as RunsReviewed,
     review as review,
 )
 from cobodeck.review.statistics_table import (

@@ -26,6 +26,11 @@ from cobodeck.run.simulation import (
     one_in_the_other as one_in_the_other,
     simulate as simulate,
 )
+from cobodeck.run.stand_in import (
+    Answers as Answers,
+    Raises as Raises,
+    StandIn as StandIn,
+)
 from cobodeck.run.topics import (
     topics_of as topics_of,
 )

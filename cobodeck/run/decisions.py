@@ -8,9 +8,6 @@ from typing import NamedTuple
 
 from engine.run import ChartRun, TraceRecord
 
-DECIDES = ("outcome", "move", "data")
-"""The kinds of trace records that are decisions; the others follow from them."""
-
 
 class Decision(NamedTuple):
     """At `at_ns`, the node at `path`; `text` says what was decided, as in the trace."""

@@ -15,8 +15,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from cobodeck.fitness import require
-from cobodeck.loop import Answers, Loop, Overheard, StandIn, Ticked, Wired, wire
+from cobodeck.loop import Loop, Ticked, Wired, wire
 from cobodeck.run.decisions import Decision, DecisionReader
+from cobodeck.run.stand_in import Answers, Overheard, StandIn
 from cobodeck.setup import Setup
 from engine.operator import Replace, place_of, set_place
 from engine.run import ChartRun, text_of

@@ -12,6 +12,7 @@ from cobodeck.terminal.argument_types import (
     profile as profile,
     scan_mounts as scan_mounts,
     seconds as seconds,
+    shadow as shadow,
     word as word,
 )
 from cobodeck.terminal.console import (

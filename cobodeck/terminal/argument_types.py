@@ -116,6 +116,16 @@ def live(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def shadow(parser: argparse.ArgumentParser) -> None:
+    """Declare `--shadow`."""
+    parser.add_argument(
+        "--shadow",
+        type=word,
+        metavar="CHART",
+        help="a second chart that sees the same signals and decides beside, commanding nothing",
+    )
+
+
 def profile(parser: argparse.ArgumentParser, default: str) -> None:
     """Declare `--profile` and `--set`."""
     parser.add_argument(

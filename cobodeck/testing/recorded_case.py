@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from cobodeck.loop import Answers, Inert, Loop, Raises, StandIn, Ticked, Wired, wire
+from cobodeck.loop import Inert, Loop, Ticked, Wired, wire
 from cobodeck.project import Catalogue, catalogue, chart_names, own_files_around
 from cobodeck.record.format import raised_again, text, value
 from cobodeck.record.read import (
@@ -24,7 +24,7 @@ from cobodeck.record.read import (
     RecordFeed,
     command_of,
 )
-from cobodeck.run import Decision, DecisionReader
+from cobodeck.run import Answers, Decision, DecisionReader, Raises, StandIn
 from cobodeck.setup import Setup, open_setup
 from engine import TickGrid
 from engine.files import mistake

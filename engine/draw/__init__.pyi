@@ -9,7 +9,10 @@ from engine.draw.layout import (
 from engine.draw.mermaid_text import (
     mermaid as mermaid,
 )
-from engine.draw.picture import nodes_shown as nodes_shown
+from engine.draw.picture import (
+    MOST_NODES as MOST_NODES,
+    nodes_shown as nodes_shown,
+)
 from engine.draw.style import (
     GREY as GREY,
     INK as INK,

@@ -33,6 +33,10 @@ from engine.draw.wording import (
 )
 from engine.literals import Constant
 
+MOST_NODES = 10_000
+"""More nodes than these are not drawn."""
+LEVELS = 64
+"""Levels of used charts that are counted."""
 Outcomes = dict[str, Cause]
 Counts = Mapping[tuple[str, str], int]
 """How often the outcomes of nodes were taken, by path and outcome."""
@@ -248,17 +252,18 @@ def _edges(path: str, members: list[_Member], pins: tuple[Pin, ...]) -> Iterator
                 yield Edge(pin, f"{path}/{target}" if path else target, path, arrow=True)
 
 
-def nodes_shown(
+def nodes_shown(name: str, library: Mapping[str, Chart], depth: int | None) -> int:
+    """Number of nodes in a picture of a chart that shows used charts to this `depth`, or all."""
+    return _count(name, library, LEVELS if depth is None else depth, {})
+
+
+def _count(
     name: str, library: Mapping[str, Chart], depth: int, known: dict[tuple[str, int], int]
 ) -> int:
-    """Number of nodes in a picture of a chart that shows used charts to this `depth`.
-
-    `known`: what was counted already.
-    """
     if (name, depth) not in known:
         known[name, depth] = 0  # a chart nested in itself is not drawn again
         for node in library[name].root.walk():
             known[name, depth] += 1
             if node.form == "use" and depth > 0 and node.target in library:
-                known[name, depth] += nodes_shown(node.target, library, depth - 1, known)
+                known[name, depth] += _count(node.target, library, depth - 1, known)
     return known[name, depth]

@@ -13,7 +13,8 @@ from cobodeck.live.charts.chart_reader import ChartReader, ReadChart
 from cobodeck.live.charts.drawn_chart import chart_message, finding_message
 from cobodeck.live.charts.file_watch import FileWatch
 from cobodeck.live.charts.seen_chart import seen_nodes
-from cobodeck.project import Catalogue, head_of, kind_of, yaml_files
+from cobodeck.live.clients import Message
+from cobodeck.project import Catalogue, kind_of, name_in, yaml_files
 from cobodeck.terminal import Problem
 from engine.files import did_you_mean
 from engine.files.declared import YAML
@@ -27,7 +28,6 @@ EVERY_S = 0.1
 """How often files are looked at, s."""
 KEPT = 64
 """Messages that are kept; pages can ask for any number of them."""
-Message = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,14 +77,9 @@ class ChartFolder:
         """The chart that is shown first; one that is gone if all are."""
         return self.files[0] if self.files else self._first
 
-    @property
-    def names(self) -> list[str]:
-        """The names of all charts, as pages give them."""
-        return [_name(file) for file in self.files]
-
     def file_of(self, chart: object) -> Path | str:
         """The file of a chart by its name or file; text that says why not, if there is none."""
-        by_name = {_name(file): file for file in reversed(self.files)}
+        by_name = {name_in(file): file for file in reversed(self.files)}
         by_name |= {str(file): file for file in self.files}
         found = by_name.get(str(chart))
         return found or f"no chart {str(chart)!r} here; {did_you_mean(str(chart), by_name)}"
@@ -127,7 +122,7 @@ class ChartFolder:
         return {
             "t": "charts",
             "charts": [
-                {"name": _name(file), "file": str(file), "errors": errors, "warnings": warnings}
+                {"name": name_in(file), "file": str(file), "errors": errors, "warnings": warnings}
                 for file, (errors, warnings) in counts.items()
             ],
         }
@@ -186,14 +181,9 @@ def _findings(now: ReadChart, drawn: Mapping[str, Any]) -> list[Message]:
 def _without_picture(file: Path, findings: list[Message]) -> Message:
     """The message of a chart that could never be read."""
     return {
-        "t": "chart", "name": _name(file), "file": str(file), "svg": "", "trouble": "",
+        "t": "chart", "name": name_in(file), "file": str(file), "svg": "", "trouble": "",
         "nodes": {}, "findings": findings, "unfolded": [], "form": [], "stale": True,
     }  # fmt: skip
-
-
-def _name(file: Path) -> str:
-    head = head_of(file)
-    return head[1] if head is not None and head[1] else file.stem
 
 
 def _is_unfinished(file: Path) -> bool:

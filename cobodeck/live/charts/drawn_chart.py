@@ -1,32 +1,27 @@
-"""The message of a page that shows a chart: its picture, its nodes, and what is wrong with it.
+"""The message of a page that shows a chart: its picture and its nodes, and that of a finding.
 
 The picture is that of `cobodeck render`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from functools import cache, lru_cache
 from typing import Any
 
 from behaviors.profile import Profile
 from cobodeck.live.charts.drawer import Drawer
 from cobodeck.live.charts.seen_chart import SeenNode, outcomes_at, path_of, seen_nodes, shown_values
-from engine import Interface, Type, description_of, known_types
+from engine import Interface, Type, as_json, description_of, known_types
 from engine.chart import Chart
-from engine.draw import CannotRender, dot, nodes_shown, value_text
+from engine.draw import MOST_NODES, CannotRender, dot, nodes_shown, value_text
 from engine.files import Finding, Map, si_unit
-
-MOST_NODES = 10_000
-LEVELS = 64
-"""Levels of used charts that can be counted."""
 
 
 def chart_message(  # noqa: PLR0913  one message says all there is to say
     chart: Chart,
     library: Mapping[str, Chart],
     profile: Profile,
-    findings: Sequence[Finding] = (),
     *,
     interfaces: Mapping[str, Interface] | None = None,
     types: Mapping[str, Type] | None = None,
@@ -40,7 +35,6 @@ def chart_message(  # noqa: PLR0913  one message says all there is to say
         chart: the chart, with the values of the profile, as `Setup` and `with_values` give it.
         library: the charts that it uses, likewise.
         profile: the values that constants of charts have.
-        findings: what is wrong, in any file.
         interfaces: of the states, by name; without them outcomes are those that charts name.
         types: beyond the built-in ones, by name; of the fields of the form.
         unfolded: the paths of the `use` nodes that are drawn open; None: all.
@@ -57,7 +51,6 @@ def chart_message(  # noqa: PLR0913  one message says all there is to say
         "svg": drawn,
         "trouble": trouble,
         "nodes": {seen.path: _node(seen, library, known) for seen in nodes},
-        "findings": [finding_message(finding, nodes) for finding in findings],
         "form": list(form_of(chart, constants, types or {})),
         "stale": stale,
         "slot": slot,
@@ -72,7 +65,7 @@ def picture_of(
 ) -> tuple[str, str]:
     """The picture as SVG and, if there is none, why."""
     depth = None if unfolded is None else 0
-    if depth is None and nodes_shown(chart.name, library, LEVELS, {}) > MOST_NODES:
+    if depth is None and nodes_shown(chart.name, library, None) > MOST_NODES:
         depth = 0
     text = dot(chart, library, depth, constants=profile.constants, unfolded=unfolded or ())
     try:
@@ -99,16 +92,7 @@ def _drawer() -> Drawer:
 
 def finding_message(finding: Finding, nodes: list[SeenNode]) -> dict[str, Any]:
     """A finding, with the path of the node that it belongs to."""
-    place = finding.place
-    return {
-        "code": finding.code,
-        "severity": finding.severity,
-        "message": finding.message,
-        "hint": finding.hint,
-        **place._asdict(),
-        "path": path_of(place, nodes),
-        "related": [{**other._asdict(), "message": note} for other, note in finding.related],
-    }
+    return {**as_json(finding), "path": path_of(finding.place, nodes)}
 
 
 def form_of(
@@ -135,7 +119,6 @@ def _field(
     return {
         "name": name,
         "kind": kind,
-        "type": type_,
         "unit": si_unit(type_),
         "what": type_ if found is None else description_of(found),
         "default": default,

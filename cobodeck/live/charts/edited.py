@@ -19,13 +19,13 @@ from cobodeck.live.charts.chart_folder import EVERY_S, ChartFolder, Shown
 from cobodeck.live.charts.drawn_chart import stop_drawing
 from cobodeck.live.charts.file_watch import stamp_of
 from cobodeck.live.charts.started_runs import StartedRuns
+from cobodeck.live.clients import Message, Page, Pages, ack, said
 from cobodeck.setup import PROFILE
 from engine.files import did_you_mean
 from hw.people.walking import route, script_names, wanderer
 from hw.scene import scene_names
 
 if TYPE_CHECKING:
-    from cobodeck.live.clients import Message, Page, Pages
     from cobodeck.project import Catalogue
 
 SLOTS = 2
@@ -80,7 +80,6 @@ class EditedCharts:
             "title": str(self._folder.target),
             "about": list(ABOUT),
             "profiles": self._profiles,
-            "charts": self._folder.names,
             "scenes": list(scene_names()),
             "users": [*script_names(), *(source.NAME for source in (route, wanderer))],
         }
@@ -106,12 +105,12 @@ class EditedCharts:
         """Another chart, profile or fold of one of the page's places."""
         slot = 1 if message["t"] == "second" else message.get("slot", 0)
         if slot not in range(SLOTS):
-            return [_said(f"no place {slot!r}; 0 or 1")]
+            return [said(f"no place {slot!r}; 0 or 1")]
         async with self._turn:
             place = self._of(page)[slot]
             chosen = await asyncio.to_thread(self._chosen, message, place.shown)
             if isinstance(chosen, str):
-                return [_said(chosen)]
+                return [said(chosen)]
             place.shown, place.told = chosen, None
             if chosen is None:
                 return []
@@ -123,15 +122,16 @@ class EditedCharts:
         if message["t"] != "cmd":  # who controls is nothing to a chart
             return None
         if message["do"] != "start":
-            return _ack(message, "nothing runs here; start a chart, its page has all commands")
+            return ack(message, "nothing runs here; start a chart, its page has all commands")
         file = self._folder.file_of(message.get("chart"))
         if isinstance(file, str):
-            return _ack(message, file)
+            return ack(message, file)
         all_shown = (place.shown for place in self._of(page))
         shown = next((s for s in all_shown if s is not None and s.file == file), None)
-        profile = PROFILE if shown is None else shown.profile
-        result = await self._runs.start(file, profile, message, lambda t: page.tell(_said(t)))
-        return {**_ack(message, result.text), "ok": result.url is not None, "url": result.url}
+        profile = self._profile if shown is None else shown.profile
+        result = await self._runs.start(file, profile, message, lambda t: page.tell(said(t)))
+        wrong = result.text if result.url is None else None
+        return {**ack(message, wrong, result.text), "url": result.url}
 
     def _chosen(self, message: Mapping[str, Any], before: Shown | None) -> Shown | str | None:
         """What a place is to show now; text: why that cannot be."""
@@ -194,18 +194,10 @@ class EditedCharts:
             if changed:
                 await self._tell_list(pages)
         except Exception as error:  # noqa: BLE001  pages outlive whatever files bring about
-            pages.tell(_said(f"{type(error).__name__}: {error}"))
+            pages.tell(said(f"{type(error).__name__}: {error}"))
 
     async def _tell_list(self, pages: Pages) -> None:
         found = await asyncio.to_thread(self._folder.listing)
         if found != self._list:
             self._list = found
             pages.tell(found)
-
-
-def _said(text: str) -> dict[str, Any]:
-    return {"t": "say", "text": text}
-
-
-def _ack(message: Mapping[str, Any], text: str) -> dict[str, Any]:
-    return {"t": "ack", "id": message.get("id"), "ok": False, "text": text}

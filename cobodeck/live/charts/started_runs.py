@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from cobodeck.live.access import PageAddress
+from cobodeck.project import name_in
 
 PATIENCE_S = 120.0
 """Longest time until a run tells its page, s of wall time."""
@@ -171,11 +172,8 @@ def arguments(
             yield f"{option}={_text(key, form[key])}"
     for name, value in _texts(form, "inputs"):
         yield f"--in={name}={value}"
-    from cobodeck.project import head_of
-
-    head = head_of(chart)
     for name, value in _texts(form, "parameters"):
-        yield f"--set=charts.{head[1] if head else chart.stem}.{name}={value}"
+        yield f"--set=charts.{name_in(chart)}.{name}={value}"
     yield from (str(chart), "--live" if PageAddress(host).is_near else f"--live={host}:0")
 
 

@@ -4,9 +4,6 @@ from cobodeck.live.sources.live_run import (
 from cobodeck.live.sources.recorded import (
     RecordSource as RecordSource,
 )
-from cobodeck.live.sources.seen_record import (
-    SeenRecord as SeenRecord,
-)
 from cobodeck.live.sources.seen_run import (
     SeenRun as SeenRun,
 )

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from cobodeck.live.access import Rules
-from cobodeck.live.clients import Message, Page, Pages
+from cobodeck.live.clients import Message, Page, Pages, said
 from cobodeck.live.feed import frames
 from cobodeck.live.figures import health_of
 from cobodeck.live.model import RunModel
@@ -56,7 +56,7 @@ class LiveSource:
         """All that a page has to know."""
         self._tell_changes()  # to others: what is new is in there
         seen = self._run
-        told = [*seen.charts(), seen.room(), self._state(), *seen.over_time()]
+        told = [seen.chart(), seen.place.message(), self._state(), *seen.over_time()]
         return [*told, self._figure_rows()]
 
     async def run(self, pages: Pages) -> None:
@@ -87,7 +87,7 @@ class LiveSource:
             try:
                 self._take(kind, content)
                 if self._replaced:
-                    await asyncio.to_thread(self._run.charts)  # meanwhile, pages can stop the run
+                    await asyncio.to_thread(self._run.chart)  # meanwhile, pages can stop the run
                     self._replaced = False
                     self._pages.renew()
             except Exception as error:  # noqa: BLE001  who watches can still stop
@@ -98,15 +98,16 @@ class LiveSource:
         if message["t"] == "text":
             return [self._run.text(message.get("chart"))]
         if message["t"] != "plot":
-            return [{"t": "say", "text": RECORDS}]
+            return [said(RECORDS)]
         signal = str(message.get("signal"))
         if signal not in self._run.signals:
-            return [{"t": "say", "text": f"no signal {signal!r}; the list has all"}]
+            return [said(f"no signal {signal!r}; the list has all")]
         if not message.get("on"):
-            page.plots.discard(signal)
+            page.plots.pop(signal, None)
             return []
-        found = await asyncio.to_thread(plot_of, signal, self._past.of(signal))
-        page.plots.add(signal)
+        kept, count = self._past.since(signal), self._past.count[signal]
+        found = await asyncio.to_thread(plot_of, signal, kept)
+        page.plots[signal] = count
         return [] if found is None else [found]
 
     async def commanded(self, page: Page, message: Message) -> Message | None:
@@ -137,7 +138,7 @@ class LiveSource:
             if page is not None:
                 page.answer({"t": "ack", **content})
         elif kind == "say":
-            self._pages.tell({"t": "say", "text": content})
+            self._pages.tell(said(content))
         elif kind == "health":
             self._health = content
         elif kind == "status":
@@ -187,9 +188,10 @@ class LiveSource:
         for told in self._run.news():
             self._pages.tell(told)
         for page in self._pages:
-            for signal in page.plots:
-                newest = self._past.of(signal)[-1:]
-                if (more := plot_of(signal, newest, more=True)) is not None:
+            for signal, count in page.plots.items():
+                new = self._past.since(signal, count)
+                page.plots[signal] = self._past.count[signal]
+                if (more := plot_of(signal, new, more=True)) is not None:
                     page.tell(more)
 
     def _health_message(self) -> Message:

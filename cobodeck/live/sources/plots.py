@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
 from typing import Any
@@ -43,23 +43,26 @@ def plot_of(signal: str, told: Iterable[RecordedMessage], *, more: bool = False)
 
 
 class SeenSignals:
-    """The last messages of each signal of a run that goes on."""
+    """The last messages of each signal of a run that goes on, and how many there were so far."""
 
     def __init__(self) -> None:
         self._kept: dict[str, deque[RecordedMessage]] = {}
+        self.count: Counter[str] = Counter()
 
     def add(self, group: Group) -> None:
         """Take the messages of a tick."""
         for told in group.told:
             if told.topic.startswith(TOPIC):
-                kept = self._kept.get(told.topic)
-                if kept is None:
-                    kept = self._kept[told.topic] = deque(maxlen=KEPT)
-                kept.append(told)
+                signal = told.topic.removeprefix(TOPIC)
+                if signal not in self._kept:
+                    self._kept[signal] = deque(maxlen=KEPT)
+                self._kept[signal].append(told)
+                self.count[signal] += 1
 
-    def of(self, signal: str) -> tuple[RecordedMessage, ...]:
-        """Those of a signal."""
-        return tuple(self._kept.get(TOPIC + signal, ()))
+    def since(self, signal: str, number: int = 0) -> list[RecordedMessage]:
+        """Those of a signal after the first `number`, as far as they are kept."""
+        kept = self._kept.get(signal, ())
+        return list(kept)[max(0, len(kept) - (self.count[signal] - number)) :]
 
 
 def numbers_of(value: Any, name: str = "") -> Iterable[tuple[str, float]]:

@@ -6,21 +6,16 @@ All pages of a server see the same instant.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
-from math import hypot
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 from cobodeck.live.access import Rules
-from cobodeck.live.clients import Message, Page, Pages, number
-from cobodeck.live.figures import health_of
+from cobodeck.live.clients import FASTEST, SLOWEST, Message, Page, Pages, ack, number
+from cobodeck.live.figures import figures_between, health_of
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_record import SeenRecord
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
-from cobodeck.pictures.run import Course
 
-SLOWEST, FASTEST = 0.1, 100.0
 HEALTH_S = 0.5
 """Between two messages of health while a record is played, s."""
 
@@ -59,14 +54,15 @@ class RecordSource:
         about = [*files, *found["about"], *filter(None, [first.record.broken])]
         if any(r.record.header["scene"] != first.record.header["scene"] for r in self._runs):
             about.append(f"their rooms differ: the map has that of {files[0]}")
-        runs = [{**r.seen.hello(), "title": n} for n, r in zip(files, self._runs, strict=True)]
+        signals = [run.seen.hello()["signals"] for run in self._runs]
+        runs = [{"title": n, "signals": s} for n, s in zip(files, signals, strict=True)]
         return {**found, "mode": "record", "about": about, "until": self.until, "runs": runs}
 
     def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
         """All that a page has to know."""
+        yield self._runs[0].seen.place.message()
         for run in self._runs:
-            yield from run.charts()
-            yield run.seen.room()
+            yield run.chart()
             yield self._state(run)
             yield from run.seen.over_time()
             yield self._figures(run)
@@ -114,13 +110,12 @@ class RecordSource:
             before = run.version
             run.go_on(round(self._at * 1e9))
             if run.version != before:
-                await self._tell_charts(run)
+                await self._tell_chart(run)
             changes = run.model.changes() or {"t": "ev"}
             self._pages.tell({**changes, "at": self._at, **run.seen.slotted})
 
-    async def _tell_charts(self, run: SeenRecord) -> None:
-        for told in await asyncio.to_thread(run.charts):
-            self._pages.tell(told)
+    async def _tell_chart(self, run: SeenRecord) -> None:
+        self._pages.tell(await asyncio.to_thread(run.chart))
 
     def _tell_figures(self) -> None:
         for run in self._runs:
@@ -159,14 +154,14 @@ class RecordSource:
             before = run.version
             run.seek(round(self._at * 1e9))
             if run.version != before:
-                await self._tell_charts(run)
+                await self._tell_chart(run)
             run.model.changes()
             self._pages.tell({**self._state(run), "operator": {"name": None, "you": False}})
         self._tell_figures()
 
     async def commanded(self, page: Page, message: Message) -> Message | None:  # noqa: ARG002
         """Refuse: what is on record has happened."""
-        return {"t": "ack", "id": message.get("id"), "ok": False, "text": "this is a record"}
+        return ack(message, "this is a record")
 
 
 def range_message(run: SeenRecord, between: tuple[float, float]) -> Message:
@@ -175,33 +170,5 @@ def range_message(run: SeenRecord, between: tuple[float, float]) -> Message:
     Raises:
         ValueError: that part is empty.
     """
-    course = run.course.between(*between)
-    rows = list(_figures_of(course))
+    rows = figures_between(run.course, *between)
     return {"t": "figures", "rows": rows, "range": list(between), **run.seen.slotted}
-
-
-def _figures_of(course: Course) -> Iterator[tuple[str, Any]]:
-    yield "time", f"{course.end_s - course.start_s:.1f} s"
-    poses = [instant.robot for instant in course.instants]
-    if poses:
-        travelled = sum(hypot(b.x - a.x, b.y - a.y) for a, b in pairwise(poses))
-        yield "travelled", f"{travelled:.1f} m"
-    gaps = [instant.gap for instant in course.instants if instant.gap is not None]
-    if gaps:
-        yield "least gap", f"{min(gaps):.2f} m"
-    served = [r for r in course.requests if r.served_s is not None]
-    if course.requests:
-        yield "requests", f"{len(course.requests)}, served {len(served)}"
-    times = [r.served_s - r.start_s for r in served if r.served_s is not None]
-    if times:
-        yield "response", f"{sum(times) / len(times):.2f} s on average"
-    if course.contacts is not None:
-        yield "contacts", str(len(course.contacts))
-    if course.hits:
-        yield "touches of walls and things", str(len(course.hits))
-    for lane in course.lanes:
-        spans = course.spans_of(lane)
-        low, high = course.start_s, course.end_s
-        lasted = sum(min(s.end_s, high) - max(s.start_s, low) for s in spans)
-        if spans:
-            yield course.charts.get(lane, lane), f"{len(spans)} times, {lasted:.1f} s"

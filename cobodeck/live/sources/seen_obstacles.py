@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
+from cobodeck.live.model import SCAN_TOPIC
 from cobodeck.record.format import TOPIC, sample_of
 from cobodeck.record.read import Group, RecordedMessage
 from engine import Stamped
@@ -13,8 +14,7 @@ from states.environment import Environment
 if TYPE_CHECKING:
     from states.navigation.grid import ObstacleEstimator, Obstacles
 
-SCAN = f"{TOPIC}base.scan"
-TAKEN = frozenset({SCAN, f"{TOPIC}base.pose", f"{TOPIC}user.pose"})
+TAKEN = frozenset({SCAN_TOPIC, f"{TOPIC}base.pose", f"{TOPIC}user.pose"})
 NEEDING = frozenset({"costmap", "path", "chase", "escape", "haptic"})
 """Layers that depend on obstacles."""
 MOST_KEPT = 1500
@@ -38,7 +38,7 @@ class SeenObstacles:
         for told in group.told:
             if told.topic in TAKEN:
                 window.messages.append(told)
-                window.scanned |= told.topic == SCAN
+                window.scanned |= told.topic == SCAN_TOPIC
 
     def restart(self) -> None:
         """Forget everything: what comes next is of another time."""

@@ -59,7 +59,7 @@ class SeenRecord:
         self._rest: Iterator[Group] = iter(())
         self._next: Group | None = None
         self.seek(0)
-        self.charts()  # drawn now, while nobody waits
+        self.chart()  # drawn now, while nobody waits
 
     def _read(self) -> None:
         model, groups = RunModel(), list[Group]()
@@ -113,9 +113,9 @@ class SeenRecord:
         """How often the charts were replaced until now."""
         return self.seen.version(self.model.at_ns)
 
-    def charts(self) -> list[Message]:
-        """The charts that run now."""
-        return self.seen.charts(self.model.at_ns)
+    def chart(self) -> Message:
+        """The chart that runs now."""
+        return self.seen.chart(self.model.at_ns)
 
     @cached_property
     def course(self) -> Course:

@@ -18,7 +18,7 @@ from cobodeck.live.sources.seen_room import SeenRoom, layers
 from cobodeck.pictures.run import used_charts
 from cobodeck.project import Catalogue, catalogue, reached
 from cobodeck.record.format import charts_again, value
-from cobodeck.record.read import Group, Record, written_setup
+from cobodeck.record.read import Group, RunTexts, written_setup
 from cobodeck.setup import Setup
 from cobodeck.terminal import Problem
 from engine.chart import Chart
@@ -54,7 +54,7 @@ class SeenRun:
         Problem, FileError: its texts are missing or malformed.
     """
 
-    def __init__(self, texts: Texts | Record, known: Catalogue, slot: int = 0) -> None:
+    def __init__(self, texts: RunTexts, known: Catalogue, slot: int = 0) -> None:
         self.setup: Setup = written_setup(texts, known)
         self._header, self._file = texts.header, texts.path.name
         self._known, self.slot = known, slot
@@ -75,7 +75,7 @@ class SeenRun:
             found = cls(texts, catalogue())
         except Problem:  # code of the project that cannot be imported
             found = cls(texts, catalogue(own=False))
-        found.charts()  # drawn now, while nobody waits
+        found.chart()  # drawn now, while nobody waits
         return found
 
     def begin(self, header: Mapping[str, Any]) -> None:
@@ -93,13 +93,12 @@ class SeenRun:
             "title": self._versions[-1].chart.name,
             "about": about,
             "paced": header["plant"] in PACED,
-            "tick_hz": self.setup.tick_hz,
             "signals": signals,
             "layers": layers(),
         }
 
-    def charts(self, at_ns: int | None = None) -> list[Message]:
-        """The charts of an instant; None: those that run now."""
+    def chart(self, at_ns: int | None = None) -> Message:
+        """The chart of an instant; None: the one that runs now."""
         version = self._versions[self.version(at_ns)]
         if version.message is None:
             version.message = chart_message(
@@ -110,7 +109,7 @@ class SeenRun:
                 types=self._known.types,
                 slot=self.slot,
             )
-        return [version.message]
+        return version.message
 
     def version(self, at_ns: int | None = None) -> int:
         """How often the charts were replaced until an instant; None: so far."""
@@ -131,10 +130,6 @@ class SeenRun:
             raise ValueError(f"no chart {found!r} runs here; {did_you_mean(found, inside)}")
         text = now.library[found].source.text
         return {"t": "text", "chart": found, "text": text, "charts": inside}
-
-    def room(self) -> Message:
-        """What does not move."""
-        return self.place.message() | self.slotted
 
     def _replace(self, from_ns: int, arguments: Mapping[str, Any]) -> None:
         """Go on with other charts, as the command `Replace` on record has them."""

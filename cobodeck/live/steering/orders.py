@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any
 
 from cobodeck.live.charts import changed_machine
+from cobodeck.live.clients import FASTEST, SLOWEST
 from cobodeck.loop import Loop, Paced
 from cobodeck.setup import Setup
 from cobodeck.terminal import Problem
@@ -22,7 +23,6 @@ from engine.operator import Operator, output_types
 from hw import Sample
 from hw.sim.sensors import ScriptedOperator
 
-SLOWEST, FASTEST = 0.1, 100.0
 SHOWN = 60
 """So much of a wrong value is told again, characters."""
 

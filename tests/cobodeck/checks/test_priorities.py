@@ -13,7 +13,7 @@ from cobodeck.__main__ import main
 from cobodeck.checks import machine_checks as machine
 from cobodeck.checks.machine_checks import hindered
 from cobodeck.commands.run import _look_first
-from cobodeck.commands.simulate import _looked_after
+from cobodeck.commands.run_and_report import _looked_after
 from cobodeck.fitness.check import FIT, MISSING, CheckResult
 from cobodeck.fitness.check_list import ask
 from cobodeck.setup.options import Options

@@ -356,7 +356,6 @@ class FakePageServer:
     def hello(self) -> Message:
         return {
             "t": "hello",
-            "v": 1,
             "mode": self.mode,
             "title": "cobodeck",
             "real": self.real,
@@ -364,7 +363,6 @@ class FakePageServer:
             "on_parts": self.parts,
             "paced": not self.parts,
             "commands": self.mode != "record",
-            "tick_hz": 30,
             "until": UNTIL,
             "signals": [{"name": n, "type": t} for n, t in SIGNALS.items()],
             "layers": [{"name": n, "on": n not in OFF} for n in LAYERS],

@@ -686,7 +686,7 @@ FORM: list[dict[str, Any]] = [
 
 def test_a_chart_is_started_with_its_parameters_and_inputs(browser: Browser, show: Show) -> None:
     server = show("charts")
-    server.tell(server.chart(form=[{"type": "", "about": "", **field} for field in FORM]))
+    server.tell(server.chart(form=[{"about": "", **field} for field in FORM]))
     assert not browser.see("document.querySelector('#start form')")
     let_in(browser, server.token)
     browser.until_text("#start summary", "start cobodeck")

@@ -19,7 +19,8 @@ from cobodeck.live.sources.recorded import RecordSource
 from cobodeck.live.steering.orders import Orders, Refused
 from cobodeck.live.steering.page_operator import PageOperator
 from cobodeck.loop.clocks import Paced
-from cobodeck.loop.loop import Loop, Ticked
+from cobodeck.loop.loop import Loop
+from cobodeck.loop.ticked import Ticked
 from cobodeck.record.format.value_codec import value
 from cobodeck.record.read.reader import Group, Record, RecordedMessage
 from cobodeck.record.read.record_replay import stage_replay
@@ -430,9 +431,9 @@ def test_another_chart_is_drawn_beside_the_loop_that_takes_commands(
         def add(self, _group: Group) -> None:
             pass
 
-        def charts(self) -> list[Any]:
+        def chart(self) -> dict[str, Any]:
             drawn_in.append(get_ident())
-            return []
+            return {}
 
     async def frames(_reader: object) -> AsyncIterator[tuple[str, Group]]:
         yield "tick", Group(Ticked(0, 0, "grid"), (told,), told)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import Phase, given, settings, strategies as some
 
-from cobodeck.loop.loop import Ticked
+from cobodeck.loop.ticked import Ticked
 from cobodeck.setup.options import Options
 from engine.operator import Operator
 from tests.cobodeck.live.folding import Folding, recorded, require_same, study

@@ -126,22 +126,25 @@ def test_charts_are_those_of_an_instant_and_their_text_is_the_one_that_runs(
     command = Replace(setup.machine().changed(library["waits"], library), by="ann")
     seen.add(tick(2.0, RecordedMessage("operator", "", command_text(command).encode(), 0)))
 
-    assert [seen.charts(at) for at in (0, 1_999_999_999, 2 * 10**9)] == [[CHART]] * 2 + [[longer]]
-    assert seen.charts() == [longer]
+    assert [seen.chart(at) for at in (0, 1_999_999_999, 2 * 10**9)] == [CHART, CHART, longer]
+    assert seen.chart() == longer
     told = {"t": "text", "chart": "waits", "text": longer, "charts": ["waits"]}
     assert seen.text() == seen.text("waits") == told
     with pytest.raises(ValueError, match="no chart 'wait' runs here"):
         seen.text("wait")
 
 
-def test_a_plot_of_a_run_begins_with_what_was_read_of_it_before(
+def test_a_plot_of_a_run_begins_with_what_was_read_before_and_has_each_sample_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(plots, "KEPT", 2)
-    source: Any = LiveSource(SimpleNamespace(signals=["speed"]), None, None, Rules())  # type: ignore[arg-type]
+    run: Any = SimpleNamespace(signals=["speed"], news=lambda: ())
+    source: Any = LiveSource(run, None, None, Rules())  # type: ignore[arg-type]
+    page, times = Page(1), list[float]()
+    source._pages.add(page)
+    monkeypatch.setattr(page, "tell", lambda told, _key=None: times.extend(told["at"]))
     for at_s in (1.0, 2.0, 3.0):
         source._past.add(tick(at_s, sample(at_s, "speed", 10.0 * at_s)))
-    page = Page(1)
 
     [told] = asyncio.run(source.asked(page, {"t": "plot", "signal": "speed", "on": True}))
 
@@ -149,4 +152,8 @@ def test_a_plot_of_a_run_begins_with_what_was_read_of_it_before(
         "t": "plot", "signal": "speed", "fields": ["value"], "at": [2.0, 3.0],
         "values": [[20.0, 30.0]], "more": False,
     }  # fmt: skip
-    assert page.plots == {"speed"}
+    for new in ((4.0, 5.0), (), (6.0,)):
+        for at_s in new:
+            source._past.add(tick(at_s, sample(at_s, "speed", at_s)))
+        source._tell_changes()
+    assert times == [4.0, 5.0, 6.0]

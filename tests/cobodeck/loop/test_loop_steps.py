@@ -9,10 +9,11 @@ from typing import Any
 import pytest
 
 from cobodeck.loop.clocks import Virtual
-from cobodeck.loop.loop import LATE_NS, Loop, Ticked
+from cobodeck.loop.loop import LATE_NS, Loop
 from cobodeck.loop.plant import Nothing
 from cobodeck.loop.sample_router import Inlet
 from cobodeck.loop.stopwatch import Stopwatch
+from cobodeck.loop.ticked import Ticked
 from cobodeck.loop.wiring import Wired
 from engine.chart.load import load_text
 from engine.clock import TickGrid

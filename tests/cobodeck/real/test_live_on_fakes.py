@@ -53,7 +53,7 @@ class Operating(Client):
                 if told["t"] == "ack":
                     self.acks[told["id"]] = told
                 elif told["t"] == "health":
-                    self.children = {one["name"]: one["state"] for one in told["children"]}
+                    self.children = {one["name"]: one["state"] for one in told.get("children", ())}
 
     async def beat(self) -> None:
         while True:

@@ -12,7 +12,8 @@ from typing import Any
 
 import pytest
 
-from cobodeck.loop.loop import Loop, Ticked
+from cobodeck.loop.loop import Loop
+from cobodeck.loop.ticked import Ticked
 from cobodeck.run import simulation
 from cobodeck.run.shadow import Shadow
 from cobodeck.setup.options import Options

@@ -21,6 +21,7 @@ from cobodeck.live.charts.chart_reader import ChartReader
 from cobodeck.live.charts.drawer import Drawer
 from cobodeck.live.charts.edited import EditedCharts
 from cobodeck.live.charts.file_watch import YOUNG_NS, FileWatch
+from cobodeck.live.charts.started_runs import StartedRun, StartedRuns
 from cobodeck.project.state_catalogue import Catalogue, catalogue
 from cobodeck.terminal.console import Problem
 from engine.draw.layout import render
@@ -164,7 +165,7 @@ def test_a_used_chart_that_changes_is_drawn_anew(folder: Path) -> None:
 
 def test_a_new_chart_joins_the_list(folder: Path) -> None:
     charts = ChartFolder(folder, known())
-    assert charts.names == ["mine", "other"]
+    assert [file.stem for file in charts.files] == ["mine", "other"]
 
     (folder / "third.yaml").write_text(WRONG.replace("mine", "third"))
     while not charts.look():
@@ -272,7 +273,7 @@ def test_a_folder_that_is_gone_has_no_charts_any_more(tmp_path: Path) -> None:
     charts = ChartFolder(inner, known())
 
     shutil.rmtree(inner)
-    while charts.names:
+    while charts.files:
         charts.look()
 
     assert charts.listing()["charts"] == []
@@ -458,6 +459,25 @@ def test_there_is_nothing_to_command_but_a_start(folder: Path) -> None:
         }  # fmt: skip
 
     served(folder, play)
+
+
+def test_a_chart_that_is_not_shown_starts_by_the_profile_of_the_command(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given: list[str] = []
+
+    async def start(_: StartedRuns, chart: Path, profile: str, *_form: object) -> StartedRun:
+        given.extend((chart.stem, profile))
+        return StartedRun(None, "not begun")
+
+    monkeypatch.setattr(StartedRuns, "start", start)
+    charts = EditedCharts(folder, known(), "paper")
+    order = {"t": "cmd", "id": 1, "do": "start", "chart": "other"}
+
+    answer = asyncio.run(charts.commanded(FakePage(1), order))
+
+    assert given == ["other", "paper"]
+    assert answer == {"t": "ack", "id": 1, "ok": False, "text": "not begun", "url": None}
 
 
 # the watch of files

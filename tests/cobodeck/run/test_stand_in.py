@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from cobodeck.loop.stand_in import Answers, Overheard, StandIn
+from cobodeck.run.stand_in import Answers, Overheard, StandIn
 from hw.geometry import Pose2
 
 

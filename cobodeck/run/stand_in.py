@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from cobodeck.loop.plant import Inert
-from cobodeck.loop.wiring import freezers
+from cobodeck.loop import Inert, freezers
 from engine import freeze
 
 Answers = dict[tuple[str, str], Any]
