@@ -41,7 +41,7 @@ export class Chart {
     this.picture = picture;
     this.root.replaceChildren(picture.svg);
     for (const [path, g] of picture.boxes) {
-      g.classList.add("shape", `k-${this.message.nodes?.[path]?.kind ?? "box"}`);
+      g.classList.add(`k-${this.message.nodes?.[path]?.kind ?? "box"}`);
       g.setAttribute("role", "treeitem");
       g.setAttribute("aria-level", path ? path.split("/").length + 1 : 1);
     }

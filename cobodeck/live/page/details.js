@@ -37,7 +37,7 @@ export class Details {
         node.target ? `${node.kind} ${node.target}` : node.kind, locked && "locked", stops && "breakpoint",
       ].filter(Boolean).join(" · ")),
       active !== undefined && el("p", {}, `active since ${seconds(active)}, for `, this.clock),
-      node.about && el("p", { className: "about" }, node.about),
+      node.about && el("p", {}, node.about),
       node.file && el("code", {}, `${node.file}:${node.line}`),
       findings.map((f) => el("p", { className: f.severity }, `${f.code} ${f.message}`)),
       pairs(values),

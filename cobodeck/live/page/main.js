@@ -107,7 +107,7 @@ const heard = {
     const show = (chart) => app.send({ t: "show", chart, slot: 0 });
     $("chart-list").replaceChildren(...chartList(m.charts, show, beside));
   },
-  room: (m) => m.slot || map.show(m),
+  room: (m) => map.show(m),
   state(m) {
     const slot = m.slot ?? 0;
     app.states[slot] = m;

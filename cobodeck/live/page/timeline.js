@@ -33,13 +33,12 @@ export class Timeline {
     new ResizeObserver(() => redraw(this.draw)).observe($("lanes-box"));
   }
 
-  get from() { return this.sets.length ? Math.min(...this.sets.map((s) => s.from)) : 0; }
   get to() { return Math.max(0, ...this.sets.map((s) => s.to), this.app.live ? this.app.now() : 0); }
-  get view() { return this.window ?? [this.from, Math.max(this.to, this.from + 0.1)]; }
+  get view() { return this.window ?? [0, Math.max(this.to, 0.1)]; }
 
   /** Takes a `lanes` message, or what `lanes+` adds; a span with a known start is the same one, grown. */
-  show({ slot = 0, title, lanes, marks, from, to }, more) {
-    const set = more && this.sets[slot] || { title, lanes: new Map(), marks: [], from, to };
+  show({ slot = 0, lanes, marks, to }, more) {
+    const set = more && this.sets[slot] || { lanes: new Map(), marks: [], to };
     this.sets[slot] = set;
     for (const lane of lanes) {
       if (!set.lanes.has(lane.path)) set.lanes.set(lane.path, { ...lane, spans: [] });
@@ -50,7 +49,7 @@ export class Timeline {
       }
     }
     set.marks.push(...marks);
-    Object.assign(set, { from: Math.min(set.from, from), to: Math.max(set.to, to) });
+    set.to = Math.max(set.to, to);
     redraw(this.draw);
   }
 
@@ -83,7 +82,7 @@ export class Timeline {
   /** Asks for the moment `at`; of what is asked at about the same time, for the last. */
   seek(at) {
     if (!this.app.seekable) return;
-    this.app.at = this.sought = clamped(at, this.from, this.to);
+    this.app.at = this.sought = clamped(at, 0, this.to);
     redraw(this.app.moved);
     this.asking ||= setTimeout(() => { this.asking = 0; this.app.send({ t: "seek", at: this.sought }); }, SEEK_MS);
   }
@@ -101,7 +100,7 @@ export class Timeline {
   /** Asks for the figures of a range, `null`: of all; a live run has none of a part, and shows it larger. */
   take(range) {
     if (this.app.seekable) {
-      const [from, to] = range ?? [this.from, this.to];
+      const [from, to] = range ?? [0, this.to];
       this.range = range;
       this.app.send({ t: "range", from, to });
     } else Object.assign(this, { range: null, window: range });
@@ -117,23 +116,23 @@ export class Timeline {
   }
 
   edge(which) {
-    const range = [...(this.range ?? [this.from, this.to])];
+    const range = [...(this.range ?? [0, this.to])];
     range[which] = this.app.now();
-    if (range[0] > range[1]) range[1 - which] = which ? this.from : this.to;
+    if (range[0] > range[1]) range[1 - which] = which ? 0 : this.to;
     this.take(range);
   }
 
   zoom(factor, at = this.app.now()) {
     const [a, b] = this.view, from = at - (at - a) * factor, to = at + (b - at) * factor;
     if (to - from < SHORTEST_S) return;
-    const whole = from <= this.from && to >= this.to;
-    this.window = whole ? null : [Math.max(from, this.from), Math.min(to, this.to)];
+    const whole = from <= 0 && to >= this.to;
+    this.window = whole ? null : [Math.max(from, 0), Math.min(to, this.to)];
     this.tellRange();
     redraw(this.draw);
   }
 
   shift(share) {
-    const [a, b] = this.view, by = clamped((b - a) * share, this.from - a, this.to - b);
+    const [a, b] = this.view, by = clamped((b - a) * share, -a, this.to - b);
     this.window = [a + by, b + by];
     this.tellRange();
     redraw(this.draw);
@@ -163,7 +162,7 @@ export class Timeline {
       redraw(this.draw);
     };
     canvas.onpointerup = (e) => {
-      if (dragged(e)) this.take(this.range.map((t) => clamped(t, this.from, this.to)));
+      if (dragged(e)) this.take(this.range.map((t) => clamped(t, 0, this.to)));
       else if (start) this.seek(start.at);
       start = null;
     };
@@ -214,14 +213,14 @@ export class Timeline {
     this.sets.forEach(({ marks }, slot) => marks.forEach((mark) => this.marked(g, mark, slot, x, w)));
     g.fillStyle = colour("accent");
     if (now >= a && now <= b) g.fillRect(x(now) - 0.75, 0, 1.5, h);
-    Object.assign($("slider"), { min: this.from, max: this.to, value: now, ariaValueText: seconds(now) });
+    Object.assign($("slider"), { max: this.to, value: now, ariaValueText: seconds(now) });
     this.app.signals.later();
   }
 
   /** What stands below each other: lanes with something in them; of two records, each with its title first. */
   rows() {
-    return this.sets.flatMap(({ title, lanes, to }, slot) => [
-      ...(this.sets.length > 1 ? [{ title: title ?? `record ${slot + 1}`, spans: [] }] : []),
+    return this.sets.flatMap(({ lanes, to }, slot) => [
+      ...(this.sets.length > 1 ? [{ title: this.app.hello.runs[slot].title, spans: [] }] : []),
       ...[...lanes.values()].filter(({ spans }) => spans.length).map((lane) => (
         { ...lane, now: this.app.live ? this.app.now() : to })),
     ]);

@@ -122,7 +122,7 @@ class SeenLanes:
         for path in begun:
             rows[path].append([self._visits.open[path][1], None, ""])
         lanes = [{"path": p, "name": self._used.get(p, p), "spans": s} for p, s in rows.items()]
-        return {"t": kind, "lanes": lanes, "marks": marks, "from": 0.0, "to": self._end_s}
+        return {"t": kind, "lanes": lanes, "marks": marks, "to": self._end_s}
 
 
 def _said(told: Mapping[str, Any]) -> str:

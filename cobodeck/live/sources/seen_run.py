@@ -56,8 +56,7 @@ class SeenRun:
 
     def __init__(self, texts: RunTexts, known: Catalogue, slot: int = 0) -> None:
         self.setup: Setup = written_setup(texts, known)
-        self._header, self._file = texts.header, texts.path.name
-        self._known, self.slot = known, slot
+        self._header, self._known, self.slot = texts.header, known, slot
         self._types = types_of(known.signals)
         self.place = SeenRoom(self.setup)
         self._versions = [_Version(0, self.setup.chart, self.setup.library)]
@@ -169,11 +168,11 @@ class SeenRun:
 
     def over_time(self) -> Iterator[Message]:
         """Lanes, and differences from a shadow: all of them."""
-        return map(self._titled, self._lanes.all())
+        return ({**told, **self.slotted} for told in self._lanes.all())
 
     def news(self) -> Iterator[Message]:
         """The same: what is new since the last call."""
-        return map(self._titled, self._lanes.news())
+        return ({**told, **self.slotted} for told in self._lanes.news())
 
     def figures(self, model: RunModel, result: Mapping[str, Any] | None = None) -> Message:
         """Figures up to the model's instant, or, with its `result`, those of the whole run."""
@@ -183,6 +182,3 @@ class SeenRun:
             rows = final_figures(result)
         told = {"t": "figures", "rows": rows, "range": None, "final": result is not None}
         return told | self.slotted
-
-    def _titled(self, told: Message) -> Message:
-        return {**told, "title": self._file, **self.slotted}

@@ -11,8 +11,7 @@ import subprocess
 import sys
 import termios
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,9 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from cobodeck.__main__ import main
+from cobodeck.live.terminal_session import socket_url
 from cobodeck.terminal.console import FAILED, OK, USAGE
+from tests.cobodeck.live.served import serving
 
 PATIENCE_S = 60.0
 GOOD = """\
@@ -95,21 +96,6 @@ def test_a_terminal_shows_charts_and_findings(
     assert "\x1b" not in told
 
 
-@contextmanager
-def serving(*given: str) -> Iterator[tuple[subprocess.Popen[str], str, str]]:
-    """The program, its URL and its token."""
-    command = [sys.executable, "-m", "cobodeck", "watch", *given, "--no-project"]
-    pipe = subprocess.PIPE
-    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as running:
-        try:
-            assert running.stdout is not None
-            words = running.stdout.readline().split()
-            assert words[:1] == ["page:"], running.stderr and running.stderr.read()
-            yield running, words[1], words[-1]
-        finally:
-            running.kill()
-
-
 def heard(page: ClientConnection, what: Callable[[Any], bool]) -> Any:
     """The next message that is so."""
     until = time.monotonic() + PATIENCE_S
@@ -122,16 +108,12 @@ def say(page: ClientConnection, **message: Any) -> None:
     page.send(json.dumps(message))
 
 
-def socket_of(url: str) -> str:
-    return f"ws{url.removeprefix('http')}ws"
-
-
 @pytest.mark.realtime
 @pytest.mark.slow
 @pytest.mark.requirement(57)
 def test_a_save_is_drawn_a_start_needs_the_token_and_ctrl_c_ends_it(folder: Path) -> None:
-    with serving(str(folder)) as (running, url, token):
-        with connect(socket_of(url)) as page:
+    with serving(folder, "watch", ".", "--no-project") as (running, url, token):
+        with connect(socket_url(url)) as page:
             hello = heard(page, lambda m: m["t"] == "hello")
             chart = heard(page, lambda m: m["t"] == "chart")
             assert (hello["mode"], hello["commands"]) == ("charts", True)
@@ -149,7 +131,7 @@ def test_a_save_is_drawn_a_start_needs_the_token_and_ctrl_c_ends_it(folder: Path
             assert (refused["ok"], refused["id"]) == (False, 2)
             assert "no chart 'other' here" in refused["text"]
 
-        with pytest.raises(InvalidStatus), connect(socket_of(url), origin="http://evil"):  # type: ignore[arg-type]
+        with pytest.raises(InvalidStatus), connect(socket_url(url), origin="http://evil"):  # type: ignore[arg-type]
             pass
         running.send_signal(signal.SIGINT)
         assert running.wait(PATIENCE_S) == OK
@@ -160,25 +142,25 @@ def test_a_save_is_drawn_a_start_needs_the_token_and_ctrl_c_ends_it(folder: Path
 @pytest.mark.realtime
 @pytest.mark.slow
 def test_a_chart_is_started_with_its_form_and_ends_with_the_page(folder: Path) -> None:
-    with serving("cobodeck") as (running, url, token):
-        with connect(socket_of(url)) as page:
+    with serving(folder, "watch", "cobodeck", "--no-project") as (running, url, token):
+        with connect(socket_url(url)) as page:
             say(page, t="auth", token=token, name="Ada")
             say(page, t="cmd", id=5, do="start", chart="cobodeck", scene="lab_a", inputs={})
             started = heard(page, lambda m: m["t"] == "ack" and m["id"] == 5)
             assert started["ok"], started
-            with connect(socket_of(started["url"])) as run:
+            with connect(socket_url(started["url"])) as run:
                 assert heard(run, lambda m: m["t"] == "hello")["mode"] == "live"
                 heard(run, lambda m: m["t"] == "chart")
         running.send_signal(signal.SIGINT)
         assert running.wait(PATIENCE_S) == OK
         with pytest.raises(OSError, match="refused"):
-            connect(socket_of(started["url"]))
+            connect(socket_url(started["url"]))
 
 
 @pytest.mark.realtime
 @pytest.mark.slow
 def test_a_page_is_seen_in_a_terminal_of_its_own_until_q(folder: Path) -> None:
-    with serving(str(folder)) as (_, url, _):
+    with serving(folder, "watch", ".", "--no-project") as (_, url, _):
         told = in_terminal(["watch", url, "--tty"], b"> mine", b"q")
 
     assert b"\x1b[?1049h" in told  # a screen of its own, and the old one again
@@ -235,7 +217,8 @@ def test_a_record_is_seen_on_a_page_and_in_a_terminal(
     told = capsys.readouterr().out
     assert "cobodeck · record" in told
 
-    with serving(record, record) as (_, url, _), connect(socket_of(url)) as page:
+    words = ("watch", record, record, "--no-project")
+    with serving(tmp_path, *words) as (_, url, _), connect(socket_url(url)) as page:
         assert heard(page, lambda m: m["t"] == "hello")["mode"] == "record"
         slots = {heard(page, lambda m: m["t"] == "chart").get("slot", 0) for _ in range(2)}
         assert slots == {0, 1}

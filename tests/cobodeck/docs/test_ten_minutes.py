@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.cobodeck.docs.test_first_hour import ROOT, write
-from tests.cobodeck.live.served import Served
+from tests.cobodeck.live.served import serving
 from tests.program import python
 
 MINUTES = (ROOT / "cobodeck/docs/ten-minutes.md").read_text(encoding="utf-8")
@@ -36,7 +36,7 @@ def test_every_command_of_the_ten_minutes_works_as_it_is_typed(tmp_path: Path) -
                 assert done.returncode == 0, f"{line}\n{done.stdout}{done.stderr}"
                 continue
             opened += 1
-            with Served(tmp_path, *words) as page, urllib.request.urlopen(page.url) as got:
+            with serving(tmp_path, *words) as page, urllib.request.urlopen(page.url) as got:
                 assert b'id="charts"' in got.read()
                 assert bool(page.token) is not any(word.endswith(".mcap") for word in words), line
     assert opened == PAGES

@@ -107,6 +107,18 @@ class Browser:
         for key in keys:
             self._do("press", key=key)
 
+    def let_in(self, name: str, token: str) -> None:
+        """Give the page a name and the token."""
+        self.fill("#name", name)
+        self.fill("#token", token)
+        self.click("#auth button")
+
+    def find(self, path: str) -> None:
+        """Show the details of a node."""
+        self.fill("#find", path)
+        self.press("Enter")
+        self.until_text("#details-head", path)
+
     def opens_from(self, page: str, url: str) -> bool:
         """Whether another page gets a WebSocket."""
         return bool(self._do("foreign", page=page, url=url))

@@ -216,7 +216,7 @@ def lanes(at: float) -> Message:
     listed = [
         {"path": p, "name": p.rsplit("/", 1)[-1], "spans": s} for p, s in sorted(spans.items())
     ]
-    return {"t": "lanes", "lanes": listed, "marks": marks, "from": 0.0, "to": at}
+    return {"t": "lanes", "lanes": listed, "marks": marks, "to": at}
 
 
 MARKS = [

@@ -3,52 +3,46 @@
 from __future__ import annotations
 
 import re
-import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Timer
-from typing import Self
+from typing import NamedTuple
 
 from tests.program import ROOT
 
-PATIENCE_S = 180.0
+PATIENCE_S, ENDING_S = 180.0, 20.0
 FOUND = re.compile(r"page: (http://127\.0\.0\.1:\d+/)(?:  token: (\S+))?")
 
 
-class Served:
+class Served(NamedTuple):
+    running: subprocess.Popen[str]
+    url: str
+    token: str
+
+
+@contextmanager
+def serving(folder: Path, *words: str) -> Iterator[Served]:
     """A command that serves a page, until the end of the test."""
-
-    def __init__(self, folder: Path, *words: str) -> None:
-        self._command = [sys.executable, "-m", "cobodeck", *words]
-        self._folder = folder
-
-    def __enter__(self) -> Self:
-        self._running = subprocess.Popen(
-            self._command,
-            cwd=self._folder,
-            env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": str(self._folder)},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        assert self._running.stdout
-        patience = Timer(PATIENCE_S, self._running.kill)
+    pipe, env = subprocess.PIPE, {"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin"}
+    command = [sys.executable, "-m", "cobodeck", *words]
+    with subprocess.Popen(
+        command, cwd=folder, env={**env, "HOME": str(folder)}, stdout=pipe, stderr=pipe, text=True
+    ) as running:
+        patience = Timer(PATIENCE_S, running.kill)
         patience.start()
-        lines, found = list[str](), None
-        for line in self._running.stdout:  # libraries may warn before it says its first line
-            lines.append(line)
-            if found := FOUND.search(line):
-                break
-        patience.cancel()
-        assert found, lines
-        self.url, self.token = found[1], found[2]
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._running.send_signal(signal.SIGTERM)
         try:
-            self._running.communicate(timeout=20)
-        except subprocess.TimeoutExpired:
-            self._running.kill()
-            self._running.communicate()
+            told = running.stderr if "--json" in words else running.stdout
+            assert told is not None
+            lines = iter(told.readline, "")
+            found = next(filter(None, map(FOUND.search, lines)))  # libraries may warn before
+            patience.cancel()
+            yield Served(running, found[1], found[2])
+        finally:
+            patience.cancel()
+            running.terminate()
+            with suppress(subprocess.TimeoutExpired):
+                running.wait(ENDING_S)
+            running.kill()

@@ -84,14 +84,8 @@ def commanded(server: FakePageServer, do: str) -> dict[str, Any]:
     return {k: v for k, v in sent(server, do)[-1].items() if k not in ("t", "id", "do")}
 
 
-def let_in(browser: Browser, token: str) -> None:
-    browser.fill("#name", "anna")
-    browser.fill("#token", token)
-    browser.click("#auth button")
-
-
 def in_control(browser: Browser, server: FakePageServer) -> None:
-    let_in(browser, server.token)
+    browser.let_in("anna", server.token)
     browser.until_text("#control", "take control")
     browser.click("#control button")
     browser.until_text("#holder", "You hold control as anna")
@@ -102,12 +96,6 @@ def surely(browser: Browser, on: str) -> None:
     browser.click(on)
     browser.until_text(f"{on}.sure", "sure?")
     browser.click(on)
-
-
-def find(browser: Browser, path: str) -> None:
-    browser.fill("#find", path)
-    browser.press("Enter")
-    browser.until_text("#details-head", path)
 
 
 def test_the_page_opens_without_errors_and_asks_nobody_else(
@@ -176,7 +164,7 @@ def test_the_chart_is_walked_by_keyboard_as_a_tree(browser: Browser, show: Show)
     assert focused(browser)[0] == ""
     assert last.count("/") > 0
 
-    find(browser, "chase/follow/choose")
+    browser.find("chase/follow/choose")
     browser.until("document.activeElement.dataset.path == 'chase/follow/choose'")
     browser.press("ArrowUp")
     path, _ = focused(browser)
@@ -407,11 +395,11 @@ def test_open_faults_are_shown_and_a_run_that_is_over_says_so(browser: Browser, 
 def test_an_outcome_is_forced_only_with_the_token(browser: Browser, show: Show) -> None:
     server = show("live", at=14.1)
     browser.until(lit("chase/follow/choose"))
-    find(browser, "chase/follow/choose")
+    browser.find("chase/follow/choose")
     browser.until_text("#details", "chosen → pose: Pose2")
     assert not browser.see("document.querySelector('#details button')")
 
-    let_in(browser, "wrong")
+    browser.let_in("anna", "wrong")
     browser.until_text("#answer", "wrong token")
     in_control(browser, server)
     browser.until_text("#details", "force chosen")
@@ -485,7 +473,7 @@ def test_a_node_is_locked_and_gets_a_breakpoint_that_holds_the_run_which_steps_a
 ) -> None:
     server = show("live")
     in_control(browser, server)
-    find(browser, GO)
+    browser.find(GO)
 
     browser.click("#details button:text-is('lock')")
     assert commanded(server, "lock") == {"path": GO}
@@ -587,7 +575,7 @@ def test_of_two_records_each_has_its_chart_its_lanes_its_figures_and_its_details
         state = {**server.state(), "data": {"chase": {"goal": f"{slot + 1} m"}, "": {"goal": "0"}}}
         server.tell(server.chart(nodes=nodes, slot=slot))
         server.tell({**state, "active": {GO: 14.2 + slot, "chase": 3.0}, "slot": slot})
-        server.tell({**lanes(UNTIL), "title": f"{slot}.mcap", "slot": slot})
+        server.tell({**lanes(UNTIL), "slot": slot})
         server.tell({**server.figures(None), "slot": slot})
         server.tell({**HEALTH, "missed": 3 + slot, "slot": slot})
     browser.until("document.querySelectorAll('.chart svg').length == 2")
@@ -688,7 +676,7 @@ def test_a_chart_is_started_with_its_parameters_and_inputs(browser: Browser, sho
     server = show("charts")
     server.tell(server.chart(form=[{"about": "", **field} for field in FORM]))
     assert not browser.see("document.querySelector('#start form')")
-    let_in(browser, server.token)
+    browser.let_in("anna", server.token)
     browser.until_text("#start summary", "start cobodeck")
     browser.click("#start summary")
 
@@ -728,7 +716,7 @@ def test_boxes_fold_and_used_charts_are_drawn_anew_by_the_server(
     assert browser.see("document.getElementById('a_s:chase/follow').classList.contains('leaf')")
     browser.until_text(".since", "drive/go")
     assert browser.see("document.getElementById('s:haptic/serve/drive').getClientRects().length")
-    find(browser, "chase/follow/drive")  # which is hidden: the box around it is found
+    browser.find("chase/follow/drive")  # which is hidden: the box around it is found
     browser.until("document.activeElement.dataset.path == 'chase/follow'")
     assert "folded" in browser.see("document.activeElement.ariaLabel")
     browser.press("f")

@@ -9,7 +9,7 @@ import pytest
 
 from tests.cobodeck.live.browser import Browser
 from tests.cobodeck.live.fake_page_server import FakePageServer
-from tests.cobodeck.live.served import Served
+from tests.cobodeck.live.served import serving
 
 pytestmark = [pytest.mark.slow, pytest.mark.realtime]
 SIMULATE = ("simulate", "--scene", "study")
@@ -37,9 +37,7 @@ def _says(word: str) -> str:
 
 
 def in_control(browser: Browser, token: str) -> None:
-    browser.fill("#name", "Ada")
-    browser.fill("#token", token)
-    browser.click("#auth button")
+    browser.let_in("Ada", token)
     press(browser, "take control")
     browser.until_text("#holder", "You hold control as Ada")
 
@@ -51,21 +49,15 @@ def choose_level(browser: Browser, level: str) -> None:
     )
 
 
-def find(browser: Browser, path: str) -> None:
-    browser.fill("#find", path)
-    browser.press("Enter")
-    browser.until_text("#details-head", path)
-
-
 @pytest.mark.requirement(21, 48, 145)
 def test_a_run_is_stopped_by_anybody_steered_with_the_token_and_found_again_as_a_record(
     browser: Browser, tmp_path: Path, port: str
 ) -> None:
-    with Served(tmp_path, *SIMULATE, "--live", port, "--record", "a.mcap") as run:
+    with serving(tmp_path, *SIMULATE, "--live", port, "--record", "a.mcap") as run:
         browser.open(run.url)
         browser.until(lit("chase"))
         browser.until("document.getElementById('swatch-robot').children.length > 0")
-        find(browser, "chase/danger")
+        browser.find("chase/danger")
         browser.until_text("#details", "required")
         assert not browser.see("document.querySelector('#details-body button')")
         with FakePageServer("<svg/>") as anybody:  # which lets in pages of others
@@ -88,7 +80,7 @@ def test_a_run_is_stopped_by_anybody_steered_with_the_token_and_found_again_as_a
         assert browser.errors == []
     browser.until("document.body.classList.contains('lost')")
 
-    with Served(tmp_path, "watch", "a.mcap", "--port", port):
+    with serving(tmp_path, "watch", "a.mcap", "--port", port):
         browser.see(
             "dispatchEvent(new Event('online'))"
         )  # it tries at once, not after some seconds
@@ -126,7 +118,7 @@ def test_a_chart_is_edited_started_by_its_form_asks_for_consent_and_is_changed_w
 ) -> None:
     file = tmp_path / "ask.yaml"
     file.write_text(ASK, encoding="utf-8")
-    with Served(tmp_path, "watch", "ask.yaml") as charts:
+    with serving(tmp_path, "watch", "ask.yaml") as charts:
         browser.open(charts.url)
         browser.until("document.getElementById('a_s:add')")
 
@@ -156,7 +148,7 @@ def test_a_chart_is_edited_started_by_its_form_asks_for_consent_and_is_changed_w
         press(browser, "refuse")
         browser.until_text("#log", "Ada: Answer")
         browser.until_text("#waiting", "wait: over waits for consent")
-        find(browser, "more")
+        browser.find("more")
         press(browser, "breakpoint", "consent")
         browser.until_text("#doing", "paused")
         press(browser, "resume")

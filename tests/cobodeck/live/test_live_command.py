@@ -8,9 +8,8 @@ import re
 import signal
 import socket
 import subprocess
-import sys
-from collections.abc import Awaitable, Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -20,13 +19,12 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from tests.cobodeck.live.pages import Client, client, run
+from tests.cobodeck.live.served import serving
 from tests.cobodeck.live.test_server import BAD, raw_socket
 from tests.program import python
 from tests.waiting import until
 
-ROOT = Path(__file__).resolve().parents[3]
-SIMULATE = ["-m", "cobodeck", "simulate", "--scene", "study", "--duration", "6", "--json"]
-FOUND = re.compile(r"live page: (http://127\.0\.0\.1:\d+/)  token: (\S+)")
+SIMULATE = ["simulate", "--scene", "study", "--duration", "6", "--json"]
 
 LONG_S, PATIENCE_S = "60", 120.0
 MOST_MB = 64.0
@@ -35,27 +33,10 @@ MOST_MB = 64.0
 Doing = Callable[[Client, str], Awaitable[None]]
 
 
-@contextmanager
-def started(folder: Path, *more: str) -> Iterator[tuple[subprocess.Popen[str], str, str]]:
-    """A run with a page, its URL and its token."""
-    command = [sys.executable, *SIMULATE, "--live", *more]
-    env = {"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": str(folder)}
-    with subprocess.Popen(
-        command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env
-    ) as running:
-        try:
-            assert running.stderr is not None
-            lines = iter(running.stderr.readline, "")
-            found = next(filter(None, map(FOUND.match, lines)))  # libraries may warn before
-            yield running, *found.groups()
-        finally:
-            running.kill()
-
-
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The hash of the run's trace without a page."""
-    done = python(tmp_path_factory.mktemp("alone"), *SIMULATE)
+    done = python(tmp_path_factory.mktemp("alone"), "-m", "cobodeck", *SIMULATE)
     return str(json.loads(done.stdout)["trace_sha256"])
 
 
@@ -68,7 +49,7 @@ def finished(running: subprocess.Popen[str]) -> tuple[dict[str, Any], str]:
 
 def simulated(folder: Path, doing: Doing, *more: str) -> dict[str, Any]:
     """The figures of a run whose page does something."""
-    with started(folder, *more) as (running, url, token):
+    with serving(folder, *SIMULATE, "--live", *more) as (running, url, token):
 
         async def main() -> None:
             address = f"{url.replace('http', 'ws')}ws"
@@ -101,7 +82,7 @@ def test_a_run_that_is_watched_is_the_run_without_a_page(tmp_path: Path, alone: 
 @pytest.mark.realtime
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux")
 def test_a_run_whose_server_is_killed_goes_on_and_says_so(tmp_path: Path, alone: str) -> None:
-    with started(tmp_path) as (running, url, _):
+    with serving(tmp_path, *SIMULATE, "--live") as (running, url, _):
         os.kill(int(process_of(port_of(url)).name), signal.SIGKILL)
         figures, errors = finished(running)
 
@@ -113,7 +94,7 @@ def test_a_run_whose_server_is_killed_goes_on_and_says_so(tmp_path: Path, alone:
 @pytest.mark.realtime
 @pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="needs Linux")
 def test_a_run_that_is_killed_leaves_neither_server_nor_port(tmp_path: Path) -> None:
-    with started(tmp_path, "--duration", LONG_S) as (running, url, _):
+    with serving(tmp_path, *SIMULATE, "--live", "--duration", LONG_S) as (running, url, _):
         process = process_of(port_of(url))
         running.kill()
         running.wait()
@@ -176,7 +157,7 @@ async def _misbehave(page: Client, token: str) -> None:
 def test_a_run_beside_bad_clients_is_the_run_without_a_page(tmp_path: Path) -> None:
     long = ("--duration", LONG_S)
     watched = simulated(tmp_path, _misbehave, *long)
-    longer = json.loads(python(tmp_path, *SIMULATE, *long).stdout)
+    longer = json.loads(python(tmp_path, "-m", "cobodeck", *SIMULATE, *long).stdout)
 
     assert watched["trace_sha256"] == longer["trace_sha256"]
     assert watched["errors"] == []
