@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from cobodeck.run import Shadow
     from cobodeck.setup import Setup
 
-FOR_EVER_NS = 1 << 61
-
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
@@ -108,13 +106,14 @@ def _run_to_end(
 ) -> tuple[Mapping[str, Any], Path | None]:
     """Run to the end; returns the figures and the file in which the replay was kept."""
     from cobodeck.run import Spent, figures_of
+    from engine import NEVER_NS
 
     loop = replay.loop
     if recorder is not None:
         recorder.attend(loop)
     progress, begin = ProgressLine("replay"), Spent.now()
     try:
-        end_ns = loop.go(FOR_EVER_NS, _with_share(loop, record, progress))
+        end_ns = loop.go(NEVER_NS, _with_share(loop, record, progress))
     finally:
         progress.done()
     figures = figures_of(replay.setup, _options(record), loop, end_ns / 1e9, begin.since())

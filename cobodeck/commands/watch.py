@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cobodeck.setup import PROFILE
-from cobodeck.terminal import OK, Problem, is_record, show, word
+from cobodeck.terminal import OK, Problem, is_record, port, show, word
 
 if TYPE_CHECKING:
     from cobodeck.live import Source
@@ -41,7 +41,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--tty", action="store_true", help="in this terminal instead, as over SSH; q ends it"
     )
     parser.add_argument(
-        "--port", type=_port, default=0, metavar="PORT", help="of the page; default: a free one"
+        "--port", type=port, default=0, metavar="PORT", help="of the page; default: a free one"
     )
     parser.add_argument(
         "--host",
@@ -122,9 +122,3 @@ def _show(source: Source, args: argparse.Namespace) -> int:
 def _say(line: str) -> None:
     show(line)
     sys.stdout.flush()
-
-
-def _port(text: str) -> int:
-    if not text.isdecimal() or not int(text) < 1 << 16:
-        raise argparse.ArgumentTypeError(f"{text!r} is no port, 0 to 65535")
-    return int(text)

@@ -3,8 +3,8 @@ from cobodeck.live.access import (
     Rules as Rules,
 )
 from cobodeck.live.clients import (
-    Message as Message,
     Page as Page,
+    PageMessage as PageMessage,
     Pages as Pages,
     Source as Source,
 )

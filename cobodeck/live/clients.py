@@ -17,7 +17,7 @@ from cobodeck.live.access import Rules
 from cobodeck.terminal import complain
 from engine.run import raised
 
-Message = Mapping[str, Any]
+PageMessage = Mapping[str, Any]
 """A message of the page's protocol: JSON values, with its kind as `t`."""
 LARGEST_MESSAGE = 64 << 10
 """Of a page, bytes."""
@@ -31,7 +31,7 @@ SLOWEST, FASTEST = 0.1, 100.0
 """Speeds at which runs go on and records are played."""
 
 
-def encoded(message: Message) -> str:
+def encoded(message: PageMessage) -> str:
     """A message as it is sent."""
     return json.dumps(message, separators=(",", ":"))
 
@@ -58,7 +58,7 @@ def _is_plain(value: object, depth: int) -> bool:
     return True
 
 
-def number(message: Message, key: str, what: str) -> float:
+def number(message: PageMessage, key: str, what: str) -> float:
     """A number in a message of a page; `what` it is, with its unit.
 
     Raises:
@@ -70,12 +70,12 @@ def number(message: Message, key: str, what: str) -> float:
     return float(found)
 
 
-def ack(message: Message, wrong: str | None, text: str = "") -> Message:
+def ack(message: PageMessage, wrong: str | None, text: str = "") -> PageMessage:
     """The answer to a command: `text`, or what is `wrong`."""
     return {"t": "ack", "id": message.get("id"), "ok": wrong is None, "text": wrong or text}
 
 
-def said(text: str) -> Message:
+def said(text: str) -> PageMessage:
     """A line for the log."""
     return {"t": "say", "text": text}
 
@@ -87,7 +87,7 @@ class Page:
         name: what its operator gave with the token; None without.
         layers: those shown; None: those on by default.
         plots: how many samples of each signal that it plots it was told.
-        snapshots: how many it got; `skipped`: messages replaced by newer ones.
+        snapshots: how many it got.
     """
 
     def __init__(self, number: int, bound: int = BOUND) -> None:
@@ -95,7 +95,7 @@ class Page:
         self.name: str | None = None
         self.layers: set[str] | None = None
         self.plots: dict[str, int] = {}
-        self.snapshots = self.skipped = 0
+        self.snapshots = 0
         self._bound, self._size = bound, 0
         self._events: deque[str] = deque()
         self._answers = deque[str](maxlen=MOST_ANSWERS)
@@ -110,14 +110,13 @@ class Page:
         beside = (*self._answers, *self._newest.values())
         return self._size + sum(map(len, beside))
 
-    def tell(self, message: Message, key: str | None = None) -> None:
+    def tell(self, message: PageMessage, key: str | None = None) -> None:
         """Send a message; of those with the same `key` only the newest."""
         self.put(encoded(message), key)
 
     def put(self, text: str, key: str | None = None) -> None:
         """As `tell`, of a message that was encoded already."""
         if key is not None:
-            self.skipped += key in self._newest
             self._newest[key] = text
         elif self._size + len(text) > self._bound:
             self.renew()
@@ -126,7 +125,7 @@ class Page:
             self._size += len(text)
         self._ready.set()
 
-    def answer(self, message: Message) -> None:
+    def answer(self, message: PageMessage) -> None:
         """Answer a command: no snapshot has that, so none replaces it."""
         self._answers.append(encoded(message))
         self._ready.set()
@@ -141,7 +140,7 @@ class Page:
     async def send_all(
         self,
         send: Callable[[str], Awaitable[None]],
-        snapshot: Callable[[Page], Iterable[Message]],
+        snapshot: Callable[[Page], Iterable[PageMessage]],
     ) -> None:
         """Send whatever there is to send, until cancelled."""
         while True:
@@ -196,7 +195,7 @@ class Pages:
         """A page by its number, None if it has gone."""
         return self.by_number.get(number)
 
-    def tell(self, message: Message, key: str | None = None) -> None:
+    def tell(self, message: PageMessage, key: str | None = None) -> None:
         """Send a message to all; it is encoded once."""
         if self.by_number:
             text = encoded(message)
@@ -223,11 +222,11 @@ class Source(Protocol):
 
     rules: Rules
 
-    def hello(self) -> Message:
+    def hello(self) -> PageMessage:
         """The message `hello`, as far as the server does not know it itself."""
         ...
 
-    def snapshot(self, page: Page) -> Iterable[Message]:
+    def snapshot(self, page: Page) -> Iterable[PageMessage]:
         """All that a page has to know: charts, room, state, lanes, figures."""
         ...
 
@@ -235,11 +234,11 @@ class Source(Protocol):
         """Tell the pages what changes, until there is nothing more to come."""
         ...
 
-    async def asked(self, page: Page, message: Message) -> Iterable[Message]:
+    async def asked(self, page: Page, message: PageMessage) -> Iterable[PageMessage]:
         """The answers to `seek`, `play`, `plot`, `range`, `profile`, `second`."""
         ...
 
-    async def commanded(self, page: Page, message: Message) -> Message | None:
+    async def commanded(self, page: Page, message: PageMessage) -> PageMessage | None:
         """Carry out a command with `who`; its `ack`, or None if that comes later.
 
         Messages of the server itself, too: `beat`, a sign of life of the page that has control,

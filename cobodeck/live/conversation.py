@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 from cobodeck.live.access import Access
-from cobodeck.live.clients import LONGEST_ID, Message, Page, Pages, Source, ack, said
+from cobodeck.live.clients import LONGEST_ID, Page, PageMessage, Pages, Source, ack, said
 
 STOP_IS = "a software stop, not a safety device"
 NOBODY = Page(0)
@@ -28,7 +28,7 @@ class Conversation:
     def __init__(self, source: Source, pages: Pages, access: Access) -> None:
         self._source, self._pages, self._access = source, pages, access
 
-    def snapshot(self, page: Page) -> list[Message]:
+    def snapshot(self, page: Page) -> list[PageMessage]:
         """All that a page has to know."""
         hello = {
             "t": "hello", "about": [], "real": False, "commands": self._source.rules.commands,
@@ -141,6 +141,6 @@ def _layers(on: object) -> set[str]:
     return set(on)
 
 
-def _wrong(message: Message, text: str) -> Message:
+def _wrong(message: PageMessage, text: str) -> PageMessage:
     """What is wrong with a message, as its page is told it."""
     return ack(message, text) if message["t"] in ("cmd", "auth") else said(text)

@@ -10,11 +10,11 @@ from cobodeck.live.model import RunModel
 from cobodeck.pictures.run import Course
 from hw import Truth
 
-Rows = list[tuple[str, str]]
+FigureRows = list[tuple[str, str]]
 """Figures by their names, as texts."""
 
 
-def figures_of(model: RunModel, escapes: int = 0) -> Rows:
+def figures_of(model: RunModel, escapes: int = 0) -> FigureRows:
     """Figures so far; `escapes`: how often the robot has had to."""
     rows = [("time", f"{model.at_ns / 1e9:.1f} s"), ("transitions", str(model.transitions))]
     truth = model.truth
@@ -31,7 +31,7 @@ def figures_of(model: RunModel, escapes: int = 0) -> Rows:
     return rows
 
 
-def final_figures(result: Mapping[str, Any]) -> Rows:
+def final_figures(result: Mapping[str, Any]) -> FigureRows:
     """The main figures of a run that has ended, of those on record; unknown ones are left out."""
     get = result.get
     response = (get("response_s") or {}).get("mean")
@@ -51,7 +51,7 @@ def final_figures(result: Mapping[str, Any]) -> Rows:
     return [(name, form.format(found)) for name, found, form in told if found is not None]
 
 
-def figures_between(run: Course, from_s: float, to_s: float) -> Rows:
+def figures_between(run: Course, from_s: float, to_s: float) -> FigureRows:
     """Figures of a part of a run.
 
     Raises:

@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from cobodeck.live.feed import Whole
 from cobodeck.loop import LATE_NS
 from cobodeck.record.format import (
     LASER,
@@ -37,7 +38,7 @@ SCAN_TOPIC = f"{TOPIC}base.scan"
 SILENT_NS = 1_000_000_000
 """A scanner not heard for so long, ns, shows nothing any more."""
 STOP_TOPIC = f"{TOPIC}stop.engaged"
-_LEVELS = {number: name for name, number in AUTONOMY.items() if number >= 0}
+_LEVELS: dict[int | None, str] = {number: name for name, number in AUTONOMY.items() if number >= 0}
 
 
 class RunModel:
@@ -101,8 +102,8 @@ class RunModel:
         elif told.topic == STOP_TOPIC:
             self.tell("stop", stop_reason(told) is not None)
 
-    def renew(self, whole: Any) -> None:
-        """Take everything that holds now, after ticks were dropped; see `feed.Whole`."""
+    def renew(self, whole: Whole) -> None:
+        """Take everything that holds now, after ticks were dropped."""
         self.at_ns = whole.at_ns
         before = self.active
         self._set("active", {

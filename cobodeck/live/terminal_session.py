@@ -19,7 +19,7 @@ from urllib.parse import urlsplit
 from websockets.exceptions import ConnectionClosed, WebSocketException
 from websockets.sync.client import connect
 
-from cobodeck.live.clients import FASTEST, SLOWEST, Message, Page, Pages, Source
+from cobodeck.live.clients import FASTEST, SLOWEST, Page, PageMessage, Pages, Source
 from cobodeck.live.terminal_view import WatchedPage, view
 from cobodeck.terminal import FAILED, OK, Problem, complain, show
 from engine.files import visible
@@ -53,7 +53,7 @@ class FarLink:
             told = visible(str(error) or type(error).__name__)
             raise Problem(f"{url}: no live page there: {told}", FAILED) from None
 
-    def messages(self, wait_s: float) -> Iterator[Message]:
+    def messages(self, wait_s: float) -> Iterator[PageMessage]:
         """Those that are there, or come within `wait_s`."""
         for _ in range(MOST):
             try:
@@ -67,7 +67,7 @@ class FarLink:
                 yield found
             wait_s = 0.0
 
-    def ask(self, message: Message) -> None:
+    def ask(self, message: PageMessage) -> None:
         """Say something, as a page does."""
         with suppress(ConnectionClosed):
             self._socket.send(json.dumps(message))
@@ -84,7 +84,7 @@ class NearLink:
     """
 
     def __init__(self, source: Source) -> None:
-        self._queue: SimpleQueue[Message] = SimpleQueue()
+        self._queue: SimpleQueue[PageMessage] = SimpleQueue()
         self._source, self._page = source, Page(1)
         self._page.layers = set()
         self._error: Exception | None = None
@@ -98,7 +98,7 @@ class NearLink:
         """See `FarLink`."""
         return not self._thread.is_alive() and self._queue.empty() and self._error is None
 
-    def messages(self, wait_s: float) -> Iterator[Message]:
+    def messages(self, wait_s: float) -> Iterator[PageMessage]:
         """See `FarLink`."""
         if self._error is not None and self._queue.empty():
             raise self._error
@@ -107,7 +107,7 @@ class NearLink:
             for _ in range(MOST):
                 yield self._queue.get_nowait()
 
-    def ask(self, message: Message) -> None:
+    def ask(self, message: PageMessage) -> None:
         """See `FarLink`."""
         self._soon(lambda: self._loop.create_task(self._asked(message)))
 
@@ -120,7 +120,7 @@ class NearLink:
         with suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(act)
 
-    async def _asked(self, message: Message) -> None:
+    async def _asked(self, message: PageMessage) -> None:
         for answer in await self._source.asked(self._page, message):
             self._page.tell(answer)
 
@@ -149,7 +149,7 @@ class NearLink:
             await asyncio.sleep(LOOK_S)
         self._queue.put(json.loads(text))
 
-    def _snapshot(self, page: Page) -> list[Message]:
+    def _snapshot(self, page: Page) -> list[PageMessage]:
         return [{"t": "hello", **self._source.hello()}, *self._source.snapshot(page)]
 
 

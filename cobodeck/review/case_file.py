@@ -22,7 +22,7 @@ from cobodeck.record.read import Group, Record, Replay, ReplayMismatch, setup_of
 from cobodeck.record.write import write_excerpt
 from cobodeck.run import Decision, decisions_of
 from cobodeck.terminal import FAILED, Problem
-from cobodeck.testing import CASE_ENDING, CaseStart, RecordedCase, told
+from cobodeck.testing import CASE_ENDING, CaseStart, RecordedCase, decision_lines
 from engine.operator import place_of
 
 FOLLOWING = 3
@@ -91,10 +91,11 @@ def _written(
     """
     there = here = ""
     for start in starts:
-        expected = told(one for one in decisions if one.at_ns > start.at_ns or start.place is None)
+        after = (one for one in decisions if one.at_ns > start.at_ns or start.place is None)
+        expected = decision_lines(after)
         _write_data(record, data, start, end_ns)
         try:
-            found = told(RecordedCase(data).play())
+            found = decision_lines(RecordedCase(data).play())
         except BaseException:
             data.unlink()
             raise
@@ -167,15 +168,11 @@ def _starts(record: Record, at_ns: int, end_ns: int, known: Catalogue) -> Iterat
 
 @dataclass(slots=True)
 class _Places:
-    """A tap that notes where a replay is after each tick with an entry, up to an instant.
-
-    Attributes:
-        _found: by chart time, which is that of entries.
-    """
+    """A tap that notes where a replay is after each tick with an entry, up to an instant."""
 
     replay: Replay
     until_ns: int
-    _found: dict[int, CaseStart] = field(default_factory=dict)
+    _found: dict[int, CaseStart] = field(default_factory=dict)  # by chart time, as entries have it
     _read: int = 0
     _last: CaseStart | None = None
     difference: ReplayMismatch | None = None

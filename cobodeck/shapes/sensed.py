@@ -11,8 +11,8 @@ from cobodeck.shapes.shape import Flat, MapShape, flat
 from hw import Pose2, Scan
 from hw.model import Sensing
 from hw.scene import Point
+from states.maps import Array
 from states.navigation import GlobalPlanner
-from states.navigation.exact import Array
 from states.navigation.grid import LETHAL, NO_INFORMATION, Costs, GridPlanner
 
 MOST_CELLS = 64

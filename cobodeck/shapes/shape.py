@@ -16,7 +16,7 @@ Layer = Literal[
     "goal", "scan", "costmap", "chase", "escape", "haptic", "deep", "trails",
 ]  # fmt: skip
 LAYERS: tuple[Layer, ...] = get_args(Layer)
-Kind = Literal["poly", "line", "disc", "dots", "arrow", "text", "cells"]
+ShapeKind = Literal["poly", "line", "disc", "dots", "arrow", "text", "cells"]
 """A closed ring; a line; discs about their centres; dots; a line with a head at its end; a text at
 a place; squares about their centres."""
 Flat = tuple[float, ...]
@@ -39,7 +39,7 @@ class MapShape:
     """
 
     layer: Layer
-    kind: Kind
+    kind: ShapeKind
     style: str
     points: Flat
     about: str = ""

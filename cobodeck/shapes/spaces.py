@@ -17,8 +17,8 @@ from cobodeck.shapes.shape import Layer, MapShape, arc, arrow, flat
 from hw import Joints, Pose2, Pose3
 from hw.model import Footprint
 from hw.scene import Point, contains
+from states.maps import Array
 from states.navigation import GlobalPlanner
-from states.navigation.exact import Array
 
 ESCAPE_ARROW_M, RING_M = 0.42, 0.3
 DROPPED = "dropped", "… not free"

@@ -7,6 +7,7 @@ from cobodeck.terminal.argument_types import (
     length as length,
     live as live,
     new_record as new_record,
+    port as port,
     pose as pose,
     positive as positive,
     profile as profile,

@@ -61,10 +61,15 @@ def length(text: str) -> float:
 
 def address(text: str) -> tuple[str, int]:
     """`PORT`, or `HOST:PORT`; port 0: a free one. Without a host: this machine alone."""
-    host, _, port = text.rpartition(":")
-    if not port.isdecimal() or not 0 <= int(port) < 1 << 16:
-        raise argparse.ArgumentTypeError(f"{text!r} is no PORT or HOST:PORT")
-    return host.strip("[]") or "127.0.0.1", int(port)
+    host, _, number = text.rpartition(":")
+    return host.strip("[]") or "127.0.0.1", port(number)
+
+
+def port(text: str) -> int:
+    """A port; 0: a free one."""
+    if not text.isdecimal() or not int(text) < 1 << 16:
+        raise argparse.ArgumentTypeError(f"{text!r} is no port, 0 to 65535")
+    return int(text)
 
 
 def pose(text: str) -> Pose2:

@@ -7,7 +7,7 @@ from cobodeck.testing.recorded_case import (
     CASE_ENDING as CASE_ENDING,
     CaseStart as CaseStart,
     RecordedCase as RecordedCase,
-    told as told,
+    decision_lines as decision_lines,
 )
 from cobodeck.testing.stub_parts import (
     Parts as Parts,

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from cobodeck.loop import Inert, Loop, Ticked, Wired, wire
+from cobodeck.loop import Inert, Loop, Ticked, wire
 from cobodeck.project import Catalogue, catalogue, chart_names, own_files_around
 from cobodeck.record.format import raised_again, text, value
 from cobodeck.record.read import (
@@ -26,7 +26,7 @@ from cobodeck.record.read import (
 )
 from cobodeck.run import Answers, Decision, DecisionReader, Raises, StandIn
 from cobodeck.setup import Setup, open_setup
-from engine import TickGrid
+from engine import NEVER_NS, TickGrid
 from engine.files import mistake
 from engine.files.declared import with_own_files
 from engine.operator import ChartPlace, set_place
@@ -35,7 +35,6 @@ from hw.connection import load_connection
 __tracebackhide__ = True  # a failing test shows its own line
 
 CASE_ENDING = ".mcap"
-FOR_EVER_NS = 1 << 61
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +71,7 @@ class RecordedCase:
 
     def __init__(self, file: Path, root: Path | None = None) -> None:
         self.record, self._root = Record(file), root
-        case = self.record.metadata("case")
+        case = self.record.case()
         if case is None:
             raise mistake(file, "is no case", hint="`cobodeck case` writes them")
         with self.record.usable("where it begins"):
@@ -80,8 +79,8 @@ class RecordedCase:
             self._files = {key: str(file.parent / path) for key, path in case["files"].items()}
 
     def assert_followed(self, expected: Sequence[str]) -> None:
-        """Assert that the chart decides what followed on record; see `told`."""
-        found = told(self.play())
+        """Assert that the chart decides what followed on record; see `decision_lines`."""
+        found = decision_lines(self.play())
         if found == list(expected):
             return
         alike = next((n for n, pair in enumerate(zip(found, expected)) if pair[0] != pair[1]), None)  # noqa: B905
@@ -97,7 +96,7 @@ class RecordedCase:
         with with_own_files(own_files_around(self._root)):
             setup = self._setup(catalogue(self._root))
             player = _Player(self.record, setup, self.start)
-        player.loop.go(FOR_EVER_NS)
+        player.loop.go(NEVER_NS)
         return player.decisions
 
     def _setup(self, known: Catalogue) -> Setup:
@@ -117,7 +116,7 @@ class RecordedCase:
         )
 
 
-def told(decisions: Iterable[Decision]) -> list[str]:
+def decision_lines(decisions: Iterable[Decision]) -> list[str]:
     """Outcomes with their instants, s, and the nodes that they led to, as tests state them."""
     decisions = list(decisions)
     moved = {
@@ -137,32 +136,21 @@ def _rest(lines: Sequence[str], at: int) -> str:
     return "\n           ".join(lines[at : at + 3]) or "nothing more"
 
 
-@dataclass(slots=True)
 class _Player:
     """Plays a case: an observer that sets the chart to its place, and a tap that reads on."""
 
-    record: Record
-    setup: Setup
-    start: CaseStart
-    loop: Loop = field(init=False)
-    decisions: list[Decision] = field(init=False, default_factory=list)
-    _feed: RecordFeed = field(init=False)
-    _wired: Wired = field(init=False)
-    _reader: DecisionReader = field(init=False)
-    _answers: Answers = field(init=False, default_factory=dict)
-    _begun: bool = field(init=False, default=False)
-
-    def __post_init__(self) -> None:
-        header = self.record.header
-        self._feed = RecordFeed(self.record.groups())
-        plant = Recorded(header, self._feed)
+    def __init__(self, record: Record, setup: Setup, start: CaseStart) -> None:
+        self.decisions: list[Decision] = []
+        self._setup, self._start, self._begun = setup, start, False
+        self._feed, self._answers = RecordFeed(record.groups()), Answers()
+        plant = Recorded(record.header, self._feed)
         plant.paced = True  # the instants are those of the record
         for name, part in plant.parts.items():
             if name != RECORD and isinstance(part, Inert):
                 plant.parts[name] = StandIn(name, tuple(part.signals), self._answers)
-        self._wired = wire(self.setup, plant.parts, eager=header["options"]["eager"])
+        self._wired = wire(setup, plant.parts, eager=record.header["options"]["eager"])
         self._reader = DecisionReader(self._wired.run)
-        clock, grid = RecordedClock(self._feed), TickGrid(self.setup.tick_hz)
+        clock, grid = RecordedClock(self._feed), TickGrid(setup.tick_hz)
         self.loop = Loop(plant, self._wired, grid, (self,), clock, taps=(self,))
         self._wired.run.pause()
 
@@ -172,8 +160,8 @@ class _Player:
             raised = call.get("raised")
             answer = value(call.get("answer")) if raised is None else Raises(raised_again(raised))
             self._answers[call["part"], call["what"]] = answer
-        run, place = self._wired.run, self.start.place
-        if not self._begun and now_ns >= self.start.at_ns:
+        run, place = self._wired.run, self._start.place
+        if not self._begun and now_ns >= self._start.at_ns:
             self._begun = True
             run.resume()
             run.board.paused_ns = 0
@@ -182,7 +170,7 @@ class _Player:
                 return  # what the operator did in this tick has led there
         if self._begun:
             for found in self._feed.fed.commands:
-                run.command(command_of(found, self.setup))
+                run.command(command_of(found, self._setup))
 
     def failed(self, part: str, error: BaseException) -> None:
         """Do nothing; parts have failed on record, too."""

@@ -15,7 +15,16 @@ from typing import NamedTuple
 from cobodeck.validation.fitting_values import fitting_value
 from engine import description_of
 from engine.files import visible
-from engine.machine import Exploration, Leaf, Machine, Vertex, after_steps, never_taken
+from engine.machine import (
+    Event,
+    Exploration,
+    Leaf,
+    Machine,
+    Step,
+    Vertex,
+    after_steps,
+    never_taken,
+)
 
 SHOWN = 5
 """Dead ends of one chart that are told, the shortest ones."""
@@ -25,7 +34,6 @@ STILL_S = 30.0
 """For so long, s, a test looks whether anything ends."""
 OPEN = "..."
 """Stands in a test for the value of an input that the reader has to give."""
-Event = tuple[str, str]
 
 
 class Explored(NamedTuple):
@@ -39,7 +47,7 @@ class Explored(NamedTuple):
 class Played:
     """What ends at the same time; `wait_s`: until the further try that follows begins."""
 
-    events: tuple[Event, ...]
+    events: Step
     wait_s: float | None = None
 
 
@@ -103,7 +111,7 @@ def _start(machine: Machine, file: Path) -> Iterator[str]:
     yield "})"
 
 
-def _lines(machine: Machine, script: tuple[tuple[Event, ...], ...]) -> Iterator[str]:
+def _lines(machine: Machine, script: Iterable[Step]) -> Iterator[str]:
     for plays, leaves in _plays(machine, script):
         for played in plays:
             for path, outcome in played.events:
@@ -127,7 +135,7 @@ def _assertion(leaves: Iterable[Leaf]) -> str:
 
 
 def _plays(
-    machine: Machine, script: tuple[tuple[Event, ...], ...]
+    machine: Machine, script: Iterable[Step]
 ) -> Iterator[tuple[list[Played], tuple[Leaf, ...]]]:
     """What is to be played for each step, and the leaves that run then.
 

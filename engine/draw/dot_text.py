@@ -23,7 +23,7 @@ from engine.draw.markup import (
     text,
     tooltip,
 )
-from engine.draw.picture import Counts, picture
+from engine.draw.picture import EdgeCounts, picture
 from engine.draw.style import (
     BOX_MARGIN,
     CAUSES,
@@ -74,7 +74,7 @@ def dot(
     active: Active | None = None,
     constants: Mapping[str, Constant] = NONE,
     unfolded: Collection[str] = (),
-    counts: Counts | None = None,
+    counts: EdgeCounts | None = None,
 ) -> str:
     """`chart` as DOT text; the same chart gives the same text.
 

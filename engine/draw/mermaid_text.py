@@ -20,7 +20,7 @@ from engine.draw.chart_shapes import (
     Pin,
     TableShape,
 )
-from engine.draw.picture import Counts, picture
+from engine.draw.picture import EdgeCounts, picture
 from engine.draw.style import CAUSES, FILLS, FRAME, GREY, INK, KINDS, RED, Cause
 from engine.draw.wording import NONE, noted
 from engine.literals import Constant
@@ -50,7 +50,7 @@ def mermaid(
     library: Mapping[str, Chart],
     depth: int | None = 0,
     constants: Mapping[str, Constant] = NONE,
-    counts: Counts | None = None,
+    counts: EdgeCounts | None = None,
 ) -> str:
     """`chart` as a Mermaid flowchart; arguments as for `engine.draw.dot_text.dot`."""
     shown = picture(chart, library, depth, constants, counts=counts)

@@ -38,7 +38,7 @@ MOST_NODES = 10_000
 LEVELS = 64
 """Levels of used charts that are counted."""
 Outcomes = dict[str, Cause]
-Counts = Mapping[tuple[str, str], int]
+EdgeCounts = Mapping[tuple[str, str], int]
 """How often the outcomes of nodes were taken, by path and outcome."""
 
 
@@ -48,7 +48,7 @@ def picture(
     depth: int | None = 0,
     constants: Mapping[str, Constant] = NONE,
     unfolded: Collection[str] = (),
-    counts: Counts | None = None,
+    counts: EdgeCounts | None = None,
 ) -> Picture:
     """The shapes and edges of `chart`.
 
@@ -96,7 +96,7 @@ class _Painter:
         library: Mapping[str, Chart],
         constants: Mapping[str, Constant],
         unfolded: Collection[str],
-        counts: Counts,
+        counts: EdgeCounts,
     ) -> None:
         self.library, self.constants = library, constants
         self.unfolded, self.counts = unfolded, counts

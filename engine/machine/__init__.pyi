@@ -10,7 +10,9 @@ from engine.machine.deciding import (
     Judge as Judge,
 )
 from engine.machine.exploration import (
+    Event as Event,
     Exploration as Exploration,
+    Step as Step,
     after_steps as after_steps,
     explore as explore,
     never_taken as never_taken,

@@ -49,7 +49,7 @@ MARK = "A robot that follows a person"
 """Words of the chart that edits change."""
 READY = b"ready\n"
 """What the process of the pages says."""
-Receive = Callable[[float | None], str | bytes]
+NextMessage = Callable[[float | None], str | bytes]
 """Waits for the next message, for at most so many s."""
 
 
@@ -205,7 +205,7 @@ def edits_ms(count: int) -> list[float]:
             return [_edit_ms(file, text, word, page.recv) for word in words]
 
 
-def _edit_ms(file: Path, text: str, word: str, receive: Receive) -> float:
+def _edit_ms(file: Path, text: str, word: str, receive: NextMessage) -> float:
     new = file.with_suffix(".new")
     new.write_text(text.replace(MARK, f"{word}. {MARK}"), encoding="utf-8")
     time.sleep(PAUSE_S)
@@ -215,7 +215,7 @@ def _edit_ms(file: Path, text: str, word: str, receive: Receive) -> float:
     return 1e3 * (time.perf_counter() - begin)
 
 
-def _wait(receive: Receive, is_it: Callable[[dict[str, str]], bool]) -> None:
+def _wait(receive: NextMessage, is_it: Callable[[dict[str, str]], bool]) -> None:
     end = time.monotonic() + PATIENCE_S
     try:
         while not is_it(json.loads(receive(end - time.monotonic()))):

@@ -13,7 +13,7 @@ from cobodeck.live.charts.chart_reader import ChartReader, ReadChart
 from cobodeck.live.charts.drawn_chart import chart_message, finding_message
 from cobodeck.live.charts.file_watch import FileWatch
 from cobodeck.live.charts.seen_chart import seen_nodes
-from cobodeck.live.clients import Message
+from cobodeck.live.clients import PageMessage
 from cobodeck.project import Catalogue, kind_of, name_in, yaml_files
 from cobodeck.terminal import Problem
 from engine.files import did_you_mean
@@ -61,8 +61,8 @@ class ChartFolder:
         self._reader = ChartReader(known)
         self._watch = FileWatch()
         self._good: dict[tuple[Path, str], ReadChart] = {}
-        self._drawn: dict[tuple[Path, str], Message] = {}
-        self._messages: dict[Shown, Message] = {}
+        self._drawn: dict[tuple[Path, str], PageMessage] = {}
+        self._messages: dict[Shown, PageMessage] = {}
         self._pending: set[Path] = set()
         self._looks = LOOKS_PER_LISTING
         self._waited = 0
@@ -106,7 +106,7 @@ class ChartFolder:
         self._messages.clear()
         return True
 
-    def chart(self, shown: Shown, slot: int) -> Message:
+    def chart(self, shown: Shown, slot: int) -> PageMessage:
         """The message `chart` of what is shown."""
         with self._lock:
             found = self._messages.pop(shown, None) or self._shown(shown)
@@ -115,7 +115,7 @@ class ChartFolder:
                 del self._messages[next(iter(self._messages))]
         return {**found, "slot": slot}
 
-    def listing(self) -> Message:
+    def listing(self) -> PageMessage:
         """The message `charts`: names, files, and numbers of errors and warnings."""
         with self._lock:
             counts = self._reader.counts([file for file in self.files if file.is_file()])
@@ -127,7 +127,7 @@ class ChartFolder:
             ],
         }
 
-    def _shown(self, shown: Shown) -> Message:
+    def _shown(self, shown: Shown) -> PageMessage:
         try:
             return self._message(shown)
         except Exception as error:  # noqa: BLE001  pages outlive whatever a text brings about
@@ -136,7 +136,7 @@ class ChartFolder:
             last = last or _without_picture(shown.file, [])
             return {**last, "trouble": told, "findings": [], "stale": True}
 
-    def _message(self, shown: Shown) -> Message:
+    def _message(self, shown: Shown) -> PageMessage:
         now = self._reader.read(shown.file, shown.profile)
         key = shown.file, shown.profile
         if now.whole:
@@ -171,14 +171,14 @@ class ChartFolder:
         return [target, *(f for f in sorted(beside) if f != target and kind_of(f) == "chart")]
 
 
-def _findings(now: ReadChart, drawn: Mapping[str, Any]) -> list[Message]:
+def _findings(now: ReadChart, drawn: Mapping[str, Any]) -> list[PageMessage]:
     """What is wrong now, at the nodes that are drawn."""
     nodes = [] if now.chart is None else seen_nodes(now.chart, now.charts, {})
     found = [finding_message(finding, nodes) for finding in now.findings]
     return [{**f, "path": f["path"] if f["path"] in drawn else None} for f in found]
 
 
-def _without_picture(file: Path, findings: list[Message]) -> Message:
+def _without_picture(file: Path, findings: list[PageMessage]) -> PageMessage:
     """The message of a chart that could never be read."""
     return {
         "t": "chart", "name": name_in(file), "file": str(file), "svg": "", "trouble": "",

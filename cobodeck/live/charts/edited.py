@@ -19,7 +19,7 @@ from cobodeck.live.charts.chart_folder import EVERY_S, ChartFolder, Shown
 from cobodeck.live.charts.drawn_chart import stop_drawing
 from cobodeck.live.charts.file_watch import stamp_of
 from cobodeck.live.charts.started_runs import StartedRuns
-from cobodeck.live.clients import Message, Page, Pages, ack, said
+from cobodeck.live.clients import Page, PageMessage, Pages, ack, said
 from cobodeck.setup import PROFILE
 from engine.files import did_you_mean
 from hw.people.walking import route, script_names, wanderer
@@ -42,7 +42,7 @@ class _Place:
     """One of the places of a page: what it shows, and what was told of it last."""
 
     shown: Shown | None
-    told: Message | None = None
+    told: PageMessage | None = None
 
 
 class EditedCharts:
@@ -71,9 +71,9 @@ class EditedCharts:
         self._profiles = sorted({*profile_names(), profile})
         self._turn = asyncio.Lock()
         self._runs = StartedRuns(host=host)
-        self._list: Message = {"t": "charts", "charts": []}
+        self._list: PageMessage = {"t": "charts", "charts": []}
 
-    def hello(self) -> Message:
+    def hello(self) -> PageMessage:
         """What a page is told first."""
         return {
             "mode": "charts",
@@ -84,7 +84,7 @@ class EditedCharts:
             "users": [*script_names(), *(source.NAME for source in (route, wanderer))],
         }
 
-    def snapshot(self, page: Page) -> Iterable[Message]:
+    def snapshot(self, page: Page) -> Iterable[PageMessage]:
         """The list of charts, and those that were told already; the others follow."""
         return [self._list, *(p.told for p in self._of(page) if p.told is not None)]
 
@@ -101,7 +101,7 @@ class EditedCharts:
             stop_drawing()
             await self._runs.close()
 
-    async def asked(self, page: Page, message: Message) -> Iterable[Message]:
+    async def asked(self, page: Page, message: PageMessage) -> Iterable[PageMessage]:
         """Another chart, profile or fold of one of the page's places."""
         slot = 1 if message["t"] == "second" else message.get("slot", 0)
         if slot not in range(SLOTS):
@@ -117,7 +117,7 @@ class EditedCharts:
             found = await self._told(place, chosen, slot)
             return [] if found is None else [found]
 
-    async def commanded(self, page: Page, message: Message) -> Message | None:
+    async def commanded(self, page: Page, message: PageMessage) -> PageMessage | None:
         """Start a run; there is nothing else to command."""
         if message["t"] != "cmd":  # who controls is nothing to a chart
             return None
@@ -167,7 +167,7 @@ class EditedCharts:
         first = Shown(self._folder.first, self._profile)
         return self._places.setdefault(page, (_Place(first), _Place(None)))
 
-    async def _told(self, place: _Place, shown: Shown, slot: int) -> Message | None:
+    async def _told(self, place: _Place, shown: Shown, slot: int) -> PageMessage | None:
         """The message of what a place shows, which is told now; None: it is saved again already."""
         clock, stamp = asyncio.get_running_loop().time, stamp_of(shown.file)
         making = asyncio.create_task(asyncio.to_thread(self._folder.chart, shown, slot))

@@ -18,7 +18,7 @@ from engine.files import Map, Place, Seq, si_unit, written_text
 
 LARGEST = 10_000
 """Nodes that are told of; charts that use each other can have billions."""
-Outcomes = dict[str, dict[str, str]]
+NodeOutcomes = dict[str, dict[str, str]]
 """Outcomes by name, each with the types of its outputs by their names."""
 
 
@@ -104,7 +104,7 @@ def shown_values(seen: SeenNode, interfaces: Mapping[str, Interface]) -> dict[st
 
 def outcomes_at(
     seen: SeenNode, charts: Mapping[str, Chart], interfaces: Mapping[str, Interface]
-) -> Outcomes:
+) -> NodeOutcomes:
     """What a node can end with, except `error`, and the outputs that come with it.
 
     These are the outcomes and outputs that an operator can force.
@@ -122,7 +122,7 @@ def outcomes_at(
     }
 
 
-def _of_state(seen: SeenNode, interfaces: Mapping[str, Interface]) -> Outcomes:
+def _of_state(seen: SeenNode, interfaces: Mapping[str, Interface]) -> NodeOutcomes:
     node, state = seen.node, interfaces.get(seen.node.target)
     if state is None:
         return {outcome: {} for outcome in node.next if outcome not in ("error", "timeout")}

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from cobodeck.live.access import Rules
-from cobodeck.live.clients import Message, Page, Pages, said
+from cobodeck.live.clients import Page, PageMessage, Pages, said
 from cobodeck.live.feed import frames
 from cobodeck.live.figures import health_of
 from cobodeck.live.model import RunModel
@@ -48,11 +48,11 @@ class LiveSource:
         self._result: Mapping[str, Any] | None = None
         self._pages = Pages()
 
-    def hello(self) -> Message:
+    def hello(self) -> PageMessage:
         """The message `hello`."""
         return {**self._run.hello(), "mode": "live", "real": self.rules.real, "until": None}
 
-    def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
+    def snapshot(self, page: Page) -> Iterable[PageMessage]:  # noqa: ARG002
         """All that a page has to know."""
         self._tell_changes()  # to others: what is new is in there
         seen = self._run
@@ -93,7 +93,7 @@ class LiveSource:
             except Exception as error:  # noqa: BLE001  who watches can still stop
                 self._pages.unforeseen(error)
 
-    async def asked(self, page: Page, message: Message) -> Iterable[Message]:
+    async def asked(self, page: Page, message: PageMessage) -> Iterable[PageMessage]:
         """The last values of a signal that is plotted from now on, or the text of a chart."""
         if message["t"] == "text":
             return [self._run.text(message.get("chart"))]
@@ -110,7 +110,7 @@ class LiveSource:
         page.plots[signal] = count
         return [] if found is None else [found]
 
-    async def commanded(self, page: Page, message: Message) -> Message | None:
+    async def commanded(self, page: Page, message: PageMessage) -> PageMessage | None:
         """Pass a command, or what the server says itself, on to the run; an `ack` comes later."""
         told = {**message, "page": page.number}
         self._writer.write(json.dumps(told).encode() + b"\n")
@@ -194,8 +194,8 @@ class LiveSource:
                 if (more := plot_of(signal, new, more=True)) is not None:
                     page.tell(more)
 
-    def _health_message(self) -> Message:
+    def _health_message(self) -> PageMessage:
         return {**health_of(self._model), **self._health, "pages": len(self._pages)}
 
-    def _figure_rows(self) -> Message:
+    def _figure_rows(self) -> PageMessage:
         return self._run.figures(self._model, self._result)

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from cobodeck.live.clients import Message
+from cobodeck.live.clients import PageMessage
 from cobodeck.record.format import TOPIC, Unknown, sample_of
 from cobodeck.record.read import Group, RecordedMessage
 
@@ -18,7 +18,9 @@ KEPT = 1800
 """Messages of each signal that are kept of a run that goes on: a minute of most."""
 
 
-def plot_of(signal: str, told: Iterable[RecordedMessage], *, more: bool = False) -> Message | None:
+def plot_of(
+    signal: str, told: Iterable[RecordedMessage], *, more: bool = False
+) -> PageMessage | None:
     """The values in messages of a signal; None if there are none, or no numbers that are known.
 
     `more`: they go on where others have ended.

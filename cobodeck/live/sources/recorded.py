@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from cobodeck.live.access import Rules
-from cobodeck.live.clients import FASTEST, SLOWEST, Message, Page, Pages, ack, number
+from cobodeck.live.clients import FASTEST, SLOWEST, Page, PageMessage, Pages, ack, number
 from cobodeck.live.figures import figures_between, health_of
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_record import SeenRecord
@@ -46,7 +46,7 @@ class RecordSource:
         """The end of the longer one, s."""
         return max(run.end_ns for run in self._runs) / 1e9
 
-    def hello(self) -> Message:
+    def hello(self) -> PageMessage:
         """The message `hello`."""
         first = self._runs[0]
         files = [run.record.path.name for run in self._runs]
@@ -58,7 +58,7 @@ class RecordSource:
         runs = [{"title": n, "signals": s} for n, s in zip(files, signals, strict=True)]
         return {**found, "mode": "record", "about": about, "until": self.until, "runs": runs}
 
-    def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
+    def snapshot(self, page: Page) -> Iterable[PageMessage]:  # noqa: ARG002
         """All that a page has to know."""
         yield self._runs[0].seen.place.message()
         for run in self._runs:
@@ -68,14 +68,14 @@ class RecordSource:
             yield self._figures(run)
             yield self._health(run)
 
-    def _state(self, run: SeenRecord) -> Message:
+    def _state(self, run: SeenRecord) -> PageMessage:
         return {**run.model.state(), "at": self._at, "speed": self._speed, **run.seen.slotted}
 
-    def _figures(self, run: SeenRecord) -> Message:
+    def _figures(self, run: SeenRecord) -> PageMessage:
         is_over = round(self._at * 1e9) >= run.end_ns
         return run.seen.figures(run.model, run.record.result if is_over else None)
 
-    def _health(self, run: SeenRecord) -> Message:
+    def _health(self, run: SeenRecord) -> PageMessage:
         return {**health_of(run.model), "pages": len(self._pages), **run.seen.slotted}
 
     async def run(self, pages: Pages) -> None:
@@ -127,7 +127,7 @@ class RecordSource:
         self._changed.set()
         self._pages.tell({"t": "ev", "at": self._at, "speed": speed})
 
-    async def asked(self, page: Page, message: Message) -> Iterable[Message]:  # noqa: ARG002
+    async def asked(self, page: Page, message: PageMessage) -> Iterable[PageMessage]:  # noqa: ARG002
         """Seek and play for all pages; plots and figures of a range for the one that asks."""
         kind = message["t"]
         if kind == "seek":
@@ -159,12 +159,12 @@ class RecordSource:
             self._pages.tell({**self._state(run), "operator": {"name": None, "you": False}})
         self._tell_figures()
 
-    async def commanded(self, page: Page, message: Message) -> Message | None:  # noqa: ARG002
+    async def commanded(self, page: Page, message: PageMessage) -> PageMessage | None:  # noqa: ARG002
         """Refuse: what is on record has happened."""
         return ack(message, "this is a record")
 
 
-def range_message(run: SeenRecord, between: tuple[float, float]) -> Message:
+def range_message(run: SeenRecord, between: tuple[float, float]) -> PageMessage:
     """The figures of a part of a run.
 
     Raises:

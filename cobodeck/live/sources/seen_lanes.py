@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from cobodeck.live.clients import Message
+from cobodeck.live.clients import PageMessage
 from cobodeck.live.feed import Whole
 from cobodeck.live.model import STOP_TOPIC, is_request, stop_reason
 from cobodeck.pictures.run import NodeSpan, Visits, lanes_of
@@ -29,8 +29,8 @@ class SeenLanes:
     def __init__(self, used: Mapping[str, str]) -> None:
         self._used = dict(used)
         self._visits, self._spans = Visits(), deque[NodeSpan](maxlen=MOST_SPANS)
-        self._marks: deque[Message] = deque(maxlen=MOST_SPANS)
-        self._rows: deque[Message] = deque(maxlen=MOST_DIFFERENCES)
+        self._marks: deque[PageMessage] = deque(maxlen=MOST_SPANS)
+        self._rows: deque[PageMessage] = deque(maxlen=MOST_DIFFERENCES)
         self._new = _News()
         self._escapes: list[float] = []
         self._end_s = 0.0
@@ -95,14 +95,14 @@ class SeenLanes:
         """How many have begun until an instant."""
         return bisect_right(self._escapes, until_s)
 
-    def all(self) -> Iterator[Message]:
+    def all(self) -> Iterator[PageMessage]:
         """Everything, whole."""
         self._new = _News()
         yield self._lanes("lanes", self._spans, list(self._marks))
         if self._rows:
             yield {"t": "shadow", "rows": list(self._rows), "more": False}
 
-    def news(self) -> Iterator[Message]:
+    def news(self) -> Iterator[PageMessage]:
         """What is new since the last call."""
         new, self._new = self._new, _News()
         if new.spans or new.marks:
@@ -110,7 +110,9 @@ class SeenLanes:
         if new.rows:
             yield {"t": "shadow", "rows": list(new.rows), "more": True}
 
-    def _lanes(self, kind: str, spans: Iterable[NodeSpan], marks: Sequence[Message]) -> Message:
+    def _lanes(
+        self, kind: str, spans: Iterable[NodeSpan], marks: Sequence[PageMessage]
+    ) -> PageMessage:
         spans = tuple(spans)
         begun = [path for path in self._visits.open if self._is_lane(path)]
         paths = lanes_of(self._used, (*(span.path for span in spans), *begun))
@@ -136,5 +138,5 @@ class _News:
 
     def __init__(self) -> None:
         self.spans: deque[NodeSpan] = deque(maxlen=MOST_SPANS)
-        self.marks: deque[Message] = deque(maxlen=MOST_SPANS)
-        self.rows: deque[Message] = deque(maxlen=MOST_DIFFERENCES)
+        self.marks: deque[PageMessage] = deque(maxlen=MOST_SPANS)
+        self.rows: deque[PageMessage] = deque(maxlen=MOST_DIFFERENCES)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from cobodeck.live.clients import Message
+from cobodeck.live.clients import PageMessage
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.plots import plot_of
 from cobodeck.live.sources.seen_run import SeenRun
@@ -113,7 +113,7 @@ class SeenRecord:
         """How often the charts were replaced until now."""
         return self.seen.version(self.model.at_ns)
 
-    def chart(self) -> Message:
+    def chart(self) -> PageMessage:
         """The chart that runs now."""
         return self.seen.chart(self.model.at_ns)
 
@@ -122,7 +122,7 @@ class SeenRecord:
         """The whole run, judged as in its figures."""
         return course_of(self.record)
 
-    def plot(self, signal: str) -> Message | None:
+    def plot(self, signal: str) -> PageMessage | None:
         """All values of a signal, as numbers; None if it has none."""
         topic = TOPIC + signal
         told = (one for group in self.groups() for one in group.told if one.topic == topic)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from cobodeck.live.clients import Message, Page, Pages, encoded
+from cobodeck.live.clients import Page, PageMessage, Pages, encoded
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_obstacles import NEEDING, SeenObstacles
 from cobodeck.record.format import value
@@ -48,7 +48,7 @@ BOUNDS = [-5.0, -5.0, 5.0, 5.0]
 """Of the map where there is no room, m."""
 
 
-def layers() -> list[Message]:
+def layers() -> list[PageMessage]:
     """All layers, and which are on at first."""
     return [{"name": name, "on": name in SHOWN} for name in LAYERS]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from cobodeck.live.charts import chart_message
-from cobodeck.live.clients import Message
+from cobodeck.live.clients import PageMessage
 from cobodeck.live.feed import Whole
 from cobodeck.live.figures import figures_of, final_figures
 from cobodeck.live.model import RunModel
@@ -44,7 +44,7 @@ class _Version:
     from_ns: int
     chart: Chart
     library: Mapping[str, Chart]
-    message: Message | None = None
+    message: PageMessage | None = None
 
 
 class SeenRun:
@@ -96,7 +96,7 @@ class SeenRun:
             "layers": layers(),
         }
 
-    def chart(self, at_ns: int | None = None) -> Message:
+    def chart(self, at_ns: int | None = None) -> PageMessage:
         """The chart of an instant; None: the one that runs now."""
         version = self._versions[self.version(at_ns)]
         if version.message is None:
@@ -116,7 +116,7 @@ class SeenRun:
             return len(self._versions) - 1
         return max(0, bisect_right(self._versions, at_ns, key=lambda held: held.from_ns) - 1)
 
-    def text(self, name: str | None = None) -> Message:
+    def text(self, name: str | None = None) -> PageMessage:
         """The text that runs now of a chart, to be changed; None: of the outermost one.
 
         Raises:
@@ -166,15 +166,15 @@ class SeenRun:
             self._replace(whole.at_ns, whole.charts)
         self._lanes.renew(whole)
 
-    def over_time(self) -> Iterator[Message]:
+    def over_time(self) -> Iterator[PageMessage]:
         """Lanes, and differences from a shadow: all of them."""
         return ({**told, **self.slotted} for told in self._lanes.all())
 
-    def news(self) -> Iterator[Message]:
+    def news(self) -> Iterator[PageMessage]:
         """The same: what is new since the last call."""
         return ({**told, **self.slotted} for told in self._lanes.news())
 
-    def figures(self, model: RunModel, result: Mapping[str, Any] | None = None) -> Message:
+    def figures(self, model: RunModel, result: Mapping[str, Any] | None = None) -> PageMessage:
         """Figures up to the model's instant, or, with its `result`, those of the whole run."""
         if result is None:
             rows = figures_of(model, self._lanes.escapes(model.at_ns / 1e9))

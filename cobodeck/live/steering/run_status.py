@@ -11,7 +11,7 @@ from cobodeck.loop import Loop, Paced
 from engine.operator import Operator
 from engine.run import raised
 
-STATUS_S = 1.0
+HEALTH_S = 1.0
 """Between two messages of health, s."""
 KEPT_TIMES = 600
 """Ticks of whose times the 99th percentile is told."""
@@ -58,7 +58,7 @@ class RunStatus:
         if loop.stopwatch is not None:
             self._times.append(loop.stopwatch.last_ns)
         now = time.monotonic()
-        if now - self._told_at >= STATUS_S:
+        if now - self._told_at >= HEALTH_S:
             self._told_at = now
             self._feed.tell("health", self._health())
 

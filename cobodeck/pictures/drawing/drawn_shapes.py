@@ -19,7 +19,7 @@ from matplotlib.transforms import Affine2D
 
 from cobodeck.pictures.drawing.canvas import Sheet
 from cobodeck.pictures.drawing.labels import Labels
-from cobodeck.pictures.drawing.looks import COSTS, LETTERS, LOOKS, Values
+from cobodeck.pictures.drawing.looks import COSTS, LETTERS, LOOKS, ArtistValues
 from cobodeck.shapes import MapShape
 from hw.scene import Point
 
@@ -72,27 +72,27 @@ def ring_of(points: Sequence[Point]) -> Path:
     return Path(np.asarray([*points, points[0]]), codes)
 
 
-def _poly(on: Sheet, shape: MapShape, values: Values) -> None:
+def _poly(on: Sheet, shape: MapShape, values: ArtistValues) -> None:
     on.axes.add_patch(PathPatch(ring_of(shape.places), **values))
 
 
-def _disc(on: Sheet, shape: MapShape, values: Values) -> None:
+def _disc(on: Sheet, shape: MapShape, values: ArtistValues) -> None:
     for place in shape.places:
         on.axes.add_patch(Circle(place, shape.radius or 0.0, **values))
 
 
-def _line(on: Sheet, shape: MapShape, values: Values) -> None:
+def _line(on: Sheet, shape: MapShape, values: ArtistValues) -> None:
     xs, ys = zip(*shape.places, strict=True)
     on.axes.plot(xs, ys, **values)
 
 
-def _arrow(on: Sheet, shape: MapShape, values: Values) -> None:
+def _arrow(on: Sheet, shape: MapShape, values: ArtistValues) -> None:
     start, end = shape.places
     head = {"mutation_scale": 5.0 + 4.0 * values["lw"], **values}
     on.axes.add_patch(FancyArrowPatch(start, end, arrowstyle="-|>", shrinkA=0, shrinkB=0, **head))
 
 
-def _text(on: Sheet, shape: MapShape, values: Values) -> None:  # noqa: ARG001
+def _text(on: Sheet, shape: MapShape, values: ArtistValues) -> None:  # noqa: ARG001
     colour, size = LETTERS[shape.style]
     text = on.axes.text(
         *shape.places[0], shape.text, color=colour, fontsize=size, ha="center", va="center",
@@ -101,7 +101,7 @@ def _text(on: Sheet, shape: MapShape, values: Values) -> None:  # noqa: ARG001
     text.set_path_effects([withStroke(linewidth=1.6, foreground="white")])
 
 
-def _cells(on: Sheet, shape: MapShape, values: Values) -> None:
+def _cells(on: Sheet, shape: MapShape, values: ArtistValues) -> None:
     """The cells as the pixels of an image that is turned with them."""
     assert shape.cell is not None
     yaw, side = shape.yaw or 0.0, shape.cell
@@ -127,7 +127,7 @@ def _colours(shape: MapShape) -> Any:
     return np.column_stack((np.tile(to_rgb(COSTS), (len(weights), 1)), 0.8 * weights))
 
 
-_DRAWN: dict[str, Callable[[Sheet, MapShape, Values], None]] = {
+_DRAWN: dict[str, Callable[[Sheet, MapShape, ArtistValues], None]] = {
     "poly": _poly,
     "disc": _disc,
     "line": _line,

@@ -23,34 +23,34 @@ LETTERS = {"escape": (RED, 7.0), "dropped": (DROPPED, 7.0), "haptic": (HAPTIC, 7
 """Colour and size of what is written beside shapes of a style."""
 _DASHES, _DOTS, _SHORT = (0, (4, 2.5)), (0, (1, 2)), (0, (3, 1.5))
 
-Values = dict[str, Any]
+ArtistValues = dict[str, Any]
 
 
 class Look(NamedTuple):
     """Values of matplotlib for what is drawn, and for its sign in legends if that differs."""
 
-    drawn: Values
-    sign: Values = {}
+    drawn: ArtistValues
+    sign: ArtistValues = {}
 
 
-def _area(z: float, colour: str, edge: str = "none", width: float = 0.0) -> Values:
+def _area(z: float, colour: str, edge: str = "none", width: float = 0.0) -> ArtistValues:
     return {"zorder": z, "fc": colour, "ec": edge, "lw": width}
 
 
-def _border(z: float, colour: str, width: float, dash: Any = "-") -> Values:
+def _border(z: float, colour: str, width: float, dash: Any = "-") -> ArtistValues:
     return {"zorder": z, "fill": False, "ec": colour, "lw": width, "ls": dash}
 
 
-def _line(z: float, colour: str, width: float, **more: Any) -> Values:
+def _line(z: float, colour: str, width: float, **more: Any) -> ArtistValues:
     return {"zorder": z, "color": colour, "lw": width, **more}
 
 
-def _dot(colour: str, edge: str, **more: Any) -> Values:
+def _dot(colour: str, edge: str, **more: Any) -> ArtistValues:
     return {"color": colour, "lw": 0, "marker": "o", "mec": edge, "ms": 7, **more}
 
 
 _CASING = withStroke(linewidth=4.0, foreground="white", alpha=0.8)
-_BUTT: Values = {"solid_capstyle": "butt"}
+_BUTT: ArtistValues = {"solid_capstyle": "butt"}
 _RING = _dot("none", RED, mfc="none", mew=1.8, ms=9)
 
 LOOKS = {

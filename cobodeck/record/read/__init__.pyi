@@ -2,6 +2,7 @@ from cobodeck.record.read.header_differences import (
     HeaderDifference as HeaderDifference,
 )
 from cobodeck.record.read.reader import (
+    CASE as CASE,
     Group as Group,
     Record as Record,
     RecordedMessage as RecordedMessage,

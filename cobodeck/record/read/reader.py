@@ -36,6 +36,8 @@ from engine.run import TraceRecord
 
 LARGEST = 1 << 28
 """Records of the file larger than this, bytes, are refused; ours are smaller."""
+CASE = "case"
+"""The metadata of an excerpt with which a case is played."""
 MOST = 1 << 18
 """A tick with more messages than this is refused; ours have fewer."""
 
@@ -150,10 +152,10 @@ class Record:
         except Exception:  # noqa: BLE001  from mcap, wrong lengths, or invalid JSON
             return None
 
-    def metadata(self, name: str) -> Mapping[str, Any] | None:
-        """Metadata before the first tick; None if there is none of this name."""
+    def case(self) -> Mapping[str, Any] | None:
+        """Where the case begins of which this is the excerpt; None if it is none."""
         for found in self._records():
-            if isinstance(found, MetadataValues) and found.name == name:
+            if isinstance(found, MetadataValues) and found.name == CASE:
                 return found.values
             if isinstance(found, RecordedMessage):
                 break

@@ -1,5 +1,4 @@
 from cobodeck.record.write.excerpt import (
-    CASE as CASE,
     write_excerpt as write_excerpt,
 )
 from cobodeck.record.write.record_recovery import (

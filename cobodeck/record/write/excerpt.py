@@ -10,12 +10,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from cobodeck.record.format import TOPIC, Sink
-from cobodeck.record.read import Group, Record, RecordedMessage
+from cobodeck.record.read import CASE, Group, Record, RecordedMessage
 from cobodeck.record.write.mcap_file import McapFile
 from cobodeck.record.write.run_file import WriteBytes
 
-CASE = "case"
-"""The name of the metadata of an excerpt."""
 OTHERS = ("operator", "parts", "failures")
 """The topics that a part of a run needs beside its samples."""
 

@@ -11,7 +11,7 @@ from typing import Any
 from websockets.asyncio.client import ClientConnection, connect
 
 from cobodeck.live.access import PageAddress, Rules
-from cobodeck.live.clients import Message, Page, Pages
+from cobodeck.live.clients import Page, PageMessage, Pages
 from cobodeck.live.server import PageServer
 
 TOKEN = "right"
@@ -24,26 +24,26 @@ class Shown:
 
     def __init__(self, rules: Rules = COMMANDED, size: int = 0) -> None:
         self.rules = rules
-        self.orders: list[Message] = []
-        self.questions: list[Message] = []
+        self.orders: list[PageMessage] = []
+        self.questions: list[PageMessage] = []
         self.pages = Pages()
         self._filling = "x" * size
 
-    def hello(self) -> Message:
+    def hello(self) -> PageMessage:
         return {"mode": "live", "title": "shown"}
 
-    def snapshot(self, page: Page) -> Iterable[Message]:
+    def snapshot(self, page: Page) -> Iterable[PageMessage]:
         return [{"t": "state", "at": 0.0, "filling": self._filling}]
 
     async def run(self, pages: Pages) -> None:
         self.pages = pages
         await asyncio.Event().wait()
 
-    async def asked(self, page: Page, message: Message) -> Iterable[Message]:
+    async def asked(self, page: Page, message: PageMessage) -> Iterable[PageMessage]:
         self.questions.append(message)
         return [{"t": "say", "text": "asked"}]
 
-    async def commanded(self, page: Page, message: Message) -> Message | None:
+    async def commanded(self, page: Page, message: PageMessage) -> PageMessage | None:
         self.orders.append(message)
         return {"t": "ack", "id": message.get("id"), "ok": True, "text": "done"}
 

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from cobodeck.live.access import Rules
-from cobodeck.live.clients import Message, Page
+from cobodeck.live.clients import Page, PageMessage
 from cobodeck.live.sources import live_run
 from cobodeck.live.sources.recorded import RecordSource
 from cobodeck.live.steering.orders import Orders, Refused
@@ -235,9 +235,9 @@ def test_a_used_chart_is_changed_and_locks_breakpoints_and_values_of_the_profile
     assert [path for path, node in last["nodes"].items() if node["break"]] == ["one"]
 
 
-async def sought(path: Path, instants: Iterable[float]) -> list[Message]:
+async def sought(path: Path, instants: Iterable[float]) -> list[PageMessage]:
     """The charts that a page of a record is told as it goes to these instants."""
-    source, page, told = RecordSource.of([path]), Page(1), list[Message]()
+    source, page, told = RecordSource.of([path]), Page(1), list[PageMessage]()
     page.tell = lambda message, key=None: told.append(message)  # type: ignore[method-assign]
     source._pages.add(page)
     source._pages.tell = page.tell  # type: ignore[method-assign]

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from threading import Thread
 
-from cobodeck.live.clients import Message
+from cobodeck.live.clients import PageMessage
 from cobodeck.live.feed import Feed, Whole, frames
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_lanes import SeenLanes
@@ -55,7 +55,7 @@ class Reader:
         writer.close()
 
 
-def open_lanes(told: Iterator[Message]) -> dict[str, float]:
+def open_lanes(told: Iterator[PageMessage]) -> dict[str, float]:
     """The lanes of charts that run, and since when, s."""
     lanes = next(told)["lanes"]
     spans = ((lane["path"], span) for lane in lanes for span in lane["spans"])
