@@ -23,7 +23,7 @@ from cobodeck.shapes.layers import MOVING, Backdrop, room_shapes, shapes_of
 from cobodeck.shapes.moment import Moment, situation_at
 from cobodeck.shapes.room_parts import inflation_shapes
 from cobodeck.shapes.sensed import MOST_CELLS, costmap_shapes, scan_shapes
-from cobodeck.shapes.shape import LAYERS, Kind, MapShape, areas, wire
+from cobodeck.shapes.shape import LAYERS, MapShape, ShapeKind, areas, wire
 from cobodeck.shapes.spaces import chase_shapes
 from hw.geometry import Pose2, Pose3
 from hw.model.robot import load_robot
@@ -163,7 +163,7 @@ shares = st.floats(0.0, 1.0)
 shapes = st.builds(
     MapShape,
     st.sampled_from(LAYERS),
-    st.sampled_from(get_args(Kind)),
+    st.sampled_from(get_args(ShapeKind)),
     st.sampled_from(["wall", "inflation-0"]),
     st.lists(st.tuples(lengths, lengths), max_size=9).map(lambda p: tuple(np.ravel(p).tolist())),
     text=st.text(),
