@@ -105,7 +105,7 @@ def _watch_records(things: Sequence[str], args: argparse.Namespace) -> int:
         raise Problem("one record, or two: X.mcap Y.mcap")
     from cobodeck.live.sources import RecordSource
 
-    return _show(RecordSource.of([Path(thing) for thing in things]), args)
+    return _show(RecordSource([Path(thing) for thing in things]), args)
 
 
 def _show(source: Source, args: argparse.Namespace) -> int:

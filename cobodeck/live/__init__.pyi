@@ -1,11 +1,7 @@
 from cobodeck.live.access import (
     PageAddress as PageAddress,
-    Rules as Rules,
 )
 from cobodeck.live.clients import (
-    Page as Page,
-    PageMessage as PageMessage,
-    Pages as Pages,
     Source as Source,
 )
 from cobodeck.live.session import (

@@ -5,7 +5,6 @@ from cobodeck.shapes.actors import (
     outline_shapes as outline_shapes,
 )
 from cobodeck.shapes.layers import (
-    MOVING as MOVING,
     Backdrop as Backdrop,
     room_shapes as room_shapes,
     shapes_of as shapes_of,

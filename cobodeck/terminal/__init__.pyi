@@ -1,5 +1,4 @@
 from cobodeck.terminal.argument_types import (
-    address as address,
     count as count,
     inputs as inputs,
     instant as instant,

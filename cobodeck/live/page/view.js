@@ -75,12 +75,8 @@ export class View {
     const w = this.element.clientWidth, h = this.element.clientHeight;
     if (!w || !h) return;
     Object.assign(this, { k: Math.min(w / (x1 - x0), h / (y1 - y0), most), moved: true });
-    this.centre((x0 + x1) / 2, (y0 + y1) / 2);
-  }
-
-  centre(wx, wy) {
-    this.x = this.element.clientWidth / 2 - wx * this.k;
-    this.y = this.element.clientHeight / 2 - wy * this.k;
+    this.x = (w - (x0 + x1) * this.k) / 2;
+    this.y = (h - (y0 + y1) * this.k) / 2;
     this.changed();
   }
 }

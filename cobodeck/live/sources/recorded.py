@@ -21,25 +21,20 @@ HEALTH_S = 0.5
 
 
 class RecordSource:
-    """Records as a source; see the module."""
+    """Records as a source; see the module.
+
+    Raises:
+        FileError, Problem: one cannot be read, or does not hold what was run.
+    """
 
     rules = Rules()
 
-    def __init__(self, runs: Sequence[SeenRecord]) -> None:
-        self._runs = runs
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self._runs = [SeenRecord(path, slot) for slot, path in enumerate(paths)]
         self._at = 0.0
         self._speed = 0.0
         self._pages = Pages()
         self._changed = asyncio.Event()
-
-    @classmethod
-    def of(cls, paths: Sequence[Path]) -> RecordSource:
-        """Read records.
-
-        Raises:
-            FileError, Problem: one cannot be read, or does not hold what was run.
-        """
-        return cls([SeenRecord(path, slot) for slot, path in enumerate(paths)])
 
     @property
     def until(self) -> float:

@@ -237,7 +237,7 @@ def test_a_used_chart_is_changed_and_locks_breakpoints_and_values_of_the_profile
 
 async def sought(path: Path, instants: Iterable[float]) -> list[PageMessage]:
     """The charts that a page of a record is told as it goes to these instants."""
-    source, page, told = RecordSource.of([path]), Page(1), list[PageMessage]()
+    source, page, told = RecordSource([path]), Page(1), list[PageMessage]()
     page.tell = lambda message, key=None: told.append(message)  # type: ignore[method-assign]
     source._pages.add(page)
     source._pages.tell = page.tell  # type: ignore[method-assign]

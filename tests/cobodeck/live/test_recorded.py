@@ -71,7 +71,7 @@ def test_past_paths_go_on_with_the_run_and_begin_anew_where_another_instant_is_s
 @pytest.mark.requirement(21, 134, 145)
 def test_a_page_plays_seeks_plots_and_asks_for_a_range(path: Path) -> None:
     async def main() -> None:
-        source = await asyncio.to_thread(RecordSource.of, [path, path])
+        source = await asyncio.to_thread(RecordSource, [path, path])
         async with serving(source) as server, client(server) as socket:
             page = Client(socket)
             hello = await page.hear("hello")
