@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from math import hypot
 from typing import Any
 
+from cobodeck.live.clients import Message, number
 from cobodeck.live.model import RunModel
+from cobodeck.pictures.run import Course
 from hw import Truth
 
 Rows = list[tuple[str, str]]
@@ -60,6 +64,53 @@ def health_of(model: RunModel) -> dict[str, Any]:
         **told, "gates": model.refused, "ages": ages,
         "tick_p99_ms": None, "dropped": 0, "children": [],
     }  # fmt: skip
+
+
+def range_of(message: Message) -> tuple[float, float]:
+    """The part of a run that a page asks for, s in the run.
+
+    Raises:
+        ValueError: the message has none.
+    """
+    low, high = (number(message, key, "s in the run") for key in ("from", "to"))
+    return low, high
+
+
+def range_message(course: Course, between: tuple[float, float]) -> dict[str, Any]:
+    """The figures of a part of a run.
+
+    Raises:
+        ValueError: that part is empty.
+    """
+    rows = list(_of_course(course.between(*between)))
+    return {"t": "figures", "rows": rows, "range": list(between)}
+
+
+def _of_course(course: Course) -> Iterator[tuple[str, str]]:
+    yield "time", f"{course.end_s - course.start_s:.1f} s"
+    poses = [instant.robot for instant in course.instants]
+    if poses:
+        travelled = sum(hypot(b.x - a.x, b.y - a.y) for a, b in pairwise(poses))
+        yield "travelled", f"{travelled:.1f} m"
+    gaps = [instant.gap for instant in course.instants if instant.gap is not None]
+    if gaps:
+        yield "least gap", f"{min(gaps):.2f} m"
+    served = [r for r in course.requests if r.served_s is not None]
+    if course.requests:
+        yield "requests", f"{len(course.requests)}, served {len(served)}"
+    times = [r.served_s - r.start_s for r in served if r.served_s is not None]
+    if times:
+        yield "response", f"{sum(times) / len(times):.2f} s on average"
+    if course.contacts is not None:
+        yield "contacts", str(len(course.contacts))
+    if course.hits:
+        yield "touches of walls and things", str(len(course.hits))
+    for lane in course.lanes:
+        spans = course.spans_of(lane)
+        low, high = course.start_s, course.end_s
+        lasted = sum(min(s.end_s, high) - max(s.start_s, low) for s in spans)
+        if spans:
+            yield course.charts.get(lane, lane), f"{len(spans)} times, {lasted:.1f} s"
 
 
 def _of_truth(truth: Truth) -> Iterator[tuple[str, str]]:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
 from typing import Any
 
 from cobodeck.live.clients import Message
-from cobodeck.record.format import TOPIC, Unknown, sample_of
-from cobodeck.record.read import Group, RecordedMessage
+from cobodeck.record.format import Unknown, sample_of
+from cobodeck.record.read import RecordedMessage
 
 MOST_POINTS = 5000
 """Of a plot; of more only some are sent."""
-KEPT = 1800
-"""Messages of each signal that are kept of a run that goes on: a minute of most."""
 
 
 def plot_of(signal: str, told: Iterable[RecordedMessage], *, more: bool = False) -> Message | None:
@@ -40,26 +37,6 @@ def plot_of(signal: str, told: Iterable[RecordedMessage], *, more: bool = False)
     step = -(-len(rows) // MOST_POINTS)
     plot = {"t": "plot", "signal": signal, "fields": names, "at": times[::step]}
     return {**plot, "values": [list(c) for c in zip(*rows[::step], strict=True)], "more": more}
-
-
-class SeenSignals:
-    """The last messages of each signal of a run that goes on."""
-
-    def __init__(self) -> None:
-        self._kept: dict[str, deque[RecordedMessage]] = {}
-
-    def add(self, group: Group) -> None:
-        """Take the messages of a tick."""
-        for told in group.told:
-            if told.topic.startswith(TOPIC):
-                kept = self._kept.get(told.topic)
-                if kept is None:
-                    kept = self._kept[told.topic] = deque(maxlen=KEPT)
-                kept.append(told)
-
-    def of(self, signal: str) -> tuple[RecordedMessage, ...]:
-        """Those of a signal."""
-        return tuple(self._kept.get(TOPIC + signal, ()))
 
 
 def numbers_of(value: Any, name: str = "") -> Iterable[tuple[str, float]]:

@@ -6,19 +6,15 @@ All pages of a server see the same instant.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
-from math import hypot
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 from cobodeck.live.access import Rules
 from cobodeck.live.clients import Message, Page, Pages, number
-from cobodeck.live.figures import health_of
+from cobodeck.live.figures import health_of, range_message, range_of
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_record import SeenRecord
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
-from cobodeck.pictures.run import Course
 
 SLOWEST, FASTEST = 0.1, 100.0
 HEALTH_S = 0.5
@@ -148,10 +144,12 @@ class RecordSource:
             plots = [await asyncio.to_thread(run.plot, signal) for run in self._runs]
             return [plot for plot in plots if plot is not None]
         elif kind == "range":
-            ends = (number(message, key, "s in the run") for key in ("from", "to"))
-            between = next(ends), next(ends)
-            return [await asyncio.to_thread(range_message, run, between) for run in self._runs]
+            between = range_of(message)
+            return [await asyncio.to_thread(self._range, run, between) for run in self._runs]
         return []
+
+    def _range(self, run: SeenRecord, between: tuple[float, float]) -> Message:
+        return range_message(run.course, between) | run.seen.slotted
 
     async def _seek(self) -> None:
         """Charts, states and figures of another instant; what does not depend on it stays."""
@@ -167,41 +165,3 @@ class RecordSource:
     async def commanded(self, page: Page, message: Message) -> Message | None:  # noqa: ARG002
         """Refuse: what is on record has happened."""
         return {"t": "ack", "id": message.get("id"), "ok": False, "text": "this is a record"}
-
-
-def range_message(run: SeenRecord, between: tuple[float, float]) -> Message:
-    """The figures of a part of a run.
-
-    Raises:
-        ValueError: that part is empty.
-    """
-    course = run.course.between(*between)
-    rows = list(_figures_of(course))
-    return {"t": "figures", "rows": rows, "range": list(between), **run.seen.slotted}
-
-
-def _figures_of(course: Course) -> Iterator[tuple[str, Any]]:
-    yield "time", f"{course.end_s - course.start_s:.1f} s"
-    poses = [instant.robot for instant in course.instants]
-    if poses:
-        travelled = sum(hypot(b.x - a.x, b.y - a.y) for a, b in pairwise(poses))
-        yield "travelled", f"{travelled:.1f} m"
-    gaps = [instant.gap for instant in course.instants if instant.gap is not None]
-    if gaps:
-        yield "least gap", f"{min(gaps):.2f} m"
-    served = [r for r in course.requests if r.served_s is not None]
-    if course.requests:
-        yield "requests", f"{len(course.requests)}, served {len(served)}"
-    times = [r.served_s - r.start_s for r in served if r.served_s is not None]
-    if times:
-        yield "response", f"{sum(times) / len(times):.2f} s on average"
-    if course.contacts is not None:
-        yield "contacts", str(len(course.contacts))
-    if course.hits:
-        yield "touches of walls and things", str(len(course.hits))
-    for lane in course.lanes:
-        spans = course.spans_of(lane)
-        low, high = course.start_s, course.end_s
-        lasted = sum(min(s.end_s, high) - max(s.start_s, low) for s in spans)
-        if spans:
-            yield course.charts.get(lane, lane), f"{len(spans)} times, {lasted:.1f} s"
