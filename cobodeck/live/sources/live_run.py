@@ -13,7 +13,7 @@ from cobodeck.live.clients import Message, Page, Pages, number
 from cobodeck.live.feed import frames
 from cobodeck.live.figures import health_of, range_message, range_of
 from cobodeck.live.model import RunModel
-from cobodeck.live.sources.past import SeenTicks, SeenInstant
+from cobodeck.live.sources.past import SeenInstant, SeenTicks
 from cobodeck.live.sources.plots import plot_of
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, shown_on, tell_frames
 from cobodeck.live.sources.seen_run import SeenRun

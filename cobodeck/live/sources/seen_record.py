@@ -7,7 +7,7 @@ from pathlib import Path
 
 from cobodeck.live.clients import Message
 from cobodeck.live.model import RunModel
-from cobodeck.live.sources.past import SeenTicks, SeenInstant
+from cobodeck.live.sources.past import SeenInstant, SeenTicks
 from cobodeck.live.sources.plots import plot_of
 from cobodeck.live.sources.seen_run import SeenRun
 from cobodeck.pictures.run import Course, course_of
