@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Any
 
+from cobodeck.live.clients import PageMessage, number
 from cobodeck.live.model import RunModel
 from cobodeck.pictures.run import Course
 from hw import Truth
@@ -51,13 +52,34 @@ def final_figures(result: Mapping[str, Any]) -> FigureRows:
     return [(name, form.format(found)) for name, found, form in told if found is not None]
 
 
-def figures_between(run: Course, from_s: float, to_s: float) -> FigureRows:
-    """Figures of a part of a run.
+def health_of(model: RunModel) -> dict[str, Any]:
+    """Late and missed ticks, refused samples, and how old the newest sample of each signal is.
+
+    As the message `health` has it.
+    """
+    ages = {s.name: max(0.0, (model.at_ns - s.stamp_ns) / 1e9) for s in model.samples()}
+    counts = {"late": model.late, "missed": model.missed, "gates": model.refused}
+    return {"t": "health", **counts, "ages": ages}
+
+
+def range_of(message: PageMessage) -> tuple[float, float]:
+    """The part of a run that a page asks for, s in the run.
+
+    Raises:
+        ValueError: the message has none.
+    """
+    low, high = (number(message, key, "s in the run") for key in ("from", "to"))
+    return low, high
+
+
+def range_message(course: Course, between: tuple[float, float]) -> dict[str, Any]:
+    """The figures of a part of a run.
 
     Raises:
         ValueError: that part is empty.
     """
-    return list(_of_course(run.between(from_s, to_s)))
+    rows = [*_of_course(course.between(*between))]
+    return {"t": "figures", "rows": rows, "range": list(between)}
 
 
 def _of_course(course: Course) -> Iterator[tuple[str, str]]:
@@ -85,16 +107,6 @@ def _of_course(course: Course) -> Iterator[tuple[str, str]]:
         lasted = sum(min(s.end_s, high) - max(s.start_s, low) for s in spans)
         if spans:
             yield course.charts.get(lane, lane), f"{len(spans)} times, {lasted:.1f} s"
-
-
-def health_of(model: RunModel) -> dict[str, Any]:
-    """Late and missed ticks, refused samples, and how old the newest sample of each signal is.
-
-    As the message `health` has it.
-    """
-    ages = {s.name: max(0.0, (model.at_ns - s.stamp_ns) / 1e9) for s in model.samples()}
-    counts = {"late": model.late, "missed": model.missed, "gates": model.refused}
-    return {"t": "health", **counts, "ages": ages}
 
 
 def _of_truth(truth: Truth) -> Iterator[tuple[str, str]]:

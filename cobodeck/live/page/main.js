@@ -14,19 +14,26 @@ import { Timeline } from "./timeline.js";
 
 const INSTANT = /(\d{4}-\d\d-\d\d)T(\d\d:\d\d)\S*/g;  // of which date and minute are shown
 
+/** What a page shows as it is now, whatever instant it looks back at. */
+const NOW = ["stop", "faults", "operator", "over", "paused", "speed", "level", "locks", "breaks", "ended"];
+const ofNow = (state) => Object.fromEntries(NOW.filter((key) => key in state).map((key) => [key, state[key]]));
+
 const app = {
   hello: { mode: "" }, states: [{}], charts: [], figures: [], health: [], at: 0,
   unsent: false,  // a stop could not be sent
+  newest: 0,  // of the run, s
+  back: false,  // an earlier instant of a run that goes on is shown
   get state() { return this.states[0]; },
   get live() { return this.hello.mode === "live"; },
-  get seekable() { return this.hello.mode === "record"; },
+  get recorded() { return this.hello.mode === "record"; },
   /** Whether this page may give commands: it holds control, or nobody does and it knows the token. */
   get steers() {
     const { operator: o } = this.state;
-    return Boolean(this.live && this.hello.commands && (o?.you || (operator.known && !o?.name)));
+    return Boolean(this.live && !this.back && this.hello.commands && (o?.you || (operator.known && !o?.name)));
   },
   now: () => app.at,
   moved: () => moved(),
+  shown: () => shown(),
   warn: () => warn(),
   send: (message) => link.send(message),
   command: (what, more) => operator.command(what, more),
@@ -49,7 +56,7 @@ function chartOf(slot) {
   place.append(bar, root);
   $("charts").append(place);
   const chart = new Chart(root, slot, (path, outcome) => picked(path, outcome, slot), app.now, app.send);
-  Object.assign(chart, { place, name, profile, recorded: app.seekable });
+  Object.assign(chart, { place, name, profile, recorded: app.recorded });
   chart.view.taken = () => { $("chart-follow").checked = false; };
   return app.charts[slot] = chart;
 }
@@ -73,7 +80,7 @@ function beside(chart) {
 const heard = {
   hello(m) {
     for (const chart of app.charts.splice(m.mode === app.hello.mode ? 1 : 0)) chart.place.remove();
-    Object.assign(app, { hello: m, states: [{}], at: 0, figures: [], health: [] });
+    Object.assign(app, { hello: m, states: [{}], at: 0, newest: 0, back: false, figures: [], health: [] });
     healthy();
     document.body.dataset.mode = m.mode;
     $("title").textContent = m.title;
@@ -110,26 +117,37 @@ const heard = {
   room: (m) => map.show(m),
   state(m) {
     const slot = m.slot ?? 0;
-    app.states[slot] = m;
+    if (m.back && !app.back) return;
+    app.states[slot] = m.back ? { ...m, ...ofNow(app.state) } : m;
     redraw(shown);
-    if (app.seekable) log.anew(); else log.news(m);
+    if (app.recorded) log.anew(); else if (!m.back) log.news(m);
     if (slot) return;
     app.at = m.at;
+    if (m.back) return;
+    app.newest = Math.max(app.newest, m.at);
     timeline.playingAt(m.paused ? 0 : m.speed ?? 0);
   },
   ev(m) {
-    const { t, last = [], slot = 0, ...changed } = m;
+    const { t, last = [], slot = 0, ...all } = m, changed = app.back ? ofNow(all) : all;
     Object.assign(app.states[slot] ??= {}, changed);
-    if (!slot) app.at = Math.max(app.at, m.at ?? 0);
+    if (!slot) app.newest = Math.max(app.newest, m.at ?? 0);
+    if (!slot && !app.back) app.at = Math.max(app.at, m.at ?? 0);
     for (const entry of last) {
       const { child, outcome, path } = entry;
       log.add(entry, slot);
-      if (child) app.charts[slot]?.taken(path ? `${path}/${child}` : child, outcome);
+      if (child && !app.back) app.charts[slot]?.taken(path ? `${path}/${child}` : child, outcome);
     }
     if (!slot && ("speed" in m || "paused" in m)) timeline.playingAt(app.state.paused ? 0 : app.state.speed ?? 0);
     redraw(Object.keys(changed).some((k) => k !== "at") ? shown : moved);
   },
-  frame: (m) => { if (!m.slot) app.at = m.at; map.frame(m); redraw(moved); },
+  frame(m) {
+    if (!m.slot && !m.back) app.newest = Math.max(app.newest, m.at);
+    if (app.back === Boolean(m.back)) {
+      if (!m.slot) app.at = m.at;
+      map.frame(m);
+    }
+    redraw(moved);
+  },
   health: (m) => { app.health[m.slot ?? 0] = m; redraw(healthy); },
   text: (m) => operator.runs(m),
   figures(m) {
@@ -152,6 +170,7 @@ let spoken = "";
 
 function shown() {
   const s = app.state, { hello, charts } = app;
+  $("to-now").hidden = !app.back;
   $("fold").textContent = charts[0]?.allClosed ? "unfold all" : "fold all";
   charts.forEach((c, slot) => c.light(app.states[slot] ?? {}));
   if ($("chart-follow").checked && hello.mode !== "charts") for (const c of charts) c.follow();
@@ -163,7 +182,7 @@ function shown() {
   ].filter(Boolean).join(" · ");
   $("doing").textContent = $("doing").title = doing;
   $("doing").className = s.stop || s.faults?.length ? "error" : "";
-  if (doing !== spoken && !(app.seekable && timeline.playing)) speak(spoken = doing);
+  if (doing !== spoken && !(app.recorded && timeline.playing) && !app.back) speak(spoken = doing);
   document.title = `${s.stop ? "■ " : ""}${hello.title ?? "cobodeck"}`;
   warn();
   moved();
@@ -186,6 +205,8 @@ function warn() {
 
 function warning() {
   if (app.unsent) return "STOP WAS NOT SENT: there is no connection. Use the emergency stop of the robot.";
+  const goes = app.state.over ? "is over" : "goes on";
+  if (app.back) return `You look back at ${seconds(app.at)}; the run ${goes}.`;
   if (app.state.over) return "The run is over; this is what it was at its end.";
   if (!link.up && app.hello.mode) return "The connection is lost; what you see is old. Trying again …";
   const trouble = app.charts.find((c) => c.message?.trouble);
@@ -235,9 +256,10 @@ $("find").onchange = () => {
 };
 
 const KEYS = {
-  ArrowLeft: () => app.seekable && timeline.step(-1),
-  ArrowRight: () => app.seekable && timeline.step(1),
-  " ": () => app.seekable && timeline.play(!timeline.playing),
+  ArrowLeft: () => timeline.step(-1),
+  ArrowRight: () => timeline.step(1),
+  n: () => timeline.now(),
+  " ": () => app.recorded && timeline.play(!timeline.playing),
   "[": () => timeline.edge(0),
   "]": () => timeline.edge(1),
   "/": () => $("find").focus(),

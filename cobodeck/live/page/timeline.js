@@ -3,6 +3,7 @@
 import { $, colour, el, prepared, redraw, seconds } from "./dom.js";
 import { nameOf } from "./picture.js";
 
+const NOW_S = 0.2;  // so near to the newest instant a run is looked at as it is now
 const ROW = 18, TOP = 20, SEEK_MS = 60, SHORTEST_S = 0.05;
 const SPEEDS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100];
 const STEPS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60, 120, 300, 600, 1800, 3600, 7200];
@@ -26,6 +27,7 @@ export class Timeline {
     $("play").onclick = () => this.play(!this.playing);
     $("previous").onclick = () => this.step(-1);
     $("next").onclick = () => this.step(1);
+    $("to-now").onclick = () => this.now();
     $("slider").oninput = () => this.seek(Number($("slider").value));
     $("range-clear").onclick = () => this.take(null);
     this.pointer();
@@ -33,7 +35,7 @@ export class Timeline {
     new ResizeObserver(() => redraw(this.draw)).observe($("lanes-box"));
   }
 
-  get to() { return Math.max(0, ...this.sets.map((s) => s.to), this.app.live ? this.app.now() : 0); }
+  get to() { return Math.max(0, ...this.sets.map((s) => s.to), this.app.newest); }
   get view() { return this.window ?? [0, Math.max(this.to, 0.1)]; }
 
   /** Takes a `lanes` message, or what `lanes+` adds; a span with a known start is the same one, grown. */
@@ -81,10 +83,23 @@ export class Timeline {
 
   /** Asks for the moment `at`; of what is asked at about the same time, for the last. */
   seek(at) {
-    if (!this.app.seekable) return;
-    this.app.at = this.sought = clamped(at, 0, this.to);
-    redraw(this.app.moved);
+    const { app } = this;
+    if (app.live && at >= app.newest - NOW_S) { this.now(); return; }
+    if (!app.live && !app.recorded) return;
+    app.back = app.live;
+    app.at = this.sought = clamped(at, 0, this.to);
+    redraw(app.shown);
     this.asking ||= setTimeout(() => { this.asking = 0; this.app.send({ t: "seek", at: this.sought }); }, SEEK_MS);
+  }
+
+  /** Back to what a run is now. */
+  now() {
+    if (!this.app.back) return;
+    this.app.back = false;
+    clearTimeout(this.asking);
+    this.asking = 0;
+    this.app.send({ t: "seek", at: null });
+    redraw(this.app.shown);
   }
 
   step(way) {
@@ -97,13 +112,11 @@ export class Timeline {
 
   // -- ranges
 
-  /** Asks for the figures of a range, `null`: of all; a live run has none of a part, and shows it larger. */
+  /** Asks for the figures of a range, `null`: of all. */
   take(range) {
-    if (this.app.seekable) {
-      const [from, to] = range ?? [0, this.to];
-      this.range = range;
-      this.app.send({ t: "range", from, to });
-    } else Object.assign(this, { range: null, window: range });
+    const [from, to] = range ?? [0, this.to];
+    this.range = range;
+    this.app.send({ t: "range", from, to });
     this.tellRange();
     redraw(this.draw);
   }
@@ -111,8 +124,7 @@ export class Timeline {
   tellRange() {
     const shown = this.range ?? this.window;
     $("range-clear").hidden = !shown;
-    const larger = this.app.live ? ", shown larger; figures of a part: cobodeck watch RECORD" : "";
-    $("range-text").textContent = shown ? shown.map(seconds).join(" – ") + larger : "";
+    $("range-text").textContent = shown ? shown.map(seconds).join(" – ") : "";
   }
 
   edge(which) {
@@ -222,7 +234,7 @@ export class Timeline {
     return this.sets.flatMap(({ lanes, to }, slot) => [
       ...(this.sets.length > 1 ? [{ title: this.app.hello.runs[slot].title, spans: [] }] : []),
       ...[...lanes.values()].filter(({ spans }) => spans.length).map((lane) => (
-        { ...lane, now: this.app.live ? this.app.now() : to })),
+        { ...lane, now: this.app.live ? this.app.newest : to })),
     ]);
   }
 

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from functools import cached_property
 from typing import Any
 
 from cobodeck.live.access import Rules
-from cobodeck.live.clients import Page, PageMessage, Pages, said
+from cobodeck.live.clients import Page, PageMessage, Pages, number, said
 from cobodeck.live.feed import frames
-from cobodeck.live.figures import health_of
+from cobodeck.live.figures import health_of, range_message, range_of
 from cobodeck.live.model import RunModel
+from cobodeck.live.sources.past import SeenInstant, SeenTicks
 from cobodeck.live.sources.plots import SeenSignals, plot_of
-from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
+from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, shown_on, tell_frames
 from cobodeck.live.sources.seen_run import SeenRun
+from cobodeck.pictures.run import Course, CourseReader
 from cobodeck.record.read import Group
 
-RECORDS = "this is for records: run with --record X.mcap, and `cobodeck watch X.mcap`"
+PAST_BYTES = 64 << 20
+"""Of the ticks that pages can look back at, compressed; about an hour of a run with scans."""
 HEALTH_S = 1.0
 """Between two messages of health, s."""
 
@@ -41,7 +45,9 @@ class LiveSource:
     ) -> None:
         self.rules = rules
         self._run, self._reader, self._writer = run, reader, writer
-        self._model, self._past = RunModel(), SeenSignals()
+        self._model, self._past = RunModel(), SeenTicks(PAST_BYTES)
+        self._fresh = SeenSignals()
+        self._looking = asyncio.Lock()
         self._speed = 1.0
         self._replaced = False
         self._health: dict[str, Any] = {}
@@ -94,19 +100,52 @@ class LiveSource:
                 self._pages.unforeseen(error)
 
     async def asked(self, page: Page, message: PageMessage) -> Iterable[PageMessage]:
-        """The last values of a signal that is plotted from now on, or the text of a chart."""
-        if message["t"] == "text":
+        """An instant that is past, figures of a range, a plot, or the text of a chart."""
+        kind = message["t"]
+        if kind == "text":
             return [self._run.text(message.get("chart"))]
-        if message["t"] != "plot":
-            return [said(RECORDS)]
+        if kind == "plot":
+            return await self._plot(page, message)
+        if kind == "range":
+            between = range_of(message)
+            return [range_message(await asyncio.to_thread(self._course), between)]
+        if kind != "seek":
+            return [said(f"{kind}: a run that goes on has none")]
+        if message.get("at") is None:  # back to what is now
+            page.renew()
+            return []
+        at_ns = round(number(message, "at", "s in the run") * 1e9)
+        async with self._looking:
+            return await asyncio.to_thread(self._look, at_ns, shown_on(page))
+
+    @cached_property
+    def _then(self) -> SeenInstant:
+        return SeenInstant(self._past, SeenRoom(self._run.setup))
+
+    def _look(self, at_ns: int, shown: Collection[str]) -> list[PageMessage]:
+        """State and map of an instant that is past, and the charts if others run now."""
+        then = self._then
+        then.seek(at_ns)
+        charts = [self._run.chart(then.model.at_ns)] if self._run.version() else []
+        state = {**then.model.state(), "speed": self._speed, "back": True}
+        shapes = then.place.shapes(then.place.moment(then.model), shown)
+        return [*charts, state, {"t": "frame", "at": state["at"], "shapes": shapes, "back": True}]
+
+    def _course(self) -> Course:
+        reader = CourseReader(self._run.setup)
+        for group in self._past.groups():
+            reader.add(group)
+        return reader.course()
+
+    async def _plot(self, page: Page, message: PageMessage) -> list[PageMessage]:
         signal = str(message.get("signal"))
         if signal not in self._run.signals:
             return [said(f"no signal {signal!r}; the list has all")]
         if not message.get("on"):
             page.plots.pop(signal, None)
             return []
-        kept, count = self._past.since(signal), self._past.count[signal]
-        found = await asyncio.to_thread(plot_of, signal, kept)
+        count = self._fresh.count[signal]
+        found = await asyncio.to_thread(plot_of, signal, self._past.samples(signal))
         page.plots[signal] = count
         return [] if found is None else [found]
 
@@ -127,6 +166,7 @@ class LiveSource:
         elif kind == "tick":
             self._tick(content)
         elif kind == "whole":
+            self._past.close()
             self._model.renew(content)
             self._run.renew(content)
             self._replaced |= content.charts is not None
@@ -145,10 +185,11 @@ class LiveSource:
             self._status(content)
 
     def _tick(self, group: Group) -> None:
+        self._past.add(group, self._model)
+        self._fresh.add(group)
         self._model.add(group)
         self._run.add(group)
         self._run.place.obstacles.add(group)
-        self._past.add(group)
         commands = group.messages("operator")
         self._replaced |= any(told["command"] == "Replace" for told in commands)
 
@@ -189,8 +230,8 @@ class LiveSource:
             self._pages.tell(told)
         for page in self._pages:
             for signal, count in page.plots.items():
-                new = self._past.since(signal, count)
-                page.plots[signal] = self._past.count[signal]
+                new = self._fresh.since(signal, count)
+                page.plots[signal] = self._fresh.count[signal]
                 if (more := plot_of(signal, new, more=True)) is not None:
                     page.tell(more)
 

@@ -14,8 +14,8 @@ from cobodeck.record.read import Group, RecordedMessage
 
 MOST_POINTS = 5000
 """Of a plot; of more only some are sent."""
-KEPT = 1800
-"""Messages of each signal that are kept of a run that goes on: a minute of most."""
+KEPT = 500
+"""Messages of each signal that are kept until pages are told; some ten times as many as come."""
 
 
 def plot_of(
@@ -45,7 +45,7 @@ def plot_of(
 
 
 class SeenSignals:
-    """The last messages of each signal of a run that goes on, and how many there were so far."""
+    """The newest messages of each signal of a run that goes on, and how many there were so far."""
 
     def __init__(self) -> None:
         self._kept: dict[str, deque[RecordedMessage]] = {}

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from cobodeck.live.access import Rules
 from cobodeck.live.clients import FASTEST, SLOWEST, Page, PageMessage, Pages, ack, number
-from cobodeck.live.figures import figures_between, health_of
+from cobodeck.live.figures import health_of, range_message, range_of
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_record import SeenRecord
 from cobodeck.live.sources.seen_room import FRAME_S, SeenRoom, tell_frames
@@ -138,10 +138,12 @@ class RecordSource:
             plots = [await asyncio.to_thread(run.plot, signal) for run in self._runs]
             return [plot for plot in plots if plot is not None]
         elif kind == "range":
-            ends = (number(message, key, "s in the run") for key in ("from", "to"))
-            between = next(ends), next(ends)
-            return [await asyncio.to_thread(range_message, run, between) for run in self._runs]
+            between = range_of(message)
+            return [await asyncio.to_thread(self._range, run, between) for run in self._runs]
         return []
+
+    def _range(self, run: SeenRecord, between: tuple[float, float]) -> PageMessage:
+        return range_message(run.course, between) | run.seen.slotted
 
     async def _seek(self) -> None:
         """Charts, states and figures of another instant; what does not depend on it stays."""
@@ -157,13 +159,3 @@ class RecordSource:
     async def commanded(self, page: Page, message: PageMessage) -> PageMessage | None:  # noqa: ARG002
         """Refuse: what is on record has happened."""
         return ack(message, "this is a record")
-
-
-def range_message(run: SeenRecord, between: tuple[float, float]) -> PageMessage:
-    """The figures of a part of a run.
-
-    Raises:
-        ValueError: that part is empty.
-    """
-    rows = figures_between(run.course, *between)
-    return {"t": "figures", "rows": rows, "range": list(between), **run.seen.slotted}

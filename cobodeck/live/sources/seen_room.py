@@ -6,6 +6,7 @@ import asyncio
 import json
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
+from threading import Lock
 from typing import Any
 
 from cobodeck.live.clients import Page, PageMessage, Pages, encoded
@@ -44,6 +45,8 @@ TRAIL_APART = 0.05
 """Between two points of these, m."""
 UNSEEN_NS = 2_000_000_000
 """Without a page for longer, in the run, a path begins anew: nobody knows how it went on."""
+_ONE = Lock()
+"""Two instants of a run share its environment, which is for one thread at a time."""
 BOUNDS = [-5.0, -5.0, 5.0, 5.0]
 """Of the map where there is no room, m."""
 
@@ -96,11 +99,12 @@ class SeenRoom:
         """What moves, of these layers; may take a while at first."""
         if self._around is None:
             return []
-        if NEEDING & set(shown):
-            moment = replace(moment, obstacles=self.obstacles.value())
-        if "path" in shown:
-            moment = replace(moment, path=self._path(moment, self._around.environment))
-        return [*map(wire, shapes_of(moment, self._around, shown))]
+        with _ONE:
+            if NEEDING & set(shown):
+                moment = replace(moment, obstacles=self.obstacles.value())
+            if "path" in shown:
+                moment = replace(moment, path=self._path(moment, self._around.environment))
+            return [*map(wire, shapes_of(moment, self._around, shown))]
 
     def _path(self, moment: Moment, environment: Environment) -> tuple[Point, ...]:
         """The path to the goal, planned anew at most once in `PLAN_S`."""
@@ -154,7 +158,7 @@ async def tell_frames(pages: Pages, seen: Seen) -> None:
     while True:
         await pages.some()
         await asyncio.sleep(FRAME_S)
-        asked = {page: _shown(page) for page in pages}
+        asked = {page: shown_on(page) for page in pages}
         runs = list(seen())
         state = [(p.number, p.snapshots, *sorted(shown)) for p, shown in asked.items()]
         now = [model.at_ns for _, model, _ in runs], state
@@ -168,7 +172,8 @@ async def tell_frames(pages: Pages, seen: Seen) -> None:
             pages.unforeseen(error)
 
 
-def _shown(page: Page) -> frozenset[str]:
+def shown_on(page: Page) -> frozenset[str]:
+    """The layers that a page shows."""
     return SHOWN if page.layers is None else ALL & page.layers
 
 

@@ -1,4 +1,5 @@
 from cobodeck.pictures.run.record_picture import (
+    CourseReader as CourseReader,
     course_of as course_of,
     draw_run as draw_run,
 )

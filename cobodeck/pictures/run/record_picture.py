@@ -62,25 +62,42 @@ def course_of(
     """
     record.require_ticks()
     setup, header = written_setup(record, catalogue(own=False)), record.header
-    watch, known = CourseWatch(setup.robot), _Known(setup.robot.footprint)
-    trace: list[TraceRecord] = []
+    reader = CourseReader(setup)
     length_s = (record.figures() or {}).get("sim_s")
     for group in record.groups():
         with record.understood(group):
-            known.add_tick(group)
-            trace += group.traced()
+            reader.add(group)
+        if progress is not None:
+            now_s = group.ticked.at_ns / 1e9
+            progress(f"{now_s:.0f} s", now_s / length_s if length_s else None)
+    lines = _lines(record, reader.measured)
+    return reader.course(visible(_title(setup, header)), tuple(map(visible, lines)))
+
+
+class CourseReader:
+    """Makes the course of a run from its ticks, in order."""
+
+    def __init__(self, setup: Setup) -> None:
+        self._setup = setup
+        self._watch, self._known = CourseWatch(setup.robot), _Known(setup.robot.footprint)
+        self._trace: list[TraceRecord] = []
+
+    @property
+    def measured(self) -> bool:
+        """Whether poses are measured ones, as the ticks hold no truth."""
+        return self._known.measured
+
+    def add(self, group: Group) -> None:
+        """Take the messages of a tick."""
+        self._known.add_tick(group)
+        self._trace += group.traced()
         if group.ticked.kind in ("grid", "left_out"):
-            watch.watch(group.ticked.at_ns, known.truth)
-            if progress is not None:
-                now_s = group.ticked.at_ns / 1e9
-                progress(f"{now_s:.0f} s", now_s / length_s if length_s else None)
-    return watch.course(
-        visible(_title(setup, header)),
-        tuple(map(visible, _lines(record, known.measured))),
-        setup.scene,
-        used_charts(setup.chart, setup.library),
-        trace,
-    )
+            self._watch.watch(group.ticked.at_ns, self._known.truth)
+
+    def course(self, title: str = "", lines: tuple[str, ...] = ()) -> Course:
+        """The course so far."""
+        charts = used_charts(self._setup.chart, self._setup.library)
+        return self._watch.course(title, lines, self._setup.scene, charts, self._trace)
 
 
 def _title(setup: Setup, header: Mapping[str, Any]) -> str:

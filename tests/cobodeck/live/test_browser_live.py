@@ -163,3 +163,39 @@ def test_a_chart_is_edited_started_by_its_form_asks_for_consent_and_is_changed_w
         browser.until("document.getElementById('a_s:next_one')")
         browser.until_text("#log", "wait.over → next_one")
         assert browser.errors == []
+
+
+@pytest.mark.requirement(21, 145)
+def test_a_run_that_goes_on_is_looked_back_at_and_can_be_stopped_meanwhile(
+    browser: Browser, tmp_path: Path, port: str
+) -> None:
+    with serving(tmp_path, *SIMULATE, "--live", port) as run:
+        browser.open(run.url)
+        browser.until(lit("chase"))
+        browser.until("parseFloat(document.getElementById('clock').textContent) > 3")
+        assert browser.see("document.getElementById('to-now').hidden")
+        browser.see(
+            "((slider) => { slider.value = 1; slider.dispatchEvent(new Event('input')); })"
+            "(document.getElementById('slider'))"
+        )
+        browser.until_text("#banner", "You look back at 1.0 s; the run goes on.")
+        assert browser.text("#clock").startswith("1.0 s")
+        newest = "parseFloat(document.getElementById('slider').max)"
+        later = browser.see(newest) + 2.0
+        browser.until(f"{newest} > {later}")
+        shown = browser.see("document.getElementById('map').toDataURL()")
+        browser.until(f"{newest} > {later} + 1")
+        assert browser.text("#clock").startswith("1.0 s")
+        assert browser.see("document.getElementById('map').toDataURL()") == shown
+
+        browser.press("Escape")
+
+        browser.until_text("#stop", "STOPPED")
+        browser.focus("#lanes")
+        browser.press("ArrowLeft")
+        browser.until("parseFloat(document.getElementById('clock').textContent) < 1")
+        browser.press("n")
+        browser.until("document.getElementById('banner').hidden")
+        browser.until(f"parseFloat(document.getElementById('clock').textContent) > {later}")
+        browser.until(lit("inform"))
+        assert browser.errors == []

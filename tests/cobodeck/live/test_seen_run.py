@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from hypothesis import given, settings, strategies as some
 
 from cobodeck.live.access import Rules
 from cobodeck.live.clients import Page
 from cobodeck.live.figures import figures_of, final_figures
 from cobodeck.live.model import RunModel
-from cobodeck.live.sources import plots, seen_run
+from cobodeck.live.sources import past, seen_run
 from cobodeck.live.sources.live_run import LiveSource
 from cobodeck.live.sources.seen_lanes import SeenLanes
+from cobodeck.live.sources.seen_room import SeenRoom
 from cobodeck.live.sources.seen_run import SeenRun, Texts
 from cobodeck.record.format.messages import command_text
 from cobodeck.record.format.record_header import attachments, header_of_setup
@@ -26,6 +29,7 @@ from cobodeck.setup.options import Options
 from cobodeck.setup.setup import open_setup
 from engine.chart import Library, load_text
 from engine.operator.commands import Replace
+from tests.repeats import examples
 
 CHART = """
 chart: waits
@@ -33,6 +37,28 @@ outcomes: [done]
 states:
   one: {watch: Wait, with: {time: 5 s}, next: {over: .done}}
 """
+
+
+NOWHERE: Any = SimpleNamespace(scene=None, environment=None)
+
+
+class Somewhere:
+    """A run as `LiveSource` knows it, without charts and room."""
+
+    signals = ("speed",)
+    setup = NOWHERE
+
+    def __init__(self) -> None:
+        self.place = SeenRoom(NOWHERE)
+
+    def add(self, group: Group) -> None:
+        """Its lanes take nothing."""
+
+    def version(self) -> int:
+        return 0
+
+    def news(self) -> tuple[()]:
+        return ()
 
 
 def tick(at_s: float, *told: RecordedMessage) -> Group:
@@ -134,17 +160,75 @@ def test_charts_are_those_of_an_instant_and_their_text_is_the_one_that_runs(
         seen.text("wait")
 
 
-def test_a_plot_of_a_run_begins_with_what_was_read_before_and_has_each_sample_once(
+@pytest.mark.requirement(145)
+@settings(max_examples=examples(50, least=20), deadline=None)
+@given(
+    steps=some.lists(some.sampled_from(["tick", "drop"]), max_size=12),
+    at_s=some.integers(0, 12),
+)
+def test_an_instant_of_a_run_that_goes_on_is_what_all_before_it_led_to(
+    steps: list[str], at_s: int
+) -> None:
+    model, kept = RunModel(), past.SeenTicks()
+    states = [model.state()]
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(past, "BLOCK", 3)
+        for second, step in enumerate(steps, 1):
+            if step == "drop":  # what is whole then follows from no tick
+                kept.close()
+                model.tell("level", f"after {second}")
+            told = tick(second, message("trace", line=[second, "enter", f"n{second}"]))
+            kept.add(told, model)
+            model.add(told)
+            states.append(model.state())
+        seen = past.SeenInstant(kept, SeenRoom(NOWHERE))
+        seen.seek(at_s * 10**9)
+
+    there = min(at_s, len(steps))
+    assert seen.model.state() | {"level": None} == states[there] | {"level": None}
+
+
+@pytest.mark.requirement(48)
+def test_what_is_kept_of_a_run_is_bounded_and_the_oldest_goes() -> None:
+    kept, model = past.SeenTicks(bound=2000), RunModel()
+    for second in range(3 * past.BLOCK):
+        told = tick(second, sample(second, "speed", math.sin(second)))
+        kept.add(told, model)
+        model.add(told)
+    times = [group.ticked.at_ns for group in kept.groups()]
+    assert times == [s * 10**9 for s in range(3 * past.BLOCK)][-len(times) :]
+    assert past.BLOCK <= len(times) < 3 * past.BLOCK
+    seen = past.SeenInstant(kept, SeenRoom(NOWHERE))
+    seen.seek(0)
+    assert seen.model.at_ns in (times[0] - 10**9, times[0])
+
+
+@pytest.mark.requirement(145)
+def test_a_page_looks_back_at_a_run_and_the_others_do_not() -> None:
+    source: Any = LiveSource(Somewhere(), None, None, Rules())  # type: ignore[arg-type]
+    for second in (1.0, 2.0, 3.0):
+        source._take("tick", tick(second, sample(second, "stop.engaged", "by ann")))
+    page = Page(1)
+
+    state, frame = asyncio.run(source.asked(page, {"t": "seek", "at": 2.5}))
+
+    assert (state["t"], state["at"], state["back"]) == ("state", 2.0, True)
+    assert frame == {"t": "frame", "at": 2.0, "shapes": [], "back": True}
+    assert source._state()["at"] == 3.0
+    assert "back" not in source._state()
+    with pytest.raises(ValueError, match="`at` is a number, s in the run"):
+        asyncio.run(source.asked(page, {"t": "seek", "at": "2"}))
+    assert asyncio.run(source.asked(page, {"t": "seek", "at": None})) == []
+
+
+def test_a_plot_of_a_run_begins_with_all_that_was_read_and_has_each_sample_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(plots, "KEPT", 2)
-    run: Any = SimpleNamespace(signals=["speed"], news=lambda: ())
-    source: Any = LiveSource(run, None, None, Rules())  # type: ignore[arg-type]
+    source: Any = LiveSource(Somewhere(), None, None, Rules())  # type: ignore[arg-type]
     page, times = Page(1), list[float]()
     source._pages.add(page)
-    monkeypatch.setattr(page, "tell", lambda told, _key=None: times.extend(told["at"]))
-    for at_s in (1.0, 2.0, 3.0):
-        source._past.add(tick(at_s, sample(at_s, "speed", 10.0 * at_s)))
+    for at_s in (2.0, 3.0):
+        source._take("tick", tick(at_s, sample(at_s, "speed", 10.0 * at_s)))
 
     [told] = asyncio.run(source.asked(page, {"t": "plot", "signal": "speed", "on": True}))
 
@@ -152,8 +236,9 @@ def test_a_plot_of_a_run_begins_with_what_was_read_before_and_has_each_sample_on
         "t": "plot", "signal": "speed", "fields": ["value"], "at": [2.0, 3.0],
         "values": [[20.0, 30.0]], "more": False,
     }  # fmt: skip
+    monkeypatch.setattr(page, "tell", lambda told, _key=None: times.extend(told["at"]))
     for new in ((4.0, 5.0), (), (6.0,)):
         for at_s in new:
-            source._past.add(tick(at_s, sample(at_s, "speed", at_s)))
+            source._take("tick", tick(at_s, sample(at_s, "speed", at_s)))
         source._tell_changes()
     assert times == [4.0, 5.0, 6.0]
