@@ -68,13 +68,23 @@ function beside(chart) {
   app.send({ t: "second", chart });
 }
 
+/** Another run, record or folder: nothing is kept of the one before but the log. */
+function anew() {
+  Object.assign(app, { states: [{}], at: 0, figures: [], health: [] });
+  healthy();
+  timeline.clear();
+  log.begin();
+  operator.lost();
+}
+
 // -- what the server says
 
 const heard = {
   hello(m) {
+    const again = m.mode === "live" && JSON.stringify(m) === JSON.stringify(app.hello);  // the same run, after a drop
     for (const chart of app.charts.splice(m.mode === app.hello.mode ? 1 : 0)) chart.place.remove();
-    Object.assign(app, { hello: m, states: [{}], at: 0, figures: [], health: [] });
-    healthy();
+    app.hello = m;
+    if (!again) anew();
     document.body.dataset.mode = m.mode;
     $("title").textContent = m.title;
     $("about").title = (m.about ?? []).join(" · ");
@@ -82,13 +92,10 @@ const heard = {
     $("stop-is").textContent = m.stop_is;
     $("operator").hidden = !m.commands;
     $("speed-label").hidden = m.mode === "live" && !(m.paced && m.commands);
-    timeline.clear();
-    log.begin();
     map.layers(m.layers ?? []);
     const all = [...(m.signals ?? []), ...(m.runs ?? []).flatMap((run) => run.signals)];
     signals.list([...new Map(all.map((signal) => [signal.name, signal])).values()]);
-    operator.lost();
-    operator.unlock();
+    if (!operator.known) operator.unlock();
     redraw(shown);
   },
   chart(m) {

@@ -78,7 +78,8 @@ export class Operator {
     fill($("waiting"), [s.waiting, steers], () => this.consent(s.waiting ?? {}, steers));
     fill($("control"), [live && this.known, s.operator], () => live && this.known && this.control(s.operator ?? {}));
     fill($("tools"), [steers, hello.real, s.paused, s.level], () => steers && this.tools(s, hello.real));
-    fill($("replace"), [steers], () => steers && this.replace());
+    $("replace").hidden = !steers;  // what is typed there outlasts a lost connection, and control
+    fill($("replace"), live && hello.about, () => live && this.replace());
     const starts = this.known && hello.mode === "charts" && message;
     fill($("start"), starts && [message.name, message.form], () => starts && this.start(message));
   }

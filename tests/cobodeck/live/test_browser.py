@@ -534,6 +534,33 @@ def test_level_of_autonomy_and_another_chart_are_sent_and_what_is_typed_stays(
     assert commanded(server, "replace") == {"text": "chart: cobodeck"}
 
 
+def test_what_is_typed_and_shown_larger_stays_after_a_drop_and_a_lost_connection(
+    browser: Browser, show: Show
+) -> None:
+    server = show("live")
+    in_control(browser, server)
+    browser.click("#replace summary")
+    browser.until("document.querySelector('#replace textarea').value != ''")
+    browser.fill("#replace textarea", "chart: typed")
+    browser.focus("#lanes")
+    browser.press("+")
+    larger = browser.text("#range-text")
+    server.received.clear()
+
+    server.renew()
+
+    browser.until_text("#log", server.marked())
+    assert larger == browser.text("#range-text") != ""
+    assert browser.see("document.querySelector('#replace textarea').value") == "chart: typed"
+    assert not sent(server, "auth")
+    server.close()
+    browser.until("document.body.classList.contains('lost')")
+    assert not browser.see("document.querySelector('#replace').checkVisibility()")
+    server.start()
+    browser.until("document.querySelector('#replace textarea').checkVisibility()")
+    assert browser.see("document.querySelector('#replace textarea').value") == "chart: typed"
+
+
 @pytest.mark.requirement(49)
 def test_reset_of_real_parts_stays_with_the_console(browser: Browser, show: Show) -> None:
     server = show("live")
