@@ -76,6 +76,7 @@ export class Timeline {
   }
 
   play(on) {
+    if (on && this.app.now() > this.to - 1e-6) this.app.send({ t: "seek", at: this.from });  // again from the start
     this.playingAt(on ? this.speed : 0);
     this.app.send({ t: "play", speed: on ? this.speed : 0 });
   }
@@ -89,10 +90,8 @@ export class Timeline {
   }
 
   step(way) {
-    const now = this.app.now(), lanes = [...this.sets[0]?.lanes.values() ?? []];
-    const ends = lanes.flatMap(({ spans }) => spans.flatMap(([from, to]) => (to === null ? [from] : [from, to])));
-    const times = ends.sort((a, b) => a - b);
-    const at = way > 0 ? times.find((t) => t > now + 1e-6) : times.findLast((t) => t < now - 1e-6);
+    const now = this.app.now(), { moves = [] } = this.app.hello;
+    const at = way > 0 ? moves.find((t) => t > now + 1e-6) : moves.findLast((t) => t < now - 1e-6);
     if (at !== undefined) this.seek(at);
   }
 

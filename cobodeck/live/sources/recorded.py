@@ -60,7 +60,9 @@ class RecordSource:
         if any(r.record.header["scene"] != first.record.header["scene"] for r in self._runs):
             about.append(f"their rooms differ: the map has that of {files[0]}")
         runs = [{**r.seen.hello(), "title": n} for n, r in zip(files, self._runs, strict=True)]
-        return {**found, "mode": "record", "about": about, "until": self.until, "runs": runs}
+        moves = sorted({at for run in self._runs for at in run.moves_s})
+        ends = {"until": self.until, "moves": moves}
+        return {**found, "mode": "record", "about": about, "runs": runs, **ends}
 
     def snapshot(self, page: Page) -> Iterable[Message]:  # noqa: ARG002
         """All that a page has to know."""

@@ -45,6 +45,8 @@ class _Block:
 class SeenRecord:
     """A record, read; `seen` is what a page shows of all of it, `model` the run at an instant.
 
+    `moves_s` are the ticks that took transitions, s in the run.
+
     Raises:
         FileError, Problem: the record does not hold what was run.
     """
@@ -53,6 +55,7 @@ class SeenRecord:
         self.record = Record(path)
         self.record.require_ticks()
         self.seen = SeenRun(self.record, catalogue(own=False), slot)
+        self.moves_s: list[float] = []
         self._blocks: list[_Block] = []
         self._read()
         self.model = self._blocks[0].before.copied()
@@ -70,9 +73,12 @@ class SeenRecord:
             self._blocks.append(_Block(groups[0].ticked.at_ns, packed, before))
 
         for group in self.record.groups():
+            moves = model.transitions
             with self.record.understood(group):
                 self.seen.add(group)
                 model.add(group)
+            if model.transitions > moves:
+                self.moves_s.append(model.at_ns / 1e9)
             groups.append(group)
             if len(groups) == BLOCK:
                 close()

@@ -367,6 +367,7 @@ class FakePageServer:
             "commands": self.mode != "record",
             "tick_hz": 30,
             "until": UNTIL,
+            "moves": [at for at, _, _ in COURSE[1:]],
             "signals": [{"name": n, "type": t} for n, t in SIGNALS.items()],
             "layers": [{"name": n, "on": n not in OFF} for n in LAYERS],
             "profiles": ["tuned", "base", "paper"],

@@ -317,6 +317,15 @@ def test_arrows_go_from_transition_to_transition_and_a_drag_takes_a_range(
     assert sent(server, "play")[-1]["speed"] == 1
 
 
+def test_a_record_at_its_end_is_played_again_from_its_start(browser: Browser, show: Show) -> None:
+    server = show("record", at=UNTIL)
+
+    browser.press("Space")
+
+    until(lambda: sent(server, "play"))
+    assert [m["at"] for m in sent(server, "seek")] == [0.0]
+
+
 @pytest.mark.requirement(19, 21)
 def test_a_signal_is_plotted_on_click(browser: Browser, show: Show) -> None:
     server = show("record")
