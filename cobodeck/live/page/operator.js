@@ -5,6 +5,7 @@ import { $, button, el, fill, sure } from "./dom.js";
 const BEAT_MS = 200;
 const UNSENT = "NOT SENT, there is no connection", INSTEAD = ". Use the emergency stop of the robot.";
 const ANYWHERE = /^(0\.0\.0\.0|\[::\])$/;  // what a server has that listens on all addresses
+const LARGEST = 60000;  // of a chart, bytes; a server takes messages of 64 kB
 const LEVELS = { "": "only locks ask", off: "off", low: "low", high: "high", full: "full" };
 
 export class Operator {
@@ -134,8 +135,13 @@ export class Operator {
     file.onchange = async () => { text.value = await file.files[0].text(); };
     this.change = { text, chart };
     const begin = (e) => { if (e.target.open && !text.value) ask(); };
+    const fits = () => {
+      const long = new Blob([JSON.stringify(text.value)]).size > LARGEST;
+      if (long) this.answer(false, `replace: the text is too long, at most ${LARGEST / 1000} kB`);
+      return !long;
+    };
     const form = el("div", { className: "form" },
-      chart, file, text, sure("replace", () => this.command("replace", { text: text.value })));
+      chart, file, text, sure("replace", () => this.command("replace", { text: text.value }), fits));
     return el("details", { ontoggle: begin }, el("summary", {}, "change the running chart"), form);
   }
 

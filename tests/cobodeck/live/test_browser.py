@@ -541,6 +541,12 @@ def test_level_of_autonomy_and_another_chart_are_sent_and_what_is_typed_stays(
     surely(browser, "#replace button")
 
     assert commanded(server, "replace") == {"text": "chart: cobodeck"}
+    server.tell({"t": "ack", "id": 99, "ok": False, "text": "a.yaml:1:8: error\n1 | chart"})
+    browser.until("document.getElementById('answer').innerText.includes('error\\n1')")
+    browser.see("document.querySelector('#replace textarea').value = '\"'.repeat(40000)")
+    browser.click("#replace button")  # would break the connection, and lose control
+    browser.until_text("#answer", "the text is too long")
+    assert not browser.see("document.querySelector('#replace .sure')")
 
 
 def test_what_is_typed_and_shown_larger_stays_after_a_drop_and_a_lost_connection(
