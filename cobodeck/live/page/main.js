@@ -8,6 +8,7 @@ import { chartList, figureTable, findingList, healthTable } from "./lists.js";
 import { Log } from "./log.js";
 import { RoomMap } from "./map.js";
 import { Operator } from "./operator.js";
+import { nameOf } from "./picture.js";
 import { Signals } from "./signals.js";
 import { themed } from "./theme.js";
 import { Timeline } from "./timeline.js";
@@ -234,8 +235,11 @@ $("fold").onclick = () => { for (const c of app.charts) c.foldAll(); redraw(show
 $("chart-fit").onclick = () => { $("chart-follow").checked = false; for (const c of app.charts) c.view.whole(); };
 $("chart-follow").onchange = () => redraw(shown);
 $("find").onchange = () => {
-  const path = $("find").value;
-  if (!app.charts[0]?.message.nodes?.[path]) return;
+  const wanted = $("find").value.trim(), paths = Object.keys(app.charts[0]?.message.nodes ?? {}).filter(Boolean);
+  const path = [wanted, ...paths.filter((p) => nameOf(p) === wanted), ...paths.filter((p) => p.includes(wanted))]
+    .find((p) => paths.includes(p));
+  $("find").classList.toggle("error", Boolean(wanted && !path));
+  if (!wanted || !path) return;
   $("find").value = "";
   goTo(path);
   app.charts[0].stopAt(path, true);

@@ -770,6 +770,14 @@ def test_boxes_fold_and_used_charts_are_drawn_anew_by_the_server(
     assert browser.see("document.getElementById('a_s:chase/follow').classList.contains('leaf')")
     browser.until_text(".since", "drive/go")
     assert browser.see("document.getElementById('s:haptic/serve/drive').getClientRects().length")
+    browser.focus("#find")
+    browser.fill("#find", "nowhere")
+    browser.press("Enter")
+    browser.until("document.getElementById('find').classList.contains('error')")
+    browser.fill("#find", "drive")  # its name is enough
+    browser.press("Enter")
+    browser.until_text("#details-head", "drive")
+    assert not browser.see("document.getElementById('find').classList.contains('error')")
     find(browser, "chase/follow/drive")  # which is hidden: the box around it is found
     browser.until("document.activeElement.dataset.path == 'chase/follow'")
     assert "folded" in browser.see("document.activeElement.ariaLabel")
