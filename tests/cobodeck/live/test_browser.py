@@ -601,12 +601,12 @@ def test_where_a_shadow_decided_otherwise_is_listed_and_gone_to(
     server = show("record")
     assert not browser.see("document.getElementById('shadow').offsetParent")
 
-    told = {"path": GO, "ran": "arrived", "shadow": "stuck"}
+    told = {"path": GO, "ran": "x = 3.0250000000000004", "shadow": "stuck"}
     for number, at in enumerate((14.5, 15.5)):
         server.tell({"t": "shadow", "rows": [{"at": at, **told}], "more": number > 0})
 
     browser.until("document.getElementById('shadow').offsetParent")
-    assert browser.text("#shadow li") == f"14.5 s {GO}ran arrived, shadow stuck"
+    assert browser.text("#shadow li") == f"14.5 s {GO}ran x = 3.025, shadow stuck"
     assert browser.text("#shadow li:last-child button") == f"15.5 s {GO}"
     browser.click("#shadow li:last-child button")
     until(lambda: sent(server, "seek"))
