@@ -22,10 +22,17 @@ from hw.ipc import Child
 SERVER = "cobodeck.live.run_server"
 STARTING_S = 60.0
 """How long it may take to start, s: it draws the charts, perhaps beside much else."""
-FAR = (
-    "anybody who reaches {host} sees this run, and can stop it; with the token they command it. "
-    "Nothing is encrypted: use it in a network of its own, or through `ssh -L`"
-)
+
+
+def told_far(host: str, rules: Rules) -> str:
+    """What it means that pages are served to others."""
+    may = "sees this record"
+    if rules.commands:
+        may = "sees these charts; with the token they start runs"
+    if rules.commands and rules.open:
+        may = "sees this run, and can stop it; with the token they command it"
+    near = "Nothing is encrypted: use it in a network of its own, or through `ssh -L`"
+    return f"anybody who reaches {host} {may}. {near}"
 
 
 def show_source(source: Source, address: PageAddress, say: Callable[[str], None]) -> None:
@@ -41,7 +48,7 @@ def show_source(source: Source, address: PageAddress, say: Callable[[str], None]
     def announce(server: PageServer) -> None:
         say(f"page: {server.url}" + (f"  token: {token}" if source.rules.commands else ""))
         if not address.is_near:
-            say(FAR.format(host=address.host))
+            say(told_far(address.host, source.rules))
 
     try:
         with suppress(KeyboardInterrupt):
@@ -91,7 +98,7 @@ class LivePage:
         self.url, self.token = told["url"], token
         show(f"live page: {self.url}  token: {token}")
         if not address.is_near:
-            show(FAR.format(host=address.host))
+            show(told_far(address.host, rules))
         self._operator: PageOperator | None = None
         self._commands = socket.socket(fileno=os.dup(ours.fileno()))
         self.feed = Feed(ours)

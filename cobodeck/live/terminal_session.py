@@ -164,14 +164,14 @@ def socket_url(url: str) -> str:
 
 
 def watch_in_terminal(link: Link) -> int:
-    """The exit code, once `q`, Ctrl-C or the end has come; without a terminal all is shown once.
+    """The exit code, once `q`, Ctrl-C or the end has come; without a screen all is shown once.
 
     Raises:
         Problem: it is not what a page is told; what the source raises.
     """
     page = WatchedPage()
     try:
-        if not (sys.stdout.isatty() and sys.stdin.isatty()):
+        if not (sys.stdout.isatty() and sys.stdin.isatty()) or os.environ.get("TERM") == "dumb":
             return _once(link, page)
         with suppress(KeyboardInterrupt), _keys(), _screen():
             _loop(link, page)

@@ -36,7 +36,8 @@ class ShadowRow:
     shadow: str
 
     def __str__(self) -> str:
-        return f"at {self.at_ns / 1e9:.3f} s, {self.path}: ran {self.ran!r}, shadow {self.shadow!r}"
+        at = f"at {self.at_ns / 1e9:.3f} s, {self.path or 'the chart'}"
+        return f"{at}: ran {self.ran!r}, shadow {self.shadow!r}"
 
 
 class Shadow:

@@ -118,12 +118,14 @@ def latin(word: str) -> str:
 def help_with_name(word: str) -> str:
     """What to write instead of a word that cannot be a name."""
     which, plain = foreign_letter(word), latin(word)
+    rule = "letters, digits and _, not starting with a digit"
+    if not plain.isascii():
+        return f"Latin {rule}"
     if which:
         return f"{which}; write {plain!r} in Latin letters"
     plain = re.sub(r"[^A-Za-z0-9_]+", "_", word.strip(" .,;:'\"")).strip("_")
     if word == f".{plain}":
         return f"write {plain!r}, without the dot"
-    rule = "letters, digits and _, not starting with a digit"
     return f"write {plain!r}: {rule}" if plain[:1].isalpha() and plain != word else rule
 
 

@@ -75,9 +75,10 @@ class EditedCharts:
 
     def hello(self) -> PageMessage:
         """What a page is told first."""
+        target = self._folder.target
         return {
             "mode": "charts",
-            "title": str(self._folder.target),
+            "title": str(target if target.name else target.resolve().name),
             "about": list(ABOUT),
             "profiles": self._profiles,
             "scenes": list(scene_names()),

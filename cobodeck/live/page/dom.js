@@ -16,10 +16,13 @@ export function el(tag, props = {}, ...children) {
 /** Of children, those that are there: neither null nor undefined nor false. */
 const there = (children) => [children].flat(Infinity).filter((c) => c !== null && c !== undefined && c !== false);
 
+/** A text with its numbers in six digits, as far as anybody reads them. */
+export const short = (text) => String(text).replace(/\d+\.\d{5,}/g, (n) => Number(Number(n).toPrecision(6)));
+
 /** Names and values, side by side. */
 export function pairs(object) {
   const rows = Object.entries(object);
-  return rows.length > 0 && el("dl", {}, rows.map(([k, v]) => [el("dt", {}, k), el("dd", {}, String(v))]));
+  return rows.length > 0 && el("dl", {}, rows.map(([k, v]) => [el("dt", {}, k), el("dd", {}, short(v))]));
 }
 
 const filled = new WeakMap();

@@ -1,6 +1,6 @@
 // The log: what happened, the newest last; and where a shadow decided otherwise.
 
-import { $, button, el, seconds } from "./dom.js";
+import { $, button, el, seconds, short } from "./dom.js";
 
 const LINES = 300;
 
@@ -45,9 +45,9 @@ export class Log {
     if (!more) for (const old of $("shadow").querySelectorAll(`[data-slot="${slot}"]`)) old.remove();
     const marks = rows.map(({ at, path, ran, shadow }) => {
       const show = () => { this.app.timeline.seek(at); this.app.goTo(path, slot); };
-      const text = `ran ${ran}, shadow ${shadow}`;
+      const text = short(`ran ${ran}, shadow ${shadow}`);
       append($("shadow"), el("li", { "data-slot": slot },
-        button(`${this.of(slot)}${seconds(at)} ${path}`, show), el("span", {}, text)));
+        button(`${this.of(slot)}${seconds(at)} ${path || "the chart"}`, show), el("span", {}, text)));
       return { at, kind: "shadow", text: `${path}: ${text}` };
     });
     this.app.timeline.mark(marks, slot);

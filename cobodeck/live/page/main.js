@@ -8,6 +8,7 @@ import { chartList, figureTable, findingList, healthTable } from "./lists.js";
 import { Log } from "./log.js";
 import { RoomMap } from "./map.js";
 import { Operator } from "./operator.js";
+import { nameOf } from "./picture.js";
 import { Signals } from "./signals.js";
 import { themed } from "./theme.js";
 import { Timeline } from "./timeline.js";
@@ -75,13 +76,23 @@ function beside(chart) {
   app.send({ t: "second", chart });
 }
 
+/** Another run, record or folder: nothing is kept of the one before but the log. */
+function anew() {
+  Object.assign(app, { states: [{}], at: 0, newest: 0, figures: [], health: [] });
+  healthy();
+  timeline.clear();
+  log.begin();
+  operator.lost();
+}
+
 // -- what the server says
 
 const heard = {
   hello(m) {
+    const again = m.mode === "live" && JSON.stringify(m) === JSON.stringify(app.hello);  // the same run, after a drop
     for (const chart of app.charts.splice(m.mode === app.hello.mode ? 1 : 0)) chart.place.remove();
-    Object.assign(app, { hello: m, states: [{}], at: 0, newest: 0, back: false, figures: [], health: [] });
-    healthy();
+    Object.assign(app, { hello: m, back: false });
+    if (!again) anew();
     document.body.dataset.mode = m.mode;
     $("title").textContent = m.title;
     $("about").title = (m.about ?? []).join(" · ");
@@ -89,13 +100,10 @@ const heard = {
     $("stop-is").textContent = m.stop_is;
     $("operator").hidden = !m.commands;
     $("speed-label").hidden = m.mode === "live" && !(m.paced && m.commands);
-    timeline.clear();
-    log.begin();
     map.layers(m.layers ?? []);
     const all = [...(m.signals ?? []), ...(m.runs ?? []).flatMap((run) => run.signals)];
     signals.list([...new Map(all.map((signal) => [signal.name, signal])).values()]);
-    operator.lost();
-    operator.unlock();
+    if (!operator.known) operator.unlock();
     redraw(shown);
   },
   chart(m) {
@@ -133,8 +141,9 @@ const heard = {
     if (!slot) app.newest = Math.max(app.newest, m.at ?? 0);
     if (!slot && !app.back) app.at = Math.max(app.at, m.at ?? 0);
     for (const entry of last) {
-      const { child, outcome, path } = entry;
+      const { at, child, outcome, path } = entry;
       log.add(entry, slot);
+      if (child) timeline.moves.add(at);
       if (child && !app.back) app.charts[slot]?.taken(path ? `${path}/${child}` : child, outcome);
     }
     if (!slot && ("speed" in m || "paused" in m)) timeline.playingAt(app.state.paused ? 0 : app.state.speed ?? 0);
@@ -248,8 +257,11 @@ $("fold").onclick = () => { for (const c of app.charts) c.foldAll(); redraw(show
 $("chart-fit").onclick = () => { $("chart-follow").checked = false; for (const c of app.charts) c.view.whole(); };
 $("chart-follow").onchange = () => redraw(shown);
 $("find").onchange = () => {
-  const path = $("find").value;
-  if (!app.charts[0]?.message.nodes?.[path]) return;
+  const wanted = $("find").value.trim(), paths = Object.keys(app.charts[0]?.message.nodes ?? {}).filter(Boolean);
+  const path = [wanted, ...paths.filter((p) => nameOf(p) === wanted), ...paths.filter((p) => p.includes(wanted))]
+    .find((p) => paths.includes(p));
+  $("find").classList.toggle("error", Boolean(wanted && !path));
+  if (!wanted || !path) return;
   $("find").value = "";
   goTo(path);
   app.charts[0].stopAt(path, true);

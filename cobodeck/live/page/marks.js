@@ -51,10 +51,11 @@ function* clocksOf(chart) {
   for (const [path, time] of chart.times) {
     const b = chart.picture.bounds(path);
     if (!b) continue;
+    const badge = chart.state.locks?.includes(path) ? 10 : 0;
     const inside = time.below && chart.picture.frames.has(path);
     const at = inside
       ? { x: b.x + b.width / 2, y: b.y + b.height / 2, "text-anchor": "middle" }
-      : { x: b.x + Math.max(b.width - 30, b.width / 2 + 6), y: b.y - 3 };  // beside an arrow to the middle
+      : { x: b.x + Math.max(b.width - 30, b.width / 2 + 6) - badge, y: b.y - 3 };  // beside an arrow to the middle
     yield [shape("text", { class: "since", ...at }), time];
   }
   for (const path of chart.around) {

@@ -5,6 +5,7 @@ import { $, button, el, fill, sure } from "./dom.js";
 const BEAT_MS = 200;
 const UNSENT = "NOT SENT, there is no connection", INSTEAD = ". Use the emergency stop of the robot.";
 const ANYWHERE = /^(0\.0\.0\.0|\[::\])$/;  // what a server has that listens on all addresses
+const LARGEST = 60000;  // of a chart, bytes; a server takes messages of 64 kB
 const LEVELS = { "": "only locks ask", off: "off", low: "low", high: "high", full: "full" };
 
 export class Operator {
@@ -78,7 +79,8 @@ export class Operator {
     fill($("waiting"), [s.waiting, steers], () => this.consent(s.waiting ?? {}, steers));
     fill($("control"), [live && this.known, s.operator], () => live && this.known && this.control(s.operator ?? {}));
     fill($("tools"), [steers, hello.real, s.paused, s.level], () => steers && this.tools(s, hello.real));
-    fill($("replace"), [steers], () => steers && this.replace());
+    $("replace").hidden = !steers;  // what is typed there outlasts a lost connection, and control
+    fill($("replace"), live && hello.about, () => live && this.replace());
     const starts = this.known && hello.mode === "charts" && message;
     fill($("start"), starts && [message.name, message.form], () => starts && this.start(message));
   }
@@ -133,8 +135,13 @@ export class Operator {
     file.onchange = async () => { text.value = await file.files[0].text(); };
     this.change = { text, chart };
     const begin = (e) => { if (e.target.open && !text.value) ask(); };
+    const fits = () => {
+      const long = new Blob([JSON.stringify(text.value)]).size > LARGEST;
+      if (long) this.answer(false, `replace: the text is too long, at most ${LARGEST / 1000} kB`);
+      return !long;
+    };
     const form = el("div", { className: "form" },
-      chart, file, text, sure("replace", () => this.command("replace", { text: text.value })));
+      chart, file, text, sure("replace", () => this.command("replace", { text: text.value }), fits));
     return el("details", { ontoggle: begin }, el("summary", {}, "change the running chart"), form);
   }
 

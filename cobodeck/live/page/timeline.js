@@ -15,7 +15,7 @@ const clamped = (v, low, high) => Math.min(Math.max(v, low), high);
 export class Timeline {
   constructor(app) {
     Object.assign(this, { app, canvas: $("lanes"), sets: [], window: null, range: null, hits: [], left: 0 });
-    Object.assign(this, { speed: 1, playing: false, sought: 0, asking: 0 });
+    Object.assign(this, { speed: 1, playing: false, sought: 0, asking: 0, moves: new Set() });
     this.draw = () => this.drawn();
     $("speed").append(...SPEEDS.map((s) => el("option", { value: s }, `${s}×`)));
     $("speed").value = this.speed;
@@ -63,7 +63,7 @@ export class Timeline {
 
   /** Before a new run or record. */
   clear() {
-    Object.assign(this, { sets: [], window: null, range: null });
+    Object.assign(this, { sets: [], window: null, range: null, moves: new Set() });
     this.tellRange();
     redraw(this.draw);
   }
@@ -77,6 +77,7 @@ export class Timeline {
   }
 
   play(on) {
+    if (on && this.app.now() > this.to - 1e-6) this.app.send({ t: "seek", at: this.from });  // again from the start
     this.playingAt(on ? this.speed : 0);
     this.app.send({ t: "play", speed: on ? this.speed : 0 });
   }
@@ -102,11 +103,16 @@ export class Timeline {
     redraw(this.app.shown);
   }
 
+  /** Transitions of a run that goes on, in order, s: those that were told, before them those of lanes. */
+  seen() {
+    const lanes = [...this.sets[0]?.lanes.values() ?? []];
+    const ends = lanes.flatMap(({ spans }) => spans.flatMap((span) => span.slice(0, 2)));
+    return [...new Set([...ends, ...this.moves])].filter((at) => at !== null).sort((a, b) => a - b);
+  }
+
   step(way) {
-    const now = this.app.now(), lanes = [...this.sets[0]?.lanes.values() ?? []];
-    const ends = lanes.flatMap(({ spans }) => spans.flatMap(([from, to]) => (to === null ? [from] : [from, to])));
-    const times = ends.sort((a, b) => a - b);
-    const at = way > 0 ? times.find((t) => t > now + 1e-6) : times.findLast((t) => t < now - 1e-6);
+    const now = this.app.now(), moves = this.app.hello.moves ?? this.seen();
+    const at = way > 0 ? moves.find((t) => t > now + 1e-6) : moves.findLast((t) => t < now - 1e-6);
     if (at !== undefined) this.seek(at);
   }
 

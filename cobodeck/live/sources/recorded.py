@@ -51,7 +51,9 @@ class RecordSource:
             about.append(f"their rooms differ: the map has that of {files[0]}")
         signals = [run.seen.hello()["signals"] for run in self._runs]
         runs = [{"title": n, "signals": s} for n, s in zip(files, signals, strict=True)]
-        return {**found, "mode": "record", "about": about, "until": self.until, "runs": runs}
+        moves = sorted({at for run in self._runs for at in run.moves_s})
+        ends = {"until": self.until, "moves": moves}
+        return {**found, "mode": "record", "about": about, "runs": runs, **ends}
 
     def snapshot(self, page: Page) -> Iterable[PageMessage]:  # noqa: ARG002
         """All that a page has to know."""

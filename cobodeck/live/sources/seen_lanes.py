@@ -11,6 +11,7 @@ from cobodeck.live.clients import PageMessage
 from cobodeck.live.feed import Whole
 from cobodeck.live.model import STOP_TOPIC, is_request, stop_reason
 from cobodeck.pictures.run import NodeSpan, Visits, lanes_of
+from cobodeck.project import behaviour_of
 from cobodeck.record.format import value
 from cobodeck.record.read import Group
 from engine.run import TraceRecord
@@ -71,7 +72,7 @@ class SeenLanes:
 
     def _visit(self, record: TraceRecord) -> None:
         time_ns, kind, path, detail = record
-        if kind == "enter" and self._used.get(path) == "escape":
+        if kind == "enter" and behaviour_of(self._used.get(path, "")) == "escape":
             self._escapes.append(time_ns / 1e9)
             self._mark(time_ns / 1e9, "escape", path)
         elif kind == "error":

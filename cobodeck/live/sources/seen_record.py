@@ -18,6 +18,8 @@ from cobodeck.record.read import Record
 class SeenRecord(SeenInstant):
     """A record, read once; `seen` is what a page shows of all of it, `model` the run at an instant.
 
+    `moves_s` are the ticks that took transitions, s in the run.
+
     Raises:
         FileError, Problem: the record does not hold what was run.
     """
@@ -26,12 +28,16 @@ class SeenRecord(SeenInstant):
         self.record = Record(path)
         self.record.require_ticks()
         self.seen = SeenRun(self.record, catalogue(own=False), slot)
+        self.moves_s: list[float] = []
         self._past, model = SeenTicks(), RunModel()
         for group in self.record.groups():
+            moves = model.transitions
             with self.record.understood(group):
                 self._past.add(group, model)
                 self.seen.add(group)
                 model.add(group)
+            if model.transitions > moves:
+                self.moves_s.append(model.at_ns / 1e9)
         self.end_ns = model.at_ns
         super().__init__(self._past, self.seen.place)
         self.chart()  # drawn now, while nobody waits

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from functools import cache
+from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from cobodeck.project import reached
 from cobodeck.record.format import value_codec as values
 from cobodeck.record.format.class_names import Unknown, class_of, name_of
+from cobodeck.record.format.record_header import label
 from cobodeck.record.format.schemas import time_of
 from cobodeck.record.format.value_codec import text
 from engine.chart import Chart, load_text
@@ -120,7 +122,7 @@ def replacement(command: Replace) -> dict[str, Any]:
     charts = {}
     for name in sorted(reached({machine.chart.name}, machine.library)):
         chart = machine.library[name]
-        charts[name] = (chart.file, chart.source.text, defaults(chart))
+        charts[name] = (label(Path(chart.file)), chart.source.text, defaults(chart))
     return {
         "chart": machine.chart.name,
         "charts": charts,

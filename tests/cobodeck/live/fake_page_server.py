@@ -267,7 +267,8 @@ class FakePageServer:
         """Another run, record or folder of charts, with a token of its own; nobody is told yet."""
         self.mode, self.at, self.speed = mode, at, speed
         self._turns += 1
-        self.token = f"{TOKEN}-{self._turns}"
+        self._run = self._turns
+        self.token = f"{TOKEN}-{self._run}"
         self.received = []
         self.pages = dict.fromkeys(self.pages, "")
         self.holder: Any = None
@@ -359,11 +360,12 @@ class FakePageServer:
             "mode": self.mode,
             "title": "cobodeck",
             "real": self.real,
-            "about": ["lab_a", "demo", "began 2026-11-28T04:40:56.491+00:00"],
+            "about": ["lab_a", "demo", f"began 2026-11-28T04:40:56.{490 + self._run}+00:00"],
             "on_parts": self.parts,
             "paced": not self.parts,
             "commands": self.mode != "record",
             "until": UNTIL,
+            "moves": [at for at, _, _ in COURSE[1:]],
             "signals": [{"name": n, "type": t} for n, t in SIGNALS.items()],
             "layers": [{"name": n, "on": n not in OFF} for n in LAYERS],
             "profiles": ["tuned", "base", "paper"],

@@ -305,6 +305,15 @@ def test_arrows_go_from_transition_to_transition_and_a_drag_takes_a_range(
     assert sent(server, "play")[-1]["speed"] == 1
 
 
+def test_a_record_at_its_end_is_played_again_from_its_start(browser: Browser, show: Show) -> None:
+    server = show("record", at=UNTIL)
+
+    browser.press("Space")
+
+    until(lambda: sent(server, "play"))
+    assert [m["at"] for m in sent(server, "seek")] == [0.0]
+
+
 @pytest.mark.requirement(19, 21)
 def test_a_signal_is_plotted_on_click(browser: Browser, show: Show) -> None:
     server = show("record")
@@ -520,6 +529,39 @@ def test_level_of_autonomy_and_another_chart_are_sent_and_what_is_typed_stays(
     surely(browser, "#replace button")
 
     assert commanded(server, "replace") == {"text": "chart: cobodeck"}
+    server.tell({"t": "ack", "id": 99, "ok": False, "text": "a.yaml:1:8: error\n1 | chart"})
+    browser.until("document.getElementById('answer').innerText.includes('error\\n1')")
+    browser.see("document.querySelector('#replace textarea').value = '\"'.repeat(40000)")
+    browser.click("#replace button")  # would break the connection, and lose control
+    browser.until_text("#answer", "the text is too long")
+    assert not browser.see("document.querySelector('#replace .sure')")
+
+
+def test_what_is_typed_and_shown_larger_stays_after_a_drop_and_a_lost_connection(
+    browser: Browser, show: Show
+) -> None:
+    server = show("live")
+    in_control(browser, server)
+    browser.click("#replace summary")
+    browser.until("document.querySelector('#replace textarea').value != ''")
+    browser.fill("#replace textarea", "chart: typed")
+    browser.focus("#lanes")
+    browser.press("+")
+    larger = browser.text("#range-text")
+    server.received.clear()
+
+    server.renew()
+
+    browser.until_text("#log", server.marked())
+    assert larger == browser.text("#range-text") != ""
+    assert browser.see("document.querySelector('#replace textarea').value") == "chart: typed"
+    assert not sent(server, "auth")
+    server.close()
+    browser.until("document.body.classList.contains('lost')")
+    assert not browser.see("document.querySelector('#replace').checkVisibility()")
+    server.start()
+    browser.until("document.querySelector('#replace textarea').checkVisibility()")
+    assert browser.see("document.querySelector('#replace textarea').value") == "chart: typed"
 
 
 @pytest.mark.requirement(49)
@@ -547,12 +589,12 @@ def test_where_a_shadow_decided_otherwise_is_listed_and_gone_to(
     server = show("record")
     assert not browser.see("document.getElementById('shadow').offsetParent")
 
-    told = {"path": GO, "ran": "arrived", "shadow": "stuck"}
+    told = {"path": GO, "ran": "x = 3.0250000000000004", "shadow": "stuck"}
     for number, at in enumerate((14.5, 15.5)):
         server.tell({"t": "shadow", "rows": [{"at": at, **told}], "more": number > 0})
 
     browser.until("document.getElementById('shadow').offsetParent")
-    assert browser.text("#shadow li") == f"14.5 s {GO}ran arrived, shadow stuck"
+    assert browser.text("#shadow li") == f"14.5 s {GO}ran x = 3.025, shadow stuck"
     assert browser.text("#shadow li:last-child button") == f"15.5 s {GO}"
     browser.click("#shadow li:last-child button")
     until(lambda: sent(server, "seek"))
@@ -716,6 +758,14 @@ def test_boxes_fold_and_used_charts_are_drawn_anew_by_the_server(
     assert browser.see("document.getElementById('a_s:chase/follow').classList.contains('leaf')")
     browser.until_text(".since", "drive/go")
     assert browser.see("document.getElementById('s:haptic/serve/drive').getClientRects().length")
+    browser.focus("#find")
+    browser.fill("#find", "nowhere")
+    browser.press("Enter")
+    browser.until("document.getElementById('find').classList.contains('error')")
+    browser.fill("#find", "drive")  # its name is enough
+    browser.press("Enter")
+    browser.until_text("#details-head", "drive")
+    assert not browser.see("document.getElementById('find').classList.contains('error')")
     browser.find("chase/follow/drive")  # which is hidden: the box around it is found
     browser.until("document.activeElement.dataset.path == 'chase/follow'")
     assert "folded" in browser.see("document.activeElement.ariaLabel")

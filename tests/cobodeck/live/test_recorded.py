@@ -11,6 +11,8 @@ from hypothesis import given, settings, strategies as some
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.recorded import RecordSource
 from cobodeck.live.sources.seen_record import SeenRecord
+from cobodeck.record.format import trace_line
+from cobodeck.record.read import Record
 from cobodeck.record.write.start import recorder
 from cobodeck.run.simulation import simulate
 from cobodeck.setup.options import Options
@@ -67,6 +69,13 @@ def test_past_paths_go_on_with_the_run_and_begin_anew_where_another_instant_is_s
     assert len(place.moment(seen.model).robot_trail) == 1
 
 
+def moved(path: Path) -> list[float]:
+    """The ticks with transitions, s."""
+    groups = Record(path).groups()
+    kinds = ((g.ticked.at_ns, [trace_line(m)[1] for m in g.messages("trace")]) for g in groups)
+    return [at_ns / 1e9 for at_ns, told in kinds if "move" in told]
+
+
 @pytest.mark.slow
 @pytest.mark.requirement(21, 134, 145)
 def test_a_page_plays_seeks_plots_and_asks_for_a_range(path: Path) -> None:
@@ -78,6 +87,7 @@ def test_a_page_plays_seeks_plots_and_asks_for_a_range(path: Path) -> None:
             assert (hello["mode"], hello["commands"]) == ("record", False)
             assert hello["until"] == pytest.approx(8.0)
             assert [one["title"] for one in hello["runs"]] == 2 * [path.name]
+            assert hello["moves"] == moved(path)
             assert (await page.hear("chart", slot=1))["nodes"]["chase"]["kind"]
             await page.tell(t="seek", at=5.0)
             state = await page.hear("state", at=5.0)

@@ -129,7 +129,7 @@ def test_figures_are_those_so_far_until_those_of_the_whole_run_are_known() -> No
 
 
 def test_escapes_are_counted_up_to_an_instant() -> None:
-    lanes = SeenLanes({"flee": "escape"})
+    lanes = SeenLanes({"flee": "paper_escape"})
     enter, leave = ["enter", "flee"], ["exit", "flee", "outcome"]
     for at_s, line in ((1, enter), (2, leave), (3, enter)):
         lanes.add(tick(3.0, message("trace", line=[at_s * 10**9, *line])))

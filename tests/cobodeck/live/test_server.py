@@ -17,6 +17,7 @@ from cobodeck.live import server as live_server
 from cobodeck.live.access import Access, PageAddress, Rules, is_ours
 from cobodeck.live.clients import BOUND, LARGEST_MESSAGE, Page, PageMessage, Pages, parsed
 from cobodeck.live.server import MOST_CONNECTIONS, MOST_PAGES, UNREAD, PageServer, serve
+from cobodeck.live.session import told_far
 from tests.cobodeck.live.pages import PATIENCE_S, TOKEN, Client, Shown, client, run, serving, until
 
 COMMANDS = ["reset", "ack", "pause", "resume", "step", "preempt", "end", "force", "consent",
@@ -194,6 +195,18 @@ MESSAGES = ("[]", "5", '"x"', "null", "{}", '{"t": 5}', '{"t": "x", "at": NaN}',
             '{"t": "x", "at": 99999999999999999999}', '{"t": "x", "a": [[[1]]]}', "[" * 60_000,
             '{"t": "x", "id": [1]}', '{"t": "x", "id": "' + "i" * 50 + '"}', '{"t": "x"} {}',
             '{"t": "x", "a": ' + '{"a":' * 900 + "1" + "}" * 901)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("rules", "told"),
+    [
+        (Rules(), "sees this record. N"),
+        (Rules(commands=True, open=frozenset()), "sees these charts; with the token they start"),
+        (Rules(commands=True), "sees this run, and can stop it; with the token they command it. N"),
+    ],
+)
+def test_what_others_may_do_is_said(rules: Rules, told: str) -> None:
+    assert told in told_far("0.0.0.0", rules)
 
 
 def test_messages_are_small_objects() -> None:

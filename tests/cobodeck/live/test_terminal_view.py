@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import itertools
 import re
+import sys
 import unicodedata
 from typing import Any
 
 import pytest
 from hypothesis import given, strategies as st
 
+from cobodeck.live import terminal_session
 from cobodeck.live.clients import Pages
 from cobodeck.live.terminal_session import (
     DOWN,
@@ -244,6 +246,15 @@ def test_a_source_is_not_waited_for_keeps_little_and_ends_with_its_terminal() ->
     assert link._queue.qsize() <= MOST
     link.ask({"t": "seek", "at": 3.0})
     link.close()
+
+
+def test_a_terminal_that_cannot_move_is_shown_all_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    for stream in (sys.stdin, sys.stdout):
+        monkeypatch.setattr(stream, "isatty", lambda: True)
+    monkeypatch.setenv("TERM", "dumb")
+    monkeypatch.setattr(terminal_session, "_once", lambda *_: 7)
+
+    assert watch_in_terminal(NearLink(Telling())) == 7  # type: ignore[arg-type]
 
 
 def test_why_a_source_fails_is_told() -> None:

@@ -16,7 +16,7 @@ from cobodeck.project import catalogue, chart_file
 from cobodeck.record.read.reader import Record
 from cobodeck.record.read.record_replay import stage_replay
 from cobodeck.record.write.start import recorder
-from cobodeck.run.shadow import Shadow
+from cobodeck.run.shadow import Shadow, ShadowRow
 from cobodeck.run.simulation import RunResult, simulate
 from cobodeck.setup.options import Options
 from cobodeck.setup.setup import open_setup
@@ -171,6 +171,10 @@ def test_differences_are_on_record_and_the_same_afterwards(
 
 def catalogue_file(name: str) -> str:
     return str(chart_file(name, catalogue(own=False)))
+
+
+def test_a_difference_of_the_chart_itself_says_so() -> None:
+    assert str(ShadowRow(10**9, "", "goes on", "far")).startswith("at 1.000 s, the chart: ran")
 
 
 @pytest.mark.parametrize(

@@ -568,3 +568,10 @@ def test_pipes_are_not_read(tmp_path: Path) -> None:
 
     assert watch.changed([tmp_path / "pipe.yaml"]) == set()
     assert watch.changed([tmp_path / "pipe.yaml"]) == set()
+
+
+def test_the_folder_around_is_called_by_its_name(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    assert EditedCharts(Path(), known()).hello()["title"] == folder.name

@@ -79,3 +79,9 @@ def test_a_change_of_the_chart_is_recorded_with_its_inputs(chart: str) -> None:
     told = json.loads(command_text(Replace(machine)))
 
     assert value(told["arguments"])["inputs"] == inputs
+
+
+def test_a_change_of_a_shipped_chart_names_its_file_without_the_folder_of_the_program() -> None:
+    told = json.loads(command_text(Replace(open_setup("inform", "study").machine())))
+
+    assert value(told["arguments"])["charts"]["inform"][0] == "charts/inform.yaml"
