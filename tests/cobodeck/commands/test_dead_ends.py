@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from cobodeck.__main__ import main
-from cobodeck.project import chart_files
 from cobodeck.terminal.console import FAILED, OK, USAGE
 from cobodeck.testing.testing import ChartTester
 
@@ -78,7 +77,7 @@ states:
 
 
 @pytest.fixture
-def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, without_shipped_charts: None) -> Path:
     (tmp_path / "pyproject.toml").write_text(
         '[project.entry-points."cobodeck.states"]\nhalting = "halting_states"\n'
     )
@@ -88,7 +87,6 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.delitem(sys.modules, "halting_states", raising=False)
-    monkeypatch.setattr(chart_files, "shipped_charts", lambda: ())  # checked in most of the time
     return tmp_path
 
 

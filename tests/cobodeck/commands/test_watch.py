@@ -21,7 +21,6 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from cobodeck.__main__ import main
-from cobodeck.project import chart_files
 from cobodeck.terminal.console import FAILED, OK, USAGE
 
 PATIENCE_S = 60.0
@@ -81,10 +80,10 @@ def test_a_folder_without_charts_is_refused(
     assert "no charts in this folder" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("without_shipped_charts")
 def test_a_terminal_shows_charts_and_findings(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(chart_files, "shipped_charts", lambda: ())  # checked in most of the time
     within = folder / ("with_a_long_name" * 5)
     within.mkdir()
     (within / "mine.yaml").write_text(GOOD.replace("parked: .done", "parked: .gone"))

@@ -21,7 +21,6 @@ from cobodeck.live.charts.chart_reader import ChartReader
 from cobodeck.live.charts.drawer import Drawer
 from cobodeck.live.charts.edited import EditedCharts
 from cobodeck.live.charts.file_watch import YOUNG_NS, FileWatch
-from cobodeck.project import chart_files
 from cobodeck.project.state_catalogue import Catalogue, catalogue
 from cobodeck.terminal.console import Problem
 from engine.draw.layout import render
@@ -50,13 +49,7 @@ def drawn_here(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """There are no shipped charts, which take most of the time to read and check."""
-    monkeypatch.setattr(chart_files, "shipped_charts", lambda: ())
-
-
-@pytest.fixture
-def folder(tmp_path: Path, alone: None) -> Path:
+def folder(tmp_path: Path, without_shipped_charts: None) -> Path:
     (tmp_path / "mine.yaml").write_text(GOOD)
     (tmp_path / "other.yaml").write_text(OTHER)
     (tmp_path / "robot.yaml").write_text("robot: x\n")
@@ -268,7 +261,7 @@ def test_only_the_newest_messages_are_kept(folder: Path, monkeypatch: pytest.Mon
     assert "".join(made) == "abcb"
 
 
-@pytest.mark.usefixtures("alone")
+@pytest.mark.usefixtures("without_shipped_charts")
 def test_a_folder_that_is_gone_has_no_charts_any_more(tmp_path: Path) -> None:
     inner = tmp_path / "inner"
     inner.mkdir()
