@@ -22,6 +22,7 @@ from cobodeck.setup.options import Options
 from cobodeck.setup.setup import Setup, open_setup
 from engine.chart import Library, load_text
 from engine.run.trace import encode
+from tests.cobodeck.live.known import known
 
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 
@@ -29,7 +30,7 @@ AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 @cache
 def study() -> Setup:
     """The study's scene; runs do not change it."""
-    return open_setup(scene="study")
+    return open_setup(scene="study", known=known())
 
 
 def study_with(text: str) -> Setup:

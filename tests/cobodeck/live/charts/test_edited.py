@@ -7,7 +7,6 @@ import json
 import os
 import shutil
 from collections.abc import Awaitable, Callable
-from functools import cache
 from pathlib import Path
 from threading import Event, Thread
 from typing import Any
@@ -21,10 +20,10 @@ from cobodeck.live.charts.chart_reader import ChartReader
 from cobodeck.live.charts.drawer import Drawer
 from cobodeck.live.charts.edited import EditedCharts
 from cobodeck.live.charts.file_watch import YOUNG_NS, FileWatch
-from cobodeck.project.state_catalogue import Catalogue, catalogue
 from cobodeck.terminal.console import Problem
 from engine.draw.layout import render
 from engine.files.source import MAX_BYTES
+from tests.cobodeck.live.known import known
 
 GOOD = """\
 chart: mine
@@ -35,11 +34,6 @@ states:
 WRONG = GOOD.replace("parked: .done", "parked: .gone")
 BROKEN = GOOD.replace("states:", "states: [")
 OTHER = GOOD.replace("chart: mine", "chart: other")
-
-
-@cache
-def known() -> Catalogue:
-    return catalogue(own=False)
 
 
 @pytest.fixture(autouse=True)
