@@ -184,7 +184,7 @@ def are_near(sent: Sequence[float], given: Sequence[float]) -> bool:
 
 
 @given(shapes)
-@settings(max_examples=examples(100))
+@settings(max_examples=examples(100, of=10))
 def test_what_is_read_from_the_wire_is_the_shape_to_the_millimetre(shape: MapShape) -> None:
     sent = json.loads(json.dumps(wire(shape), allow_nan=False))
 
@@ -267,7 +267,7 @@ def test_chase_cells_are_those_of_the_policy_by_what_they_are_worth(place: Backd
 
 
 @given(users, poses)
-@settings(max_examples=examples(100), deadline=None)
+@settings(max_examples=examples(100, of=10), deadline=None)
 def test_a_zone_is_a_wedge_of_72_degrees_and_2_5_m_with_a_ring_of_1_5_m(
     user: UserPose, robot: Pose2
 ) -> None:
@@ -280,7 +280,7 @@ def test_a_zone_is_a_wedge_of_72_degrees_and_2_5_m_with_a_ring_of_1_5_m(
 
 
 @given(poses, st.tuples(*[angle] * 6))
-@settings(max_examples=examples(12, least=3), deadline=None)
+@settings(max_examples=examples(24, least=3, of=8), deadline=None)
 def test_the_arms_outlines_are_as_far_from_its_links_as_their_radii(
     base: Pose2, joints: tuple[float, ...]
 ) -> None:
