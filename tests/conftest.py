@@ -142,3 +142,9 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 @pytest.fixture
 def context() -> type[FakeContext]:
     return FakeContext
+
+
+@pytest.fixture
+def without_shipped_charts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """There are the charts of the test alone: to check those, too, takes most of the time."""
+    monkeypatch.setattr("cobodeck.project.chart_files.shipped_charts", lambda: ())

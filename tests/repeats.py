@@ -19,6 +19,6 @@ def fewer(seeds: Sequence[int], of: int = 4) -> Sequence[int]:
     return seeds[::of] if SHORT else seeds
 
 
-def examples(count: int, least: int = 10) -> int:
-    """The number of random examples of a property: `count` in `make slow`, else a quarter."""
-    return count if THOROUGH else max(count // 4, least)
+def examples(count: int, least: int = 10, of: int = 4) -> int:
+    """The number of random examples of a property: `count` in `make slow`, else one `of` them."""
+    return count if THOROUGH else max(count // of, least)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -62,7 +62,6 @@ class ChartTester:
         self.parts = parts if parts is not None else Parts()
         self.covers = covers
         self.metrics: Callable[[], Mapping[str, Any]] | None = None
-        self._known: Catalogue | None = None
         self._started: _Started | None = None
 
     def __repr__(self) -> str:
@@ -117,7 +116,7 @@ class ChartTester:
         if signals and not alone:
             raise AssertionError("signals= is for charts without a robot; here its parts measure")
         try:
-            known = self._catalogue()
+            known = _known_around(self.root)
             if alone:
                 opened = chart_of_text(chart, known) if "\n" in chart else None
                 opened = opened or open_chart(self._beside(chart), known)
@@ -152,11 +151,6 @@ class ChartTester:
         """The file of this name beside the test if there is one, else the name itself."""
         file = self.folder / chart
         return str(file) if file.is_file() else chart
-
-    def _catalogue(self) -> Catalogue:
-        if self._known is None:
-            self._known = catalogue(self.root)
-        return self._known
 
     # -- while it runs ---------------------------------------------------------------------------
 
@@ -310,3 +304,9 @@ class ChartTester:
     def _note_edges(self) -> None:
         if self.covers is not None and self._started is not None:
             self.covers.add(self.run)
+
+
+@cache
+def _known_around(root: Path) -> Catalogue:
+    """What charts in a project can name, looked up once, as the code of its states is read once."""
+    return catalogue(root)

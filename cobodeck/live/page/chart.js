@@ -75,12 +75,16 @@ export class Chart {
     this.state = state;
     if (!this.picture) return;
     const { svg, boxes, ways } = this.picture, active = Object.keys(state.active ?? {});
-    for (const name of LIT) for (const g of svg.querySelectorAll(`.${name}`)) g.classList.remove(name);
-    for (const path of active) for (let p = this.shown(path); p; p = above(p)) boxes.get(p)?.classList.add("active");
-    for (const path of deepest(active)) boxes.get(this.shown(path))?.classList.add("leaf");
-    for (const path of state.locks ?? []) boxes.get(path)?.classList.add("locked");
+    const lit = Object.fromEntries(LIT.map((name) => [name, new Set()]));
+    for (const path of active) for (let p = this.shown(path); p; p = above(p)) lit.active.add(boxes.get(p));
+    for (const path of deepest(active)) lit.leaf.add(boxes.get(this.shown(path)));
+    for (const path of state.locks ?? []) lit.locked.add(boxes.get(path));
     for (const [path, outcome] of Object.entries(state.waiting ?? {})) {
-      for (const g of ways.get(`${path}:${outcome}`) ?? [boxes.get(this.shown(path))]) g?.classList.add("waiting");
+      for (const g of ways.get(`${path}:${outcome}`) ?? [boxes.get(this.shown(path))]) lit.waiting.add(g);
+    }
+    for (const name of LIT) {  // only what has changed is drawn anew
+      for (const g of svg.querySelectorAll(`.${name}`)) if (!lit[name].delete(g)) g.classList.remove(name);
+      for (const g of lit[name]) g?.classList.add(name);
     }
     this.doing = deepest(active.filter((p) => this.message.nodes?.[p]?.kind !== "watch"));
     this.times = new Map(this.doing.map((path) => [this.shown(path), path]).filter(([at]) => at).map(([at, path]) => [
@@ -121,10 +125,17 @@ export class Chart {
     }
   }
 
+  /** Marks stay while what they tell does: each new one has the whole picture laid out. */
   overlay() {
-    const { marks, clocks } = marksOf(this);
-    this.picture.over.replaceChildren(...marks);
-    this.clocks = clocks;
+    const { active = {}, locks, waiting } = this.state, around = this.around.map((path) => [path, active[path]]);
+    const key = JSON.stringify([this.breaks, locks, waiting, [...this.folded], [...this.times], around]);
+    const { over, marked } = this.picture;
+    if (marked?.message !== this.message || marked.key !== key) {
+      this.picture.marked = { message: this.message, key };
+      const { marks, clocks } = marksOf(this);
+      over.replaceChildren(...marks);
+      this.clocks = clocks;
+    }
     this.timed();
   }
 
@@ -213,6 +224,7 @@ export class Chart {
     if (path === undefined || !this.picture) return;
     this.stopAt(path, true);
     this.view.taken();
+    this.placed();
     const [own, all] = [this.picture.boxes.get(this.stop), this.root].map((e) => e.getBoundingClientRect());
     if (own.x >= all.x && own.y >= all.y && own.right <= all.right && own.bottom <= all.bottom) return;
     if (own.width > all.width || own.height > all.height) this.zoomTo(this.stop);
@@ -241,6 +253,7 @@ export class Chart {
   zoomTo(path, most = LARGEST) {
     const b = this.picture?.bounds(this.shown(path));
     if (!b) return;
+    this.placed();
     const m = this.picture.svg.querySelector("g.graph").getCTM(), { x, y, k } = this.view;
     const scale = m.a / k, wx = (v) => (m.e - x) / k + v * scale, wy = (v) => (m.f - y) / k + v * scale;
     this.view.show(wx(b.x - 30), wy(b.y - 30), wx(b.x + b.width + 30), wy(b.y + b.height + 30), most);
@@ -259,9 +272,11 @@ export class Chart {
     this.zoomTo(at, FOLLOWED);
   }
 
+  /** Draws what the view shows; who measures what is drawn has it drawn first. */
   placed() {
     if (!this.picture) return;
     const { x, y, k } = this.view, { clientWidth: w, clientHeight: h } = this.root;
-    if (w && h) this.picture.svg.setAttribute("viewBox", `${-x / k} ${-y / k} ${w / k} ${h / k}`);
+    const box = `${-x / k} ${-y / k} ${w / k} ${h / k}`;
+    if (w && h && this.picture.svg.getAttribute("viewBox") !== box) this.picture.svg.setAttribute("viewBox", box);
   }
 }

@@ -1,6 +1,6 @@
 // The log: what happened, the newest last; and where a shadow decided otherwise.
 
-import { $, button, el, seconds, short } from "./dom.js";
+import { $, button, el, redraw, seconds, short } from "./dom.js";
 
 const LINES = 300;
 
@@ -55,10 +55,18 @@ export class Log {
   }
 }
 
+const atEnd = new Map();  // of lists that got items since the last frame: whether they stay at their end
+
 /** Adds to a list, of which the oldest go; at its end it stays there. */
 function append(list, item) {
-  const end = list.scrollHeight - list.scrollTop - list.clientHeight < 30;
+  if (!atEnd.has(list)) atEnd.set(list, list.scrollHeight - list.scrollTop - list.clientHeight < 30);
   list.append(item);
   while (list.children.length > LINES) list.firstChild.remove();
-  if (end) list.scrollTop = list.scrollHeight;
+  redraw(scrolled);
+}
+
+/** Once in a frame: to ask for heights has the whole page laid out. */
+function scrolled() {
+  for (const [list, end] of atEnd) if (end) list.scrollTop = list.scrollHeight;
+  atEnd.clear();
 }

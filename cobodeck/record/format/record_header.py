@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, fields
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -171,13 +172,15 @@ def sha256(data: bytes) -> str:
 
 def versions() -> dict[str, str]:
     """The versions of Python and of the numeric libraries."""
-    found = {"python": platform.python_version()}
-    for name in LIBRARIES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "0"
-    return found
+    return {"python": platform.python_version(), **{name: _version(name) for name in LIBRARIES}}
+
+
+@cache
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "0"
 
 
 def code(known: Catalogue) -> dict[str, str]:
@@ -192,6 +195,7 @@ def code(known: Catalogue) -> dict[str, str]:
     return found
 
 
+@cache  # what is changed on disk later does not run in this process
 def _folder_sha256(folder: Path) -> str:
     digest = hashlib.sha256()
     for file in sorted(folder.rglob("*.py")):

@@ -77,7 +77,7 @@ states:
 
 
 @pytest.fixture
-def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, without_shipped_charts: None) -> Path:
     (tmp_path / "pyproject.toml").write_text(
         '[project.entry-points."cobodeck.states"]\nhalting = "halting_states"\n'
     )

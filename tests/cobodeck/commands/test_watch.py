@@ -81,6 +81,7 @@ def test_a_folder_without_charts_is_refused(
     assert "no charts in this folder" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("without_shipped_charts")
 def test_a_terminal_shows_charts_and_findings(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

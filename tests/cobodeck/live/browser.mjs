@@ -6,16 +6,9 @@ const [, , place, executablePath] = process.argv;
 const { chromium } = createRequire(`${place}/`)("playwright-core");
 const PATIENCE = 60000;
 const heard = { errors: [], urls: [] };
-let browser, page;
+let browser, page, looks;
 
 const wait = (ms) => new Promise((done) => setTimeout(done, ms));
-const COUNT = () => {
-  const counts = window.counts = { frames: 0, maps: 0 };
-  const ask = window.requestAnimationFrame.bind(window);
-  (function frame() { counts.frames += 1; ask(frame); })();
-  const draw = CanvasRenderingContext2D.prototype.drawImage;
-  CanvasRenderingContext2D.prototype.drawImage = function (...all) { counts.maps += 1; return draw.apply(this, all); };
-};
 
 const jobs = {
   async open({ url, width, height, scheme }) {
@@ -23,17 +16,18 @@ const jobs = {
     Object.assign(heard, { errors: [], urls: [] });
     const context = await browser.newContext({ viewport: { width, height }, colorScheme: scheme });
     page = await context.newPage();
+    looks = { width, height, scheme };
     page.setDefaultTimeout(PATIENCE);
     page.on("console", (m) => { if (m.type() === "error" || m.type() === "warning") heard.errors.push(m.text()); });
     page.on("pageerror", (e) => heard.errors.push(String(e.stack ?? e)));
     page.on("request", (r) => heard.urls.push(r.url()));
-    await page.addInitScript(COUNT);
     await page.goto(url);
   },
   heard: async () => heard,
   see: ({ js }) => page.evaluate(js),
   async until({ js }) {
-    for (const end = Date.now() + PATIENCE; Date.now() < end; await wait(20)) if (await page.evaluate(js)) return true;
+    const end = Date.now() + PATIENCE;
+    for (let ms = 10; Date.now() < end; ms = Math.min(1.5 * ms, 100)) { if (await page.evaluate(js)) return true; await wait(ms); }
     const seen = await page.evaluate("document.body.innerText");
     throw new Error(`in vain: ${js}; errors: ${heard.errors.join("; ")}; the page says:\n${seen}`);
   },
@@ -53,8 +47,16 @@ const jobs = {
     await other.close();
     return opened;
   },
-  resize: ({ width, height }) => page.setViewportSize({ width, height }),
-  scheme: ({ scheme }) => page.emulateMedia({ colorScheme: scheme }),
+  async resize({ width, height }) {
+    if (width === looks.width && height === looks.height) return; // else it is laid out anew
+    Object.assign(looks, { width, height });
+    await page.setViewportSize({ width, height });
+  },
+  async scheme({ scheme }) {
+    if (scheme === looks.scheme) return;
+    looks.scheme = scheme;
+    await page.emulateMedia({ colorScheme: scheme });
+  },
   async drag({ on, from, to }) {
     const box = await page.locator(on).boundingBox();
     const at = ([x, y]) => [box.x + x * box.width, box.y + y * box.height];

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import cache
 from typing import Any
@@ -19,7 +20,9 @@ from cobodeck.record.write.start import unkept_recorder
 from cobodeck.run.build_run import stage
 from cobodeck.setup.options import Options
 from cobodeck.setup.setup import Setup, open_setup
+from engine.chart import Library, load_text
 from engine.run.trace import encode
+from tests.cobodeck.live.known import known
 
 AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 
@@ -27,7 +30,15 @@ AT = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 @cache
 def study() -> Setup:
     """The study's scene; runs do not change it."""
-    return open_setup(scene="study")
+    return open_setup(scene="study", known=known())
+
+
+def study_with(text: str) -> Setup:
+    """The same with this chart, which is the only thing that is read anew."""
+    (name,) = found = load_text(text, "given.yaml")
+    library = Library()
+    library.update({**study().library, **found})
+    return replace(study(), chart=library[name], library=library)
 
 
 class Folding:

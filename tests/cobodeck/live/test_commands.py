@@ -23,14 +23,14 @@ from cobodeck.loop.loop import Loop
 from cobodeck.loop.ticked import Ticked
 from cobodeck.record.format.value_codec import value
 from cobodeck.record.read.reader import Group, Record, RecordedMessage
-from cobodeck.record.read.record_replay import stage_replay
+from cobodeck.record.read.record_replay import Replay, stage_replay
 from cobodeck.record.write.run_recorder import Recorder
 from cobodeck.record.write.start import recorder
 from cobodeck.run.build_run import stage
 from cobodeck.setup.options import Options
 from cobodeck.setup.setup import Setup, open_setup
 from engine.run.errors import Raised
-from tests.cobodeck.live.folding import AT, study
+from tests.cobodeck.live.folding import AT, study, study_with
 from tests.waiting import until
 
 CHART = """
@@ -108,10 +108,8 @@ class Steered:
 
 
 @pytest.fixture(scope="module")
-def setup(tmp_path_factory: pytest.TempPathFactory) -> Setup:
-    chart = tmp_path_factory.mktemp("steered") / "steered.yaml"
-    chart.write_text(CHART)
-    return open_setup(str(chart), "study")
+def setup() -> Setup:
+    return study_with(CHART)
 
 
 @pytest.fixture
@@ -122,8 +120,18 @@ def steered(setup: Setup, tmp_path: Path) -> Iterator[Steered]:
     found.close()
 
 
+def replayed(record: Record, setup: Setup) -> Replay:
+    """The replay of a run of this setup, to its end; the same in all."""
+    replay = stage_replay(record, setup)
+    replay.loop.go(1 << 62)
+    assert replay.difference is None
+    return replay
+
+
 @pytest.mark.requirement(48)
-def test_commands_are_carried_out_refused_with_reasons_and_replayed(steered: Steered) -> None:
+def test_commands_are_carried_out_refused_with_reasons_and_replayed(
+    steered: Steered, setup: Setup
+) -> None:
     run = steered.loop.wired.run
     assert steered.do("pause") == ""
     assert run.paused
@@ -149,12 +157,10 @@ def test_commands_are_carried_out_refused_with_reasons_and_replayed(steered: Ste
     commands = [told for group in record.groups() for told in group.messages("operator")]
     assert {told["command"] for told in commands} >= {"Pause", "Resume", "SetLock", "ForceOutcome"}
     assert {told["by"] for told in commands} == {"ann"}
-    replay = stage_replay(record)
-    replay.loop.go(1 << 62)
-    assert replay.difference is None
+    replayed(record, setup)
 
 
-def test_who_takes_and_loses_control_is_on_record(steered: Steered) -> None:
+def test_who_takes_and_loses_control_is_on_record(steered: Steered, setup: Setup) -> None:
     for name in ("ann", "bob", "bob", None):
         steered.send(t="held", name=name)
     assert steered.do("pause") == ""
@@ -166,9 +172,7 @@ def test_who_takes_and_loses_control_is_on_record(steered: Steered) -> None:
         ("bob", "takes control from ann"),
         ("bob", "has no control any more"),
     ]
-    replay = stage_replay(record)
-    replay.loop.go(1 << 62)
-    assert replay.difference is None
+    replayed(record, setup)
 
 
 @pytest.mark.slow
@@ -261,7 +265,7 @@ def test_a_stop_does_not_wait_for_a_tick(steered: Steered) -> None:
 
 
 def test_a_stop_while_parts_are_closed_is_on_record_and_the_rest_is_refused(
-    steered: Steered,
+    steered: Steered, setup: Setup
 ) -> None:
     steered.send(do="end")
     until(lambda: steered.loop.tick() == "stopped")
@@ -284,10 +288,8 @@ def test_a_stop_while_parts_are_closed_is_on_record_and_the_rest_is_refused(
     *_, last = record.groups()
     commands = [(m["command"], value(m["arguments"]), m["by"]) for m in last.messages("operator")]
     assert commands == [("Remark", {"text": "stop"}, "ann")]
-    replay = stage_replay(record)
-    replay.loop.go(1 << 62)
-    assert replay.difference is None
-    assert [c.by for _, c in replay.loop.wired.run.carried_out] == ["ann", "ann"]
+    again = replayed(record, setup).loop.wired.run.carried_out
+    assert [command.by for _, command in again] == ["ann", "ann"]
 
 
 def test_lines_that_are_none_disturb_nothing(steered: Steered) -> None:

@@ -17,11 +17,18 @@ from cobodeck.pictures.run.watch import used_charts
 from cobodeck.record.read.reader import Group
 from cobodeck.setup.options import Options
 from engine.operator import Operator
-from tests.cobodeck.live.folding import Folding, recorded, require_same, study
+from tests.cobodeck.live.folding import Folding, recorded, require_same, study, study_with
 from tests.waiting import until
 
 BOUND = 20_000
-OPTIONS = Options(seed=3)
+CHART = """
+chart: called
+outcomes: [done]
+data: {shown: {type: UserPose, initial: none}}
+states:
+  look: {watch: Wait, with: {time: 0.5 s}, next: {over: inform}}
+  inform: {use: inform, out: {user: shown}, next: {restarted: .done}}
+"""
 
 
 class Reader:
@@ -65,8 +72,8 @@ def open_lanes(told: Iterator[PageMessage]) -> dict[str, float]:
 def test_a_stalled_reader_costs_ticks_of_its_own_and_is_right_again() -> None:
     ours, theirs = socket.socketpair()
     ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
-    feed, folding = Feed(ours, BOUND), Folding()
-    loop, _ = recorded(study(), OPTIONS, folding, feed)
+    feed, folding, setup = Feed(ours, BOUND), Folding(), study_with(CHART)
+    loop, _ = recorded(setup, Options(seed=3), folding, feed)
     feed.attend(loop)
     reader, largest = Reader(theirs), 0
     while feed.dropped < 100:
@@ -83,7 +90,7 @@ def test_a_stalled_reader_costs_ticks_of_its_own_and_is_right_again() -> None:
     loop.plant.parts["stop_line"].pull("somebody")
     loop.tick()
     texts = Texts(Path("run"), folding.header, folding.attachments)
-    reader.seen = SeenRun(texts, study().catalogue)
+    reader.seen = SeenRun(texts, setup.catalogue)
 
     reader.begin()
     until(lambda: loop.tick() is None and "whole" in reader.kinds)
@@ -111,7 +118,7 @@ def test_ticks_at_once_are_sent_together_and_before_what_follows() -> None:
     ours, theirs = socket.socketpair()
     now = 0.0
     feed, folding, reader = Feed(ours, now=lambda: now), Folding(), Reader(theirs)
-    loop, _ = recorded(study(), OPTIONS, folding, feed)
+    loop, _ = recorded(study(), Options(tier=0), folding, feed)
     loop.tick()
     given = feed._given
     for _ in range(3):

@@ -37,7 +37,7 @@ def compared(options: Options) -> tuple[Comparing, object]:
     return comparing, loop
 
 
-@settings(max_examples=examples(12, least=2), deadline=None, phases=UNSHRUNK)
+@settings(max_examples=examples(12, least=1, of=12), deadline=None, phases=UNSHRUNK)
 @given(seed=some.integers(0, 10_000))
 @pytest.mark.requirement(19, 21)
 def test_active_nodes_and_data_are_those_of_the_run_at_every_tick(seed: int) -> None:

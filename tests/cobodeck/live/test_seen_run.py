@@ -26,9 +26,9 @@ from cobodeck.record.format.record_header import attachments, header_of_setup
 from cobodeck.record.format.sample_messages import TOPIC, SampleWriter
 from cobodeck.record.read.reader import Group, RecordedMessage, closed
 from cobodeck.setup.options import Options
-from cobodeck.setup.setup import open_setup
 from engine.chart import Library, load_text
 from engine.operator.commands import Replace
+from tests.cobodeck.live.folding import study_with
 from tests.repeats import examples
 
 CHART = """
@@ -137,11 +137,10 @@ def test_escapes_are_counted_up_to_an_instant() -> None:
 
 
 def test_charts_are_those_of_an_instant_and_their_text_is_the_one_that_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(seen_run, "chart_message", lambda chart, *_, **__: chart.source.text)
-    (tmp_path / "waits.yaml").write_text(CHART)
-    setup = open_setup(str(tmp_path / "waits.yaml"), "study")
+    setup = study_with(CHART)
     header = {**header_of_setup(setup, Options()), "signals": []}
     texts = Texts(Path("run"), header, attachments(setup))
     seen = SeenRun(texts, setup.catalogue)

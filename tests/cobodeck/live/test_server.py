@@ -16,7 +16,14 @@ from websockets.http11 import Response
 from cobodeck.live import server as live_server
 from cobodeck.live.access import Access, PageAddress, Rules, is_ours
 from cobodeck.live.clients import BOUND, LARGEST_MESSAGE, Page, PageMessage, Pages, parsed
-from cobodeck.live.server import MOST_CONNECTIONS, MOST_PAGES, UNREAD, PageServer, serve
+from cobodeck.live.server import (
+    BURST,
+    MOST_CONNECTIONS,
+    MOST_PAGES,
+    UNREAD,
+    PageServer,
+    serve,
+)
 from cobodeck.live.session import told_far
 from tests.cobodeck.live.pages import PATIENCE_S, TOKEN, Client, Shown, client, run, serving, until
 
@@ -299,7 +306,7 @@ async def _guesses(server: PageServer, page: Client) -> None:
 
 async def _flood(server: PageServer, page: Client) -> None:
     async def flood() -> None:
-        for _ in range(5000):
+        for _ in range(5 * int(BURST)):
             await page.tell(t="beat")
         await page.hear("never")
 
@@ -432,10 +439,14 @@ def test_an_answer_outlives_a_new_snapshot() -> None:
     run(main())
 
 
-def test_the_sixty_fifth_page_is_refused() -> None:
+def test_the_sixty_fifth_page_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a bound that is soon reached."""
+    assert MOST_PAGES == 64
+    monkeypatch.setattr(live_server, "MOST_PAGES", 3)
+
     async def main() -> None:
         async with serving(Shown()) as server:
-            held = [await client(server) for _ in range(MOST_PAGES)]
+            held = [await client(server) for _ in range(3)]
             with pytest.raises((InvalidStatus, ConnectionClosed)) as refused:
                 await client(server)
             response: Response = refused.value.response  # type: ignore[union-attr]

@@ -10,7 +10,7 @@ import unicodedata
 from typing import Any
 
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 
 from cobodeck.live import terminal_session
 from cobodeck.live.clients import Pages
@@ -28,6 +28,7 @@ from cobodeck.live.terminal_session import (
 from cobodeck.live.terminal_view import WatchedPage, view
 from cobodeck.terminal.console import Problem
 from engine.files.visible_text import visible
+from tests.repeats import examples
 from tests.waiting import until
 
 HELLO = {
@@ -159,6 +160,7 @@ WORDS = st.text(st.characters(codec="utf-8"), max_size=30)
 NAMES = st.sampled_from(["a", "a/b", "a/b/c", "chase", "ü/漢字", "\x1b[2J", "é" * 90])
 
 
+@settings(max_examples=examples(100, of=10))
 @given(
     WORDS,
     st.dictionaries(NAMES, st.floats(0, 100)),

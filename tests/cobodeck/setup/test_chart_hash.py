@@ -25,6 +25,7 @@ states:
 """
 
 
+@pytest.mark.usefixtures("without_shipped_charts")
 @pytest.mark.requirement(21)
 def test_breakpoints_are_not_in_the_hash(tmp_path: Path) -> None:
     file = tmp_path / "c.yaml"

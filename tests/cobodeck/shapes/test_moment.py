@@ -12,6 +12,7 @@ from cobodeck.shapes.moment import TRAIL_S, Moment, MomentTrail
 from hw.geometry import STILL, Pose2, Pose3
 from hw.samples import UserPose
 from hw.truth import Truth
+from tests.repeats import examples
 
 TICK_NS = 33_333_333
 
@@ -58,7 +59,7 @@ def test_a_long_trail_has_no_more_points_than_wanted_and_ends_where_the_robot_is
 
 
 @given(st.integers(1, 300), st.floats(-1.5, 1.5), st.floats(-1.0, 1.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=examples(20, least=5), deadline=None)
 @pytest.mark.requirement(134)
 def test_velocities_and_trails_are_those_of_the_motion(
     count: int, speed: float, turn: float

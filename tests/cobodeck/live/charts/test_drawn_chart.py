@@ -20,7 +20,7 @@ from cobodeck.live.charts.drawn_chart import chart_message, finding_message, pic
 from cobodeck.live.charts.seen_chart import SeenNode, outcomes_at, path_of, seen_nodes
 from cobodeck.project.library import findings_of, load_beside, reached
 from cobodeck.project.names_in_values import known_names
-from cobodeck.project.state_catalogue import Catalogue, catalogue, shipped_charts
+from cobodeck.project.state_catalogue import shipped_charts
 from cobodeck.setup.run_profile import with_values
 from engine.chart.chart import Chart
 from engine.chart.load import Library, load_text
@@ -29,16 +29,12 @@ from engine.draw.layout import CannotRender, render
 from engine.files.finding import Finding, Place
 from engine.machine.machine import Machine
 from engine.operator.commands import outcomes_of, output_types
+from tests.cobodeck.live.known import known
 from tests.engine.random_charts import charts, library
 from tests.repeats import examples
 
 CHARTS = sorted((file.stem for file in shipped_charts()), key=lambda name: name != "inform")
 """The small one first: of most properties it is the one that is not slow."""
-
-
-@cache
-def known() -> Catalogue:
-    return catalogue(own=False)
 
 
 @cache

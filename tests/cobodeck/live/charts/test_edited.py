@@ -7,7 +7,6 @@ import json
 import os
 import shutil
 from collections.abc import Awaitable, Callable
-from functools import cache
 from pathlib import Path
 from threading import Event, Thread
 from typing import Any
@@ -22,10 +21,10 @@ from cobodeck.live.charts.drawer import Drawer
 from cobodeck.live.charts.edited import EditedCharts
 from cobodeck.live.charts.file_watch import YOUNG_NS, FileWatch
 from cobodeck.live.charts.started_runs import StartedRun, StartedRuns
-from cobodeck.project.state_catalogue import Catalogue, catalogue
 from cobodeck.terminal.console import Problem
 from engine.draw.layout import render
 from engine.files.source import MAX_BYTES
+from tests.cobodeck.live.known import known
 
 GOOD = """\
 chart: mine
@@ -38,11 +37,6 @@ BROKEN = GOOD.replace("states:", "states: [")
 OTHER = GOOD.replace("chart: mine", "chart: other")
 
 
-@cache
-def known() -> Catalogue:
-    return catalogue(own=False)
-
-
 @pytest.fixture(autouse=True)
 def drawn_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures are drawn in this process: that of pages is a matter of `test_drawn_chart.py`."""
@@ -50,7 +44,7 @@ def drawn_here(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path: Path, without_shipped_charts: None) -> Path:
     (tmp_path / "mine.yaml").write_text(GOOD)
     (tmp_path / "other.yaml").write_text(OTHER)
     (tmp_path / "robot.yaml").write_text("robot: x\n")
@@ -135,7 +129,6 @@ def test_a_file_that_is_half_written_is_waited_for(folder: Path) -> None:
     assert not shown(charts)["stale"]
 
 
-@pytest.mark.slow
 def test_a_deleted_file_keeps_its_picture_and_says_that_it_is_gone(folder: Path) -> None:
     charts = ChartFolder(folder / "mine.yaml", known())
     before = shown(charts)
@@ -149,7 +142,6 @@ def test_a_deleted_file_keeps_its_picture_and_says_that_it_is_gone(folder: Path)
     assert "No such file" in shown(charts)["findings"][0]["message"]
 
 
-@pytest.mark.slow
 def test_a_used_chart_that_changes_is_drawn_anew(folder: Path) -> None:
     (folder / "mine.yaml").write_text(
         "chart: mine\noutcomes: [done]\nstates:\n  a: {use: other, next: {done: .done}}\n"
@@ -182,7 +174,6 @@ def test_a_folder_without_charts_is_refused(tmp_path: Path) -> None:
         ChartFolder(tmp_path, known())
 
 
-@pytest.mark.slow
 def test_a_profile_that_changes_changes_the_picture(folder: Path) -> None:
     profile = folder / "own.yaml"
     profile.write_text("profile: own\nbase: tuned\ncharts: {mine: {wait: 5 s}}\n")
@@ -265,6 +256,7 @@ def test_only_the_newest_messages_are_kept(folder: Path, monkeypatch: pytest.Mon
     assert "".join(made) == "abcb"
 
 
+@pytest.mark.usefixtures("without_shipped_charts")
 def test_a_folder_that_is_gone_has_no_charts_any_more(tmp_path: Path) -> None:
     inner = tmp_path / "inner"
     inner.mkdir()
@@ -281,8 +273,8 @@ def test_a_folder_that_is_gone_has_no_charts_any_more(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_findings_are_those_of_validate(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = folder / "mine.yaml"
+def test_findings_are_those_of_validate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "mine.yaml"
     file.write_text(WRONG + "  a: {use: chase, next: {fault: .done}}\n  b: {do: Nothing}\n")
     main(["validate", str(file), "--json", "--no-project"])
     told = json.loads(capsys.readouterr().out)
@@ -360,7 +352,6 @@ def test_a_page_is_told_of_a_save_and_another_one_that_shows_another_chart_is_no
     served(folder, play, pages=2)
 
 
-@pytest.mark.slow
 def test_two_charts_stand_side_by_side_each_with_its_profile(folder: Path) -> None:
     async def play(source: EditedCharts, pages: FakePages) -> None:
         (page,) = pages
@@ -380,7 +371,6 @@ def test_two_charts_stand_side_by_side_each_with_its_profile(folder: Path) -> No
     served(folder, play)
 
 
-@pytest.mark.slow
 def test_used_charts_are_unfolded_one_by_one_and_all(folder: Path) -> None:
     text = "chart: mine\noutcomes: [done]\nstates:\n"
     text += "  a: {use: other, next: {done: b}}\n  b: {use: other, next: {done: .done}}\n"

@@ -11,14 +11,11 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.live.charts import started_runs
-from cobodeck.live.charts.started_runs import (
-    MOST_RUNS,
-    StartedRun,
-    StartedRuns,
-    arguments,
-)
+from cobodeck.live.charts.started_runs import StartedRun, StartedRuns, arguments
 from cobodeck.project.state_catalogue import CHARTS
 
+PYTHON = (sys.executable, "-IS", "-c")
+"""It begins soon, without what is installed."""
 CHART = "chart: mine\noutcomes: [done]\nstates:\n  a: {do: ParkArm, next: {parked: .done}}\n"
 
 
@@ -68,7 +65,7 @@ def play(chart: Path, program: str, form: dict[str, Any] | None = None) -> Start
     """Start a program in place of cobodeck, and end it."""
 
     async def run() -> StartedRun:
-        runs = StartedRuns((sys.executable, "-c", program))
+        runs = StartedRuns((*PYTHON, program))
         try:
             return await runs.start(chart, "tuned", form or {})
         finally:
@@ -93,7 +90,7 @@ def test_it_is_said_that_a_start_takes_long(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(started_runs, "SAYING_S", 0.005)
 
     async def run() -> None:
-        runs, said = StartedRuns((sys.executable, "-c", "print('http://127.0.0.1/')")), list[str]()
+        runs, said = StartedRuns((*PYTHON, "print('http://127.0.0.1/')")), list[str]()
         assert (await runs.start(Path("a.yaml"), "tuned", {}, said.append)).url
         assert said
         assert all(told.startswith("a.yaml has not begun after 0 s") for told in said)
@@ -111,18 +108,23 @@ def test_what_is_wrong_is_told_as_on_the_command_line() -> None:
 
 
 @pytest.mark.realtime
-def test_only_so_many_run_at_once_and_all_end_when_it_is_closed() -> None:
+def test_only_so_many_run_at_once_and_all_end_when_it_is_closed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    most = 2
+    monkeypatch.setattr(started_runs, "MOST_RUNS", most)
+
     async def run() -> None:
         told = "print('http://127.0.0.1/', flush=True); import time; time.sleep(60)"
-        runs = StartedRuns((sys.executable, "-c", told))
-        asked = (runs.start(Path("a.yaml"), "tuned", {}) for _ in range(MOST_RUNS + 2))
+        runs = StartedRuns((*PYTHON, told))
+        asked = (runs.start(Path("a.yaml"), "tuned", {}) for _ in range(most + 2))
         started = await asyncio.gather(*asked)
         processes = list(runs.running)
         await runs.close()
 
-        assert sum(run.url is not None for run in started) == MOST_RUNS
+        assert sum(run.url is not None for run in started) == most
         assert (await runs.start(Path("a.yaml"), "tuned", {})).url is None
-        assert len(processes) == MOST_RUNS
+        assert len(processes) == most
         assert all(process.returncode is not None for process in processes)
 
     asyncio.run(run())
