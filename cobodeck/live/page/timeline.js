@@ -77,7 +77,7 @@ export class Timeline {
   }
 
   play(on) {
-    if (on && this.app.now() > this.to - 1e-6) this.app.send({ t: "seek", at: this.from });  // again from the start
+    if (on && this.app.now() > this.to - 1e-6) this.app.send({ t: "seek", at: 0 });  // again from the start
     this.playingAt(on ? this.speed : 0);
     this.app.send({ t: "play", speed: on ? this.speed : 0 });
   }
