@@ -209,7 +209,7 @@ function warn() {
   const text = warning();
   $("banner").hidden = !text;
   if ($("banner").textContent !== text) $("banner").textContent = text;
-  $("banner").className = app.unsent ? "urgent" : app.state.over ? "over" : "";
+  $("banner").className = app.unsent ? "urgent" : app.back || app.state.over ? "over" : "";
 }
 
 function warning() {
