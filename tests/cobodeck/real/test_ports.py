@@ -20,7 +20,7 @@ import pytest
 from cobodeck.real.open_connection import own_host
 from hw.connection.connection import FOLDER
 from hw.fakes.can.can_wire import meeting_point
-from tests.cobodeck.real.test_fakes_run import patient, unless_starved
+from tests.cobodeck.real.test_fakes_run import patient, require_served
 
 ROOT = Path(__file__).resolve().parents[3]
 TABLE = ROOT / "hw" / "drivers" / "CONNECTIONS.md"
@@ -151,8 +151,7 @@ def test_every_port_of_a_run_is_in_the_table_and_what_is_thrown_at_it_does_nothi
         finally:
             running.terminate()
     assert (figures["contacts"], figures["errors"]) == (0, []), figures
-    with unless_starved(figures):
-        assert figures["served"] == 1, figures
+    require_served(figures, 1)
 
 
 @pytest.mark.slow
