@@ -81,7 +81,8 @@ export class Operator {
     fill($("tools"), [steers, hello.real, s.paused, s.level], () => steers && this.tools(s, hello.real));
     $("replace").hidden = !steers;  // what is typed there outlasts a lost connection, and control
     fill($("replace"), live && hello.about, () => live && this.replace());
-    const starts = this.known && hello.mode === "charts" && message;
+    const starts = hello.mode === "charts" && message;
+    $("start").hidden = !this.known;  // typed text outlasts a lost connection here, too
     fill($("start"), starts && [message.name, message.form], () => starts && this.start(message));
   }
 

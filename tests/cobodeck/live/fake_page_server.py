@@ -270,6 +270,7 @@ class FakePageServer:
         self._run = self._turns
         self.token = f"{TOKEN}-{self._run}"
         self.received = []
+        self.form: list[Message] = []
         self.pages = dict.fromkeys(self.pages, "")
         self.holder: Any = None
         self.stopped = self.real = self.parts = False
@@ -381,6 +382,7 @@ class FakePageServer:
             "findings": [],
             "stale": False,
             "slot": 0,
+            "form": self.form,
             **more,
         }
 

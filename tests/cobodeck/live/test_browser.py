@@ -728,8 +728,10 @@ FORM: list[dict[str, Any]] = [
 
 def test_a_chart_is_started_with_its_parameters_and_inputs(browser: Browser, show: Show) -> None:
     server = show("charts")
-    server.tell(server.chart(form=[{"about": "", **field} for field in FORM]))
-    assert not browser.see("document.querySelector('#start form')")
+    server.form = [{"about": "", **field} for field in FORM]
+    server.renew()
+    browser.until_text("#log", server.marked())
+    assert not browser.see("document.querySelector('#start').checkVisibility()")
     browser.let_in("anna", server.token)
     browser.until_text("#start summary", "start cobodeck")
     browser.click("#start summary")
@@ -740,6 +742,10 @@ def test_a_chart_is_started_with_its_parameters_and_inputs(browser: Browser, sho
     browser.fill("#start label:has-text('goal') input", "{x: 1 m, y: 2 m}")
     browser.fill("#start label:has-text('speed, m/s') input", "1 m/s")
     browser.fill("#start label:has-text('scene') input", "lab_a")
+    server.close()
+    browser.until("document.getElementById('start').hidden")
+    server.start()
+    browser.until("!document.getElementById('start').hidden")
     surely(browser, "#start button")
 
     assert commanded(server, "start") == {
