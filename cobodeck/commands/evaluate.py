@@ -130,7 +130,8 @@ def _evaluate_states(args: argparse.Namespace) -> int:
     if args.json:
         rows = {"states": found.states, "classes": found.classes}
         told = {name: [one.as_json() for one in some] for name, some in rows.items()}
-        show_json({"runs": found.runs, "operated": found.operated, **told})
+        of = {"runs": found.runs, "operated": found.operated, "broken": found.broken}
+        show_json({**of, **told})
     else:
         show(statistics_text(found))
     return OK

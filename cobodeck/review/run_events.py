@@ -32,7 +32,7 @@ class RunEvents:
 
     `named` is what the nodes name by their paths at first: a state's class, or a chart.
     `operated`: the operator's answers are among the events; if not, it is not known whether there
-    were any.
+    were any. `broken` says where a record ends before its run, if it does.
     """
 
     file: Path
@@ -41,6 +41,7 @@ class RunEvents:
     events: tuple[TraceRecord, ...]
     until_ns: int
     operated: bool
+    broken: str | None = None
 
 
 def events_of(file: Path) -> RunEvents:
@@ -65,7 +66,8 @@ def _of_record(record: Record) -> RunEvents:
                 events += _operated(group.ticked.at_ns, told["command"], arguments)
             events += group.traced()
     named = dict(names_of(setup.chart, setup.library))
-    return RunEvents(record.path, setup.chart.name, named, tuple(events), until_ns, operated=True)
+    found, name = tuple(events), setup.chart.name
+    return RunEvents(record.path, name, named, found, until_ns, True, record.broken)
 
 
 def _operated(at_ns: int, command: str, arguments: Mapping[str, Any]) -> Iterator[TraceRecord]:

@@ -74,30 +74,35 @@ class StateStatistics:
 class RunsReviewed:
     """Statistics of some runs: by chart and path, in the order of entry, and by what is named.
 
-    `operated`: in all of them the operator's answers are known.
+    `operated`: in all of them the operator's answers are known. `broken` names the records that end
+    before their runs.
     """
 
     runs: int
     states: tuple[StateStatistics, ...]
     classes: tuple[StateStatistics, ...]
     operated: bool
+    broken: tuple[str, ...] = ()
 
 
 def review(runs: Iterable[RunEvents]) -> RunsReviewed:
     """The statistics of some runs."""
     by_path: dict[tuple[str, str], list[NodeVisit]] = {}
     by_name: dict[str, list[NodeVisit]] = {}
+    broken: list[str] = []
     count, operated = 0, True
     for run in runs:
         count += 1
         operated = operated and run.operated
+        if run.broken is not None:
+            broken.append(f"{run.file}: {run.broken}")
         for visit in visits_of(run):
             by_path.setdefault((run.chart, visit.path), []).append(visit)
             if visit.named:
                 by_name.setdefault(visit.named, []).append(visit)
     states = (_of(found, chart, path, found[-1].named) for (chart, path), found in by_path.items())
     classes = (_of(by_name[name], "", "", name) for name in sorted(by_name))
-    return RunsReviewed(count, tuple(states), tuple(classes), operated)
+    return RunsReviewed(count, tuple(states), tuple(classes), operated, tuple(broken))
 
 
 def _of(visits: Sequence[NodeVisit], chart: str, path: str, named: str) -> StateStatistics:

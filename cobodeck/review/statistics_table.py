@@ -26,6 +26,7 @@ def statistics_text(found: RunsReviewed) -> str:
         parts.append(table([("state or chart", "", *HEAD), *rows], RIGHT))
     if not found.operated:
         parts.append("trace files tell neither classes nor the operator's answers")
+    parts += found.broken
     return "\n\n".join(parts)
 
 

@@ -44,10 +44,12 @@ class RecordSource:
     def hello(self) -> PageMessage:
         """The message `hello`."""
         first = self._runs[0]
-        files = [run.record.path.name for run in self._runs]
+        records = [run.record for run in self._runs]
+        files = [record.path.name for record in records]
         found = first.seen.hello()
-        about = [*files, *found["about"], *filter(None, [first.record.broken])]
-        if any(r.record.header["scene"] != first.record.header["scene"] for r in self._runs):
+        about = [*files, *found["about"]]
+        about += [f"{r.record.path.name}: {r.broken}" for r in self._runs if r.broken]
+        if any(r.header["scene"] != first.record.header["scene"] for r in records):
             about.append(f"their rooms differ: the map has that of {files[0]}")
         signals = [run.seen.hello()["signals"] for run in self._runs]
         runs = [{"title": n, "signals": s} for n, s in zip(files, signals, strict=True)]

@@ -18,7 +18,8 @@ from cobodeck.record.read import Record
 class SeenRecord(SeenInstant):
     """A record, read once; `seen` is what a page shows of all of it, `model` the run at an instant.
 
-    `moves_s` are the ticks that took transitions, s in the run.
+    `moves_s` are the ticks that took transitions, s in the run; `broken` says where the record ends
+    before its run, if it does.
 
     Raises:
         FileError, Problem: the record does not hold what was run.
@@ -38,7 +39,7 @@ class SeenRecord(SeenInstant):
                 model.add(group)
             if model.transitions > moves:
                 self.moves_s.append(model.at_ns / 1e9)
-        self.end_ns = model.at_ns
+        self.end_ns, self.broken = model.at_ns, self.record.broken
         super().__init__(self._past, self.seen.place)
         self.chart()  # drawn now, while nobody waits
 

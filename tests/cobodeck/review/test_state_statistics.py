@@ -192,6 +192,10 @@ def test_a_record_and_its_trace_file_agree(
     assert {one["path"]: one["visits"] for one in told["states"]} == entered
     named = {one["named"]: one["visits"] for one in told["classes"]}
     assert named["chase"] == sum(n for path, n in entered.items() if path.endswith("chase"))
+    whole = Path("run.mcap").read_bytes()
+    Path("cut.mcap").write_bytes(whole[: len(whole) * 3 // 4])
+    assert main(["evaluate", "states", "run.mcap", "cut.mcap"]) == 0
+    assert "cut.mcap: it breaks off at byte" in capsys.readouterr().out
     assert main(["evaluate", "states", "run.trace.jsonl"]) == 0
     assert "trace files tell neither classes" in capsys.readouterr().out
 
