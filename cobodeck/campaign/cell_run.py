@@ -39,8 +39,6 @@ KEPT = 8
 """Charts and setups that are kept for the next cells."""
 NAMED = ("scene", "user")
 """Figures that may be paths."""
-_loaded: dict[str, str] = {}
-"""Hashes of code as it was when this process first asked, which is the code that it runs."""
 
 
 def canonical(value: Any) -> str:
@@ -204,7 +202,7 @@ class CellRunner:
 
     @cached_property
     def _code(self) -> dict[str, str]:
-        return {name: _loaded.setdefault(name, now) for name, now in code(self.known).items()}
+        return code(self.known)
 
     def _open(
         self,

@@ -191,11 +191,19 @@ def code(known: Catalogue) -> dict[str, str]:
     for name in sorted(names):
         file = getattr(sys.modules.get(name), "__file__", None)
         if name.partition(".")[0] not in PACKAGES and file is not None:
-            found[name] = sha256(Path(file).read_bytes())
+            found[name] = _module_sha256(Path(file))
     return found
 
 
-@cache  # what is changed on disk later does not run in this process
+# what is changed on disk later does not run in this process, so that both are read once
+
+
+@cache
+def _module_sha256(file: Path) -> str:
+    return sha256(file.read_bytes())
+
+
+@cache
 def _folder_sha256(folder: Path) -> str:
     digest = hashlib.sha256()
     for file in sorted(folder.rglob("*.py")):

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, strategies as st
 
 from cobodeck.__main__ import main
-from cobodeck.campaign import cell_run
 from cobodeck.campaign.cell import CampaignCell
 from cobodeck.campaign.cell_run import OF_THE_MACHINE, CellRunner, run_cell, sha256_of
 from cobodeck.campaign.execution import execute
@@ -122,13 +121,12 @@ def test_code_that_has_changed_since_this_process_loaded_it_is_not_taken_for_wha
     file = copy / "engine" / "module.py"
     file.write_text("VALUE = 1")
     monkeypatch.setattr(record_header, "ROOT", copy)
-    monkeypatch.setattr(cell_run, "_loaded", {})
     before = CellRunner().address(BRIEF)
 
     file.write_text("VALUE = 2")
 
     assert CellRunner().address(BRIEF) == before  # so it still runs what it then ran
-    monkeypatch.setattr(cell_run, "_loaded", {})  # as in a new process
+    record_header._folder_sha256.cache_clear()  # as in a new process
     assert CellRunner().address(BRIEF) != before
 
 

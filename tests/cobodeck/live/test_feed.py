@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
 from threading import Thread
 
@@ -72,7 +73,8 @@ def open_lanes(told: Iterator[PageMessage]) -> dict[str, float]:
 def test_a_stalled_reader_costs_ticks_of_its_own_and_is_right_again() -> None:
     ours, theirs = socket.socketpair()
     ours.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
-    feed, folding, setup = Feed(ours, BOUND), Folding(), study_with(CHART)
+    each = count(0.0, 1.0).__next__  # so that no two ticks are sent together
+    feed, folding, setup = Feed(ours, BOUND, each), Folding(), study_with(CHART)
     loop, _ = recorded(setup, Options(seed=3), folding, feed)
     feed.attend(loop)
     reader, largest = Reader(theirs), 0
