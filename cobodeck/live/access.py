@@ -124,6 +124,8 @@ class Access:
             return "this is not the token that was printed in the terminal"
         shown = "".join(c for c in str(name or "operator") if c.isprintable()).strip()
         self._names[page] = shown[:LONGEST_NAME] or "operator"
+        if self.holder == page:
+            self.name = self._names[page]
         return None
 
     def tries_too_much(self, page: int) -> bool:

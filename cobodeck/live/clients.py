@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import math
 from collections import deque
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping
 from typing import Any, Protocol
@@ -25,8 +24,8 @@ DEEPEST, LARGEST_NUMBER, LONGEST_ID = 3, 1 << 53, 40
 """Of a message of a page: objects in objects, numbers, characters of its `id` and `do`."""
 BOUND = 2 << 20
 """Events that may wait for a page, in characters of JSON."""
-MOST_ANSWERS = 200
-"""To commands, that may wait for a page; far more than anybody gives at once."""
+MOST_ANSWERS = MOST_QUESTIONS = 200
+"""To commands, that may wait for a page, and its own that may wait; far more than come at once."""
 SLOWEST, FASTEST = 0.1, 100.0
 """Speeds at which runs go on and records are played."""
 
@@ -40,6 +39,7 @@ def parsed(text: str | bytes) -> dict[str, Any] | None:
     """A message of a page; None if it is none that any page sends."""
     try:
         found = json.loads(text)
+        json.dumps(found, ensure_ascii=False).encode()  # raises at what is no character
     except (ValueError, RecursionError):
         return None
     if not isinstance(found, dict) or not isinstance(found.get("t"), str):
@@ -54,7 +54,7 @@ def _is_plain(value: object, depth: int) -> bool:
         inside = value.values() if isinstance(value, dict) else value
         return depth > 0 and all(_is_plain(one, depth - 1) for one in inside)
     if isinstance(value, int | float):
-        return math.isfinite(value) and abs(value) <= LARGEST_NUMBER
+        return abs(value) <= LARGEST_NUMBER  # NaN is not
     return True
 
 
@@ -88,6 +88,7 @@ class Page:
         layers: those shown; None: those on by default.
         plots: how many samples of each signal that it plots it was told.
         snapshots: how many it got.
+        gone: whether its connection is closed.
     """
 
     def __init__(self, number: int, bound: int = BOUND) -> None:
@@ -99,6 +100,9 @@ class Page:
         self._bound, self._size = bound, 0
         self._events: deque[str] = deque()
         self._answers = deque[str](maxlen=MOST_ANSWERS)
+        self._questions: deque[dict[str, Any]] = deque()
+        self._asked = asyncio.Event()
+        self.gone = False
         self._newest: dict[str, str] = {}
         self._renew = True
         self._ready = asyncio.Event()
@@ -118,7 +122,7 @@ class Page:
         """As `tell`, of a message that was encoded already."""
         if key is not None:
             self._newest[key] = text
-        elif self._size + len(text) > self._bound:
+        elif self._size and self._size + len(text) > self._bound:
             self.renew()
         elif not self._renew:
             self._events.append(text)
@@ -129,6 +133,32 @@ class Page:
         """Answer a command: no snapshot has that, so none replaces it."""
         self._answers.append(encoded(message))
         self._ready.set()
+
+    def ask(self, question: dict[str, Any]) -> bool:
+        """Keep a question until it is its turn; False if too many wait.
+
+        Of instants that are sought one after the other, the last one is all that matters.
+        """
+        waiting = self._questions
+        if waiting and waiting[-1]["t"] == question["t"] == "seek":
+            waiting.pop()
+        if len(waiting) >= MOST_QUESTIONS:
+            return False
+        waiting.append(question)
+        self._asked.set()
+        return True
+
+    async def question(self) -> dict[str, Any] | None:
+        """The next question, once there is one; None once the page is gone."""
+        while not self._questions and not self.gone:
+            self._asked.clear()
+            await self._asked.wait()
+        return None if self.gone else self._questions.popleft()
+
+    def leave(self) -> None:
+        """It is gone, and wants no more answers."""
+        self.gone = True
+        self._asked.set()
 
     def renew(self) -> None:
         """Send a new snapshot instead of all that waits, but for answers."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from typing import Any
 
@@ -10,6 +11,10 @@ from cobodeck.live.access import Access
 from cobodeck.live.clients import LONGEST_ID, Page, PageMessage, Pages, Source, ack, said
 
 STOP_IS = "a software stop, not a safety device"
+AT_ONCE = frozenset({"auth", "beat", "cmd", "layers"})
+"""Kinds of messages that wait for nothing; all others are questions."""
+ANSWERED_AT_ONCE = 4
+"""Questions of all pages; also what those leave behind that come and go is bounded by it."""
 NOBODY = Page(0)
 """Whom the server itself speaks for."""
 LOOK_S = 0.1
@@ -27,6 +32,7 @@ class Conversation:
 
     def __init__(self, source: Source, pages: Pages, access: Access) -> None:
         self._source, self._pages, self._access = source, pages, access
+        self._answering = asyncio.Semaphore(ANSWERED_AT_ONCE)
 
     def snapshot(self, page: Page) -> list[PageMessage]:
         """All that a page has to know."""
@@ -55,9 +61,28 @@ class Conversation:
                 await self._tell_holder()
 
     async def take(self, page: Page, message: dict[str, Any]) -> None:
-        """Do what a page wants; whatever is wrong with it, the page is told."""
+        """Do what a page wants. Questions wait their turn: a stop and signs of life do not."""
+        if message["t"] in AT_ONCE:
+            await self._try(self._do, page, message)
+        elif not page.ask(message):
+            page.answer(said(f"{message['t']}: too many questions wait"))
+
+    async def answer_all(self, page: Page) -> None:
+        """Answer the questions of a page, one after the other, until it is gone."""
+        while (question := await page.question()) is not None:
+            async with self._answering:
+                if not page.gone:
+                    await self._try(self._tell_answers, page, question)
+
+    async def _try(
+        self,
+        do: Callable[[Page, dict[str, Any]], Awaitable[None]],
+        page: Page,
+        message: dict[str, Any],
+    ) -> None:
+        """Do it; whatever is wrong with it, the page is told."""
         try:
-            await self._do(page, message)
+            await do(page, message)
         except ConnectionError:
             page.answer(_wrong(message, "the run is over"))
         except (ValueError, TypeError, KeyError) as error:
@@ -68,22 +93,25 @@ class Conversation:
     async def _do(self, page: Page, message: dict[str, Any]) -> None:
         kind = message["t"]
         if kind == "auth":
-            self._authorize(page, message)
+            await self._authorize(page, message)
         elif kind == "beat":
             if self._access.beat(page.number):
                 await self._source.commanded(page, {"t": "beat"})
         elif kind == "layers":
             page.layers = _layers(message.get("on"))
-        elif kind == "cmd":
-            await self._command(page, message)
         else:
-            for answer in await self._source.asked(page, message):
-                page.tell(answer)
+            await self._command(page, message)
 
-    def _authorize(self, page: Page, message: dict[str, Any]) -> None:
+    async def _tell_answers(self, page: Page, question: dict[str, Any]) -> None:
+        for answer in await self._source.asked(page, question):
+            page.tell(answer)
+
+    async def _authorize(self, page: Page, message: dict[str, Any]) -> None:
         wrong = self._access.authorize(page.number, message.get("token"), message.get("name"))
         page.name = self._access.name_of(page.number)
         page.answer(ack(message, wrong, f"you are {page.name}"))
+        if wrong is None and self._access.holder == page.number:
+            await self._tell_holder()
 
     async def _command(self, page: Page, message: dict[str, Any]) -> None:
         do = str(message.get("do"))[:LONGEST_ID]
@@ -98,7 +126,7 @@ class Conversation:
         if before != self._access.holder:
             await self._tell_holder()
         who = page.name or f"page {page.number}"
-        answer = await self._source.commanded(page, {**message, "do": do, "who": who})
+        answer = await self._source.commanded(page, {**message, "do": do, "who": who, "why": None})
         if answer is not None:
             page.answer(answer)
 
@@ -124,7 +152,8 @@ class Conversation:
             name = self._access.lost()
             if name is None:
                 continue
-            lost = {"t": "cmd", "do": "stop", "who": f"the server, as the page of {name} is gone"}
+            why = f"the page of {name} is gone"
+            lost = {"t": "cmd", "do": "stop", "who": "live page", "why": why}
             with suppress(ConnectionError):  # the run is over
                 await self._source.commanded(NOBODY, lost)
                 await self._tell_holder()

@@ -149,6 +149,7 @@ class PageServer:
         page = Page(self._numbers)
         self.pages.add(page)
         sending = asyncio.create_task(self._send(page, connection))
+        answering = asyncio.create_task(self._talk.answer_all(page))
         try:
             with suppress(ConnectionClosed):
                 await self._hear(page, connection)
@@ -156,8 +157,10 @@ class PageServer:
             sending.cancel()
             with suppress(asyncio.CancelledError):
                 await sending
+            page.leave()
             self.pages.remove(page)
             await self._talk.left(page)
+            await answering
 
     async def _send(self, page: Page, connection: ServerConnection) -> None:
         try:

@@ -7,6 +7,7 @@ start of the run. States that were entered before begin their work anew there.
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -32,7 +33,7 @@ BEFORE_NS = 3_000_000_000
 
 TEXT = '''"""What followed {at} s of {record}: {chart}, played from {start} s on.
 
-`cobodeck case` wrote it; the samples are in {data} beside it. It fails once the chart, the
+`cobodeck case` wrote it; the samples are in the file that it names. It fails once the chart, the
 profile or a state decides otherwise.
 """
 
@@ -44,7 +45,7 @@ FOLLOWED = [
 
 
 def test_what_followed_{name}(recorded_case: Callable[[str, list[str]], None]) -> None:
-    recorded_case("{data}", FOLLOWED)
+    recorded_case({data}, FOLLOWED)
 '''
 
 
@@ -226,10 +227,20 @@ def _text(
 ) -> str:
     return TEXT.format(
         at=f"{at_s:g}",
-        record=record.path.name,
-        chart=record.header["chart"],
+        record=_plain(record.path.name),
+        chart=_plain(record.header["chart"]),
         start=f"{start.at_ns / 1e9:.3f}",
-        data=data.name,
+        data=_quoted(data.name),
         name=name,
-        lines="\n".join(f'    "{line}",' for line in expected),
+        lines="\n".join(f"    {_quoted(line)}," for line in expected),
     )
+
+
+def _plain(name: str) -> str:
+    """A name as it may stand in a docstring."""
+    return re.sub(r"[^\w. -]", "_", name)
+
+
+def _quoted(text: str) -> str:
+    """As a string of Python, which strings of JSON are."""
+    return json.dumps(text, ensure_ascii=False)

@@ -71,6 +71,7 @@ class EditedCharts:
         self._profiles = sorted({*profile_names(), profile})
         self._turn = asyncio.Lock()
         self._runs = StartedRuns(host=host)
+        self._starting: dict[Page, asyncio.Task[None]] = {}
         self._list: PageMessage = {"t": "charts", "charts": []}
 
     def hello(self) -> PageMessage:
@@ -130,9 +131,21 @@ class EditedCharts:
         all_shown = (place.shown for place in self._of(page))
         shown = next((s for s in all_shown if s is not None and s.file == file), None)
         profile = self._profile if shown is None else shown.profile
-        result = await self._runs.start(file, profile, message, lambda t: page.tell(said(t)))
+        if page in self._starting:
+            return ack(message, "a run begins already; wait until it has")
+        starting = asyncio.create_task(self._start(page, message, file, profile))
+        self._starting[page] = starting
+        starting.add_done_callback(lambda _: self._starting.pop(page))
+        return None
+
+    async def _start(self, page: Page, message: PageMessage, file: Path, profile: str) -> None:
+        try:
+            result = await self._runs.start(file, profile, message, lambda t: page.tell(said(t)))
+        except OSError as error:
+            page.answer(ack(message, f"it cannot be started: {error}"))
+            return
         wrong = result.text if result.url is None else None
-        return {**ack(message, wrong, result.text), "url": result.url}
+        page.answer({**ack(message, wrong, result.text), "url": result.url})
 
     def _chosen(self, message: Mapping[str, Any], before: Shown | None) -> Shown | str | None:
         """What a place is to show now; text: why that cannot be."""

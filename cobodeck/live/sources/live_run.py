@@ -110,7 +110,7 @@ class LiveSource:
             between = range_of(message)
             return [range_message(await asyncio.to_thread(self._course), between)]
         if kind != "seek":
-            return [said(f"{kind}: a run that goes on has none")]
+            return [said(f"{kind}: only for records, this run goes on")]
         if message.get("at") is None:  # back to what is now
             page.renew()
             return []

@@ -9,8 +9,9 @@ import pickle
 import zlib
 from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
+from threading import Lock
 
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources.seen_room import SeenRoom
@@ -42,7 +43,7 @@ class _Block:
 
 
 class SeenTicks:
-    """The ticks of a run so far.
+    """The ticks of a run so far; added by one thread, read by any.
 
     Args:
         bound: compressed ticks that are kept, bytes; beyond it the oldest go. None: all are kept.
@@ -53,25 +54,26 @@ class SeenTicks:
         self._closed: list[_Block] = []
         self._open: list[Group] = []
         self._before = RunModel()
+        self._turn = Lock()
 
     def add(self, group: Group, before: RunModel) -> None:
         """Take a tick, and what the run looks like before it."""
-        if not self._open:
-            self._before = before.copied()
-        self._open.append(group)
+        with self._turn:
+            if not self._open:
+                self._before = before.copied()
+            self._open.append(group)
         if len(self._open) == BLOCK:
             self.close()
 
     def close(self) -> None:
         """Close a block: what comes next does not follow from these ticks alone."""
-        for block in self._newest():
-            packed = block.packed()
-            self._closed.append(_Block(block.from_ns, block.before, packed))
-            self._bytes += len(packed)
-        self._open = []
-        while self._bound is not None and self._bytes > self._bound and len(self._closed) > 1:
-            oldest = self._closed.pop(0).ticks
-            self._bytes -= len(oldest)
+        closed = [replace(block, ticks=block.packed()) for block in self._newest()]
+        self._bytes += sum(len(block.ticks) for block in closed)
+        with self._turn:
+            self._open = []
+            self._closed += closed
+            while self._bound is not None and self._bytes > self._bound and len(self._closed) > 1:
+                self._bytes -= len(self._closed.pop(0).ticks)
 
     def _newest(self) -> list[_Block]:
         if not self._open:
@@ -80,7 +82,8 @@ class SeenTicks:
 
     def _from(self, at_ns: int) -> list[_Block]:
         """The block that has an instant, and all after it."""
-        blocks = [*self._closed, *self._newest()]
+        with self._turn:
+            blocks = [*self._closed, *self._newest()]
         number = bisect_right(blocks, at_ns, key=lambda block: block.from_ns) - 1
         return blocks[max(0, number) :]
 

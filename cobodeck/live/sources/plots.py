@@ -14,6 +14,8 @@ from cobodeck.record.read import Group, RecordedMessage
 
 MOST_POINTS = 5000
 """Of a plot; of more only some are sent."""
+MOST_FIELDS = 6
+"""Of a signal, as many as a page draws."""
 KEPT = 500
 """Messages of each signal that are kept until pages are told; some ten times as many as come."""
 
@@ -33,10 +35,10 @@ def plot_of(
         except Unknown:  # a class of a project that is not loaded here
             return None
         found = dict(numbers_of(sample.value))
-        names = names or list(found)
-        if list(found) == names and names:
+        names = names or list(found)[:MOST_FIELDS]
+        if names and found.keys() >= set(names):
             times.append(sample.stamp_ns / 1e9)
-            rows.append(list(found.values()))
+            rows.append([found[name] for name in names])
     if not rows:
         return None
     step = -(-len(rows) // MOST_POINTS)

@@ -6,6 +6,7 @@ looked at here.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
@@ -23,6 +24,8 @@ from engine.operator import Operator, output_types
 from hw import Sample
 from hw.sim.sensors import ScriptedOperator
 
+REMARK_S = 1.0
+"""Between two stops of the same that are put on record, s."""
 SHOWN = 60
 """So much of a wrong value is told again, characters."""
 
@@ -46,12 +49,23 @@ class Orders:
 
     def __init__(self, setup: Setup, loop: Loop, real: bool) -> None:
         self._setup, self._loop, self._real = setup, loop, real
+        self._remarked: dict[str, float] = {}  # who stopped it, and when that was put on record
 
     def stop(self, by: str, why: str = "") -> None:
         """Pull the stop line, from any thread; without one the run ends.
 
-        That is on record after the end of the chart, too, while parts are closed.
+        That is on record after the end of the chart, too, while parts are closed; whoever stops it
+        again and again is on record once a second.
         """
+        self.pull(by, why)
+        now = time.monotonic()
+        self._remarked = {who: at for who, at in self._remarked.items() if now - at < REMARK_S}
+        if by not in self._remarked:
+            self._remarked[by] = now
+            Operator(self._loop.wired.run, by).remark(f"stop: {why}" if why else "stop")
+
+    def pull(self, by: str, why: str = "") -> None:
+        """As `stop`, and nothing is on record."""
         line = self._loop.plant.parts.get("stop_line")
         if line is None:
             self._loop.stop(by)
@@ -59,7 +73,6 @@ class Orders:
             self._scripted_away(True)
             line.pull(why or f"stop by {by}")
             self._loop.clock.wake()
-        Operator(self._loop.wired.run, by).remark(f"stop: {why}" if why else "stop")
 
     def act(self, order: Order) -> Act:
         """What does a command; making it ready may take a while, doing it does not.

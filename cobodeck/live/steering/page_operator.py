@@ -28,6 +28,10 @@ from engine.operator import Operator
 LARGEST = 1 << 20
 """Of a line, bytes."""
 CHUNK = 1 << 16
+MOST_ASKED = 100
+"""Commands that may wait to be made ready."""
+CLOSING_S = 1.0
+"""How long the end of a run waits for the command that is made ready, s."""
 LOOK_S = 0.1
 """Between two looks at whether the controlling page is still heard, s."""
 BESIDE = frozenset({"reset", "ack", "speed"})
@@ -62,15 +66,16 @@ class PageOperator:
         self._holder: str | None = None
         self._heard = time.monotonic()
         self._over = False
-        self._stops = 0
+        self._stops, self._stopped_by = 0, ""
+        self._preparing = Thread(target=self._prepare, daemon=True, name="page operator")
 
     def attend(self, on_parts: bool) -> None:
         """Take commands from now on; `on_parts`: who has control must be heard all the time."""
         Operator(self._loop.wired.run).attend()
         self._loop.observers = (self, *self._loop.observers)
         self._loop.taps = (*self._loop.taps, RunStatus(self._loop, self._feed))
-        for work in (partial(self._read, on_parts), self._prepare):
-            Thread(target=work, daemon=True, name="page operator").start()
+        self._preparing.start()
+        Thread(target=self._read, args=(on_parts,), daemon=True, name="page reader").start()
 
     def close(self) -> None:
         """Take nothing any more, and miss nobody: the run is over, and what waits is refused."""
@@ -79,6 +84,8 @@ class PageOperator:
             if (asked := self._asked.get()) is not None:
                 self._answer(asked[0], OVER)
         self._asked.put(None)
+        if self._preparing.is_alive():
+            self._preparing.join(CLOSING_S)
         while self._ready:
             order, _ = self._ready.popleft()
             self._answer(order, None if order["do"] == "stop" else OVER)
@@ -122,7 +129,12 @@ class PageOperator:
 
     def _unless_stopped(self, stops: int, reset: Act) -> str | None:
         """Reset what was stopped before, not what has been stopped since somebody asked for it."""
-        return reset() if stops == self._stops else "not reset: it was stopped again meanwhile"
+        if stops == self._stops:
+            wrong = reset()
+            if stops == self._stops:
+                return wrong
+            self._orders.pull(self._stopped_by)  # in that moment, so that it may be undone
+        return "not reset: it was stopped again meanwhile"
 
     # in the thread that reads
 
@@ -137,7 +149,7 @@ class PageOperator:
             if on_parts and time.monotonic() - self._heard > LOST_S:
                 self._miss("is not heard any more")
         if on_parts:
-            self._miss("has no server any more")
+            self._miss("is not served any more")
         self._socket.close()
 
     def _received(self) -> bytes | None:
@@ -157,13 +169,16 @@ class PageOperator:
 
     def _take(self, kind: str, order: Order) -> None:
         if kind == "cmd" and order["do"] == "stop":  # of any page: no sign of who has control
-            self._ready.append((order, self._stopped(str(order.get("who")))))
+            why = str(order.get("why") or "")  # of the server; pages give none
+            self._ready.append((order, self._stopped(str(order.get("who")), why)))
             return
         self._heard = time.monotonic()
         if kind == "held":
             self._hold(order["name"])
-        elif kind == "cmd":
+        elif kind == "cmd" and self._asked.qsize() < MOST_ASKED:
             self._asked.put((order, self._stops))
+        elif kind == "cmd":
+            self._ready.append((order, partial(str, "too many commands wait")))
 
     def _hold(self, name: str | None) -> None:
         """Who has control now, which is on record."""
@@ -180,16 +195,17 @@ class PageOperator:
         if name is not None:
             self._stop(ITSELF, f"the page of {name} {how}")
 
-    def _stopped(self, by: str) -> Act:
+    def _stopped(self, by: str, why: str) -> Act:
         """Stop; what answers it."""
         try:
-            self._stop(by)
+            self._stop(by, why)
         except Exception as error:  # noqa: BLE001  the next one may succeed
             return partial(unforeseen, self._loop, error)
         return _done
 
     def _stop(self, by: str, why: str = "") -> None:
         if not self._over:
+            self._stopped_by = by
             self._stops += 1
             self._orders.stop(by, why)
 
@@ -199,6 +215,4 @@ def _done() -> None:
 
 
 def _said(order: Order) -> str:
-    told = [str(order["do"])]
-    told += [f"{k} {order[k]}" for k in ("path", "outcome", "level", "speed") if order.get(k)]
-    return " ".join(told)
+    return f"speed {order['speed']}" if order["do"] == "speed" else str(order["do"])

@@ -192,6 +192,10 @@ class Latched(Protocol):
         """Why it is pulled; None if it is not."""
         ...
 
+    def pull(self, reason: str) -> None:
+        """See `StopLine`."""
+        ...
+
     def reset(self) -> bool:
         """See `StopLine`."""
         ...
@@ -250,6 +254,9 @@ class ScriptedOperator:
             return
         self._due = None
         if self._stop_line.reset():
+            if self.away:  # somebody has stopped it in this moment, which may be undone by that
+                self._stop_line.pull("stopped while it was reset")
+                return
             self._reported = False
             self._since = None
             self._pending.append(Sample("operator.acknowledge", now_ns, True))

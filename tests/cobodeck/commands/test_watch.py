@@ -187,10 +187,14 @@ def in_terminal(given: list[str], seen: bytes, end: bytes | int) -> bytes:
     environment = {**os.environ, "TERM": "xterm"}
     environment.pop("NO_COLOR", None)
     told, pressed = b"", False
+
+    def begin() -> None:
+        os.login_tty(theirs)  # so that Ctrl-C reaches it
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)  # also where tests are run by `nohup`
+
     with subprocess.Popen(
-        command, stdin=theirs, stdout=theirs, env=environment,
-        preexec_fn=lambda: os.login_tty(theirs),  # so that Ctrl-C reaches it
-    ) as running:  # fmt: skip
+        command, stdin=theirs, stdout=theirs, env=environment, preexec_fn=begin
+    ) as running:
         while running.poll() is None or select.select([ours], [], [], 0.0)[0]:
             if not select.select([ours], [], [], 0.1)[0]:
                 continue

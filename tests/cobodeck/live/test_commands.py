@@ -17,7 +17,7 @@ from cobodeck.live.clients import Page, PageMessage
 from cobodeck.live.sources import live_run
 from cobodeck.live.sources.recorded import RecordSource
 from cobodeck.live.steering.orders import Orders, Refused
-from cobodeck.live.steering.page_operator import PageOperator
+from cobodeck.live.steering.page_operator import MOST_ASKED, PageOperator
 from cobodeck.loop.clocks import Paced
 from cobodeck.loop.loop import Loop
 from cobodeck.loop.ticked import Ticked
@@ -351,6 +351,51 @@ def test_a_stop_does_not_wait_while_something_is_made_ready(steered: Steered) ->
     assert line.reason is not None
     assert steered.do("reset") == ""
     assert line.reason is None
+
+
+def test_a_stop_in_the_moment_of_a_reset_holds(steered: Steered) -> None:
+    line = steered.loop.plant.parts["stop_line"]
+    steered.send(do="stop")
+    until(lambda: line.reason is not None)
+    release, stops = line.reset, steered.operator._stops
+
+    def reset() -> bool:
+        steered.send(do="stop", who="bob")
+        until(lambda: steered.operator._stops > stops)
+        return bool(release())
+
+    line.reset = reset  # type: ignore[method-assign]
+
+    assert "again" in steered.do("reset")
+
+    assert line.reason is not None
+    assert "bob" in line.reason
+
+
+def test_stops_again_and_again_are_all_answered_and_one_is_on_record(steered: Steered) -> None:
+    sent = [steered.send(do="stop", who=who) for who in ("ann", "bob") for _ in range(20)]
+    until(lambda: steered.loop.tick() is None and steered.answers.ack(sent[-1]))
+    assert all(steered.answers.ack(number) for number in sent)
+    steered.do("ack", path="a", outcome=["b"], level={})
+
+    record = Record(steered.finish())
+    told = [message for group in record.groups() for message in group.messages("operator")]
+    remarks = [(one["by"], value(one["arguments"])["text"]) for one in told]
+    assert remarks == [("ann", "stop"), ("bob", "stop"), ("ann", "ack")]
+
+
+def test_commands_that_wait_are_bounded(steered: Steered) -> None:
+    go_on = Event()
+    orders = steered.operator._orders
+    ready = orders.act
+    orders.act = lambda order: go_on.wait(60.0) and ready(order)  # type: ignore[method-assign]
+    sent = [steered.send(do="pause") for _ in range(MOST_ASKED + 10)]
+
+    refused = steered.answer(sent[-1])
+    go_on.set()
+
+    assert refused == "too many commands wait"
+    assert steered.answer(sent[0]) == ""
 
 
 def test_an_error_of_the_program_refuses_a_command_and_the_run_goes_on(steered: Steered) -> None:

@@ -18,6 +18,7 @@ from cobodeck.live.figures import figures_of, final_figures
 from cobodeck.live.model import RunModel
 from cobodeck.live.sources import past, seen_run
 from cobodeck.live.sources.live_run import LiveSource
+from cobodeck.live.sources.plots import MOST_FIELDS, plot_of
 from cobodeck.live.sources.seen_lanes import SeenLanes
 from cobodeck.live.sources.seen_room import SeenRoom
 from cobodeck.live.sources.seen_run import SeenRun, Texts
@@ -28,6 +29,8 @@ from cobodeck.record.read.reader import Group, RecordedMessage, closed
 from cobodeck.setup.options import Options
 from engine.chart import Library, load_text
 from engine.operator.commands import Replace
+from hw.geometry import Pose2, Pose3
+from hw.samples import UserPose
 from tests.cobodeck.live.folding import study_with
 from tests.repeats import examples
 
@@ -218,6 +221,19 @@ def test_a_page_looks_back_at_a_run_and_the_others_do_not() -> None:
     with pytest.raises(ValueError, match="`at` is a number, s in the run"):
         asyncio.run(source.asked(page, {"t": "seek", "at": "2"}))
     assert asyncio.run(source.asked(page, {"t": "seek", "at": None})) == []
+
+
+def test_of_a_signal_with_many_fields_a_plot_has_those_that_are_drawn() -> None:
+    body, hand = Pose2(1.0, 2.0, 0.5), Pose3(0.1, 0.2, 0.3)
+    poses = [UserPose(body, 0.5), UserPose(body, 0.6, hand, hand, hand)]
+    for first in (0, 1):
+        told = plot_of(
+            "user.pose", [sample(float(n), "user.pose", poses[(n + first) % 2]) for n in range(4)]
+        )
+        assert told is not None
+        assert told["fields"][:4] == ["body.x", "body.y", "body.yaw", "head_yaw"]
+        assert len(told["values"]) == len(told["fields"]) <= MOST_FIELDS
+        assert told["at"] == [[0.0, 1.0, 2.0, 3.0], [0.0, 2.0]][first]
 
 
 def test_a_plot_of_a_run_begins_with_all_that_was_read_and_has_each_sample_once(

@@ -15,7 +15,16 @@ from websockets.http11 import Response
 
 from cobodeck.live import server as live_server
 from cobodeck.live.access import Access, PageAddress, Rules, is_ours
-from cobodeck.live.clients import BOUND, LARGEST_MESSAGE, Page, PageMessage, Pages, parsed
+from cobodeck.live.clients import (
+    BOUND,
+    LARGEST_MESSAGE,
+    MOST_QUESTIONS,
+    Page,
+    PageMessage,
+    Pages,
+    parsed,
+)
+from cobodeck.live.conversation import ANSWERED_AT_ONCE
 from cobodeck.live.server import (
     BURST,
     MOST_CONNECTIONS,
@@ -69,6 +78,9 @@ def test_one_page_has_control_and_another_takes_it_over_as_both_see() -> None:
                 told = await first.hear("say")
             assert not (await first.command("pause"))["ok"]
             assert (await second.command("pause"))["ok"]
+            assert (await second.authorize("ann"))["ok"]
+            assert await first.hear("ev", operator={"name": "ann", "you": False})
+            await until(lambda: source.orders[-1] == {"t": "held", "name": "ann"})
             await one.close()
             await second.command("release")
             shown = await second.hear("ev", operator={"name": None, "you": False})
@@ -201,6 +213,7 @@ MESSAGES = ("[]", "5", '"x"', "null", "{}", '{"t": 5}', '{"t": "x", "at": NaN}',
             '{"t": "x", "at": 1e999}', '{"t": "x", "at": ' + "9" * 5000 + "}", '{"t": "x"',
             '{"t": "x", "at": 99999999999999999999}', '{"t": "x", "a": [[[1]]]}', "[" * 60_000,
             '{"t": "x", "id": [1]}', '{"t": "x", "id": "' + "i" * 50 + '"}', '{"t": "x"} {}',
+            '{"t": "x", "at": ' + "9" * 400 + "}", '{"t": "x", "a": "\\ud800"}',
             '{"t": "x", "a": ' + '{"a":' * 900 + "1" + "}" * 901)  # fmt: skip
 
 
@@ -219,7 +232,7 @@ def test_what_others_may_do_is_said(rules: Rules, told: str) -> None:
 def test_messages_are_small_objects() -> None:
     for text in MESSAGES:
         assert parsed(text) is None, text[:40]
-    for text in ('{"t":"x"}', '{"t":"x","id":1,"o":{"k":"v"}}', '{"t":"a","t":"b","a":"\\ud800"}'):
+    for text in ('{"t":"x"}', '{"t":"x","id":1,"o":{"k":"v"}}', '{"t":"a","t":"b","a":"\\u1f00"}'):
         assert parsed(text) is not None
 
 
@@ -267,7 +280,7 @@ async def _deep(server: PageServer, page: Client) -> None:
 
 async def _wrong_kinds(server: PageServer, page: Client) -> None:
     wrong = ({"t": "layers", "on": 5}, {"t": "layers", "on": [{}]}, {"t": "auth", "token": 5},
-             {"t": "auth", "token": "\ud800"}, {"t": "cmd", "do": []}, {"t": "cmd"})  # fmt: skip
+             {"t": "auth", "token": "é"}, {"t": "cmd", "do": []}, {"t": "cmd"})  # fmt: skip
     for message in wrong:
         await page.tell(id=1, **message)
         told = await page.hear("say" if message["t"] == "layers" else "ack")
@@ -417,6 +430,87 @@ def test_a_page_that_does_not_read_loses_frames_and_gets_a_snapshot_for_its_even
             server.pages.tell({"t": "say", "text": "still here"})
             await page.hear("say", text="still here")
             raw.close()
+
+    run(main())
+
+
+def test_a_message_larger_than_all_that_may_wait_is_sent_all_the_same() -> None:
+    async def main() -> None:
+        page, sent = Page(1, bound=100), list[str]()
+
+        async def send(text: str) -> None:
+            sent.append(json.loads(text)["t"])
+
+        sending = asyncio.create_task(page.send_all(send, lambda _page: [{"t": "state"}]))
+        await until(lambda: sent)
+        page.tell({"t": "plot", "values": [1.5] * 100})
+        await until(lambda: not page.waiting)
+        sending.cancel()
+        assert sent == ["state", "plot"]
+
+    run(main())
+
+
+class Slow(Shown):
+    """A source whose answers take as long as the test wants."""
+
+    def __init__(self) -> None:
+        super().__init__(ON_PARTS)
+        self.go_on = asyncio.Event()
+
+    async def asked(self, page: Page, message: PageMessage) -> Iterable[PageMessage]:
+        self.questions.append(message)
+        await self.go_on.wait()
+        return [{"t": "say", "text": str(message.get("at", message["t"]))}]
+
+
+@pytest.mark.requirement(48, 55)
+def test_neither_a_stop_nor_signs_of_life_wait_for_an_answer() -> None:
+    async def main() -> None:
+        source = Slow()
+        async with serving(source) as server, client(server) as socket:
+            page = Client(socket)
+            await page.authorize("me")
+            await page.command("take")
+            await page.tell(t="range", **{"from": 0.0, "to": 9.0})
+            await until(lambda: source.questions)
+            for at in range(5):
+                await page.tell(t="seek", at=at)
+            source.orders.clear()
+
+            await page.tell(t="beat")
+            assert (await page.command("stop"))["ok"]
+
+            assert [order["t"] for order in source.orders] == ["beat", "cmd"]
+            source.go_on.set()
+            assert [(await page.hear("say"))["text"] for _ in range(2)] == ["range", "4"]
+            assert len(source.questions) == 2  # of instants sought meanwhile only the last
+
+    run(main())
+
+
+def test_questions_that_wait_are_bounded_and_go_with_their_page() -> None:
+    async def main() -> None:
+        source = Slow()
+        async with serving(source) as server:
+            for _ in range(2 * ANSWERED_AT_ONCE):
+                async with client(server) as socket:
+                    page = Client(socket)
+                    await page.hear("state")
+                    for _ in range(3):
+                        await page.tell(t="range")
+                    await page.command("stop")
+            await until(lambda: not server.pages)
+            assert len(source.questions) == ANSWERED_AT_ONCE
+            source.go_on.set()
+            async with client(server) as socket:
+                page = Client(socket)
+                await page.tell(t="plot")
+                await page.hear("say", text="plot")
+            assert len(source.questions) == ANSWERED_AT_ONCE + 1
+        page_alone = Page(1)
+        assert all(page_alone.ask({"t": "range"}) for _ in range(MOST_QUESTIONS))
+        assert not page_alone.ask({"t": "range"})
 
     run(main())
 

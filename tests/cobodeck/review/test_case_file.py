@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -52,7 +53,8 @@ def test_a_case_passes_and_fails_once_a_parameter_is_another(
 
 
 def test_the_file_is_a_test_of_pytest(run: Path, folder: Path) -> None:
-    assert main(["case", str(run), "--at", str(AT_S)]) == 0
+    odd = shutil.copy(run, Path('a"""b\\N.mcap'))
+    assert main(["case", odd.name, "--at", str(AT_S), "-o", 'test_"x".py']) == 0
     (test,) = Path().glob("test_*.py")
 
     asked = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(test)]

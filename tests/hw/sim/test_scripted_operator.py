@@ -24,6 +24,22 @@ def test_a_stop_stays_while_somebody_else_is_the_operator(away: bool) -> None:
     assert len(operator.samples(4 * S)) == (not away)
 
 
+def test_a_stop_in_the_moment_of_a_reset_holds() -> None:
+    def release() -> bool:
+        operator.away = True
+        line.pull("stop by Ada")
+        return True
+
+    line = StopLatch(release)
+    operator = ScriptedOperator(line)
+    line.pull("bumper")
+    for at_s in range(3):
+        operator.step(at_s * S)
+
+    assert line.reason is not None
+    assert operator.samples(3 * S) == []
+
+
 def test_back_again_the_operator_acknowledges_what_was_reported() -> None:
     line = StopLatch(lambda: True)
     operator = ScriptedOperator(line)

@@ -299,6 +299,9 @@ class FakePage:
     def tell(self, message: Any, key: str | None = None) -> None:
         self.told.append(message)
 
+    def answer(self, message: Any) -> None:
+        self.told.append(message)
+
 
 class FakePages(list[FakePage]):
     async def some(self) -> None:
@@ -458,16 +461,24 @@ def test_a_chart_that_is_not_shown_starts_by_the_profile_of_the_command(
 
     async def start(_: StartedRuns, chart: Path, profile: str, *_form: object) -> StartedRun:
         given.extend((chart.stem, profile))
+        await asyncio.sleep(0)
         return StartedRun(None, "not begun")
 
     monkeypatch.setattr(StartedRuns, "start", start)
-    charts = EditedCharts(folder, known(), "paper")
+    charts, page = EditedCharts(folder, known(), "paper"), FakePage(1)
     order = {"t": "cmd", "id": 1, "do": "start", "chart": "other"}
 
-    answer = asyncio.run(charts.commanded(FakePage(1), order))
+    async def main() -> None:
+        assert await charts.commanded(page, order) is None  # the page goes on meanwhile
+        again = await charts.commanded(page, {**order, "id": 2})
+        assert "begins already" in again["text"]
+        while not page.told:
+            await asyncio.sleep(0)
+
+    asyncio.run(main())
 
     assert given == ["other", "paper"]
-    assert answer == {"t": "ack", "id": 1, "ok": False, "text": "not begun", "url": None}
+    assert page.told == [{"t": "ack", "id": 1, "ok": False, "text": "not begun", "url": None}]
 
 
 # the watch of files
