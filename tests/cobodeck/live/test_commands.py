@@ -446,7 +446,7 @@ def test_who_has_control_on_parts_is_missed_also_when_the_server_dies(tmp_path: 
         if end:
             found.page.close()
         until(lambda line=line: line.reason is not None)
-        assert ("no server" in line.reason) is end
+        assert ("not served" in line.reason) is end
         found.close()
         found.finish()
 
