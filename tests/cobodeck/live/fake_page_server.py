@@ -297,6 +297,7 @@ class FakePageServer:
         """Listens, after `close` on the same port again."""
         self._server = self._now(self._listen())
         self.port = next(iter(self._server.sockets)).getsockname()[1]
+        self.listens = True
         self._clock = asyncio.run_coroutine_threadsafe(self._play(), self._loop)
 
     async def _listen(self) -> Server:
@@ -308,6 +309,7 @@ class FakePageServer:
     def close(self) -> None:
         """Breaks all connections and listens no more."""
         self._clock.cancel()
+        self.listens = False
         self._server.close()
         self._now(self._server.wait_closed())
 

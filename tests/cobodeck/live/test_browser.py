@@ -68,6 +68,8 @@ def show(browser: Browser, server: FakePageServer) -> Iterator[Show]:
         browser.resize(*size)
         browser.scheme(scheme)
         browser.see(f"(() => {{ {AT_REST} }})()")
+        if not server.listens:  # a test before has failed meanwhile
+            server.start()
         until(lambda: server.pages)
         knew = any(server.pages.values())
         server.begin(mode, at, speed)
@@ -569,8 +571,7 @@ def test_what_is_typed_and_shown_larger_stays_after_a_drop_and_a_lost_connection
     assert browser.see("document.querySelector('#replace textarea').value") == "chart: typed"
     assert not sent(server, "auth")
     server.close()
-    browser.until("document.body.classList.contains('lost')")
-    assert not browser.see("document.querySelector('#replace').checkVisibility()")
+    browser.until("!document.querySelector('#replace').checkVisibility()")
     server.start()
     browser.until("document.querySelector('#replace textarea').checkVisibility()")
     assert browser.see("document.querySelector('#replace textarea').value") == "chart: typed"
