@@ -24,6 +24,8 @@ TRIES = 5
 """Wrong tokens after which a connection is closed."""
 LOST_S = 0.5
 """Without a sign of life of the controlling page for longer than this, s, a run on parts stops."""
+ITSELF = "live page"
+"""Who stops a run whose operator is lost."""
 LONGEST_NAME = 40
 LOCAL = frozenset({"localhost", "127.0.0.1", "::1"})
 

@@ -25,7 +25,8 @@ DEEPEST, LARGEST_NUMBER, LONGEST_ID = 3, 1 << 53, 40
 BOUND = 2 << 20
 """Events that may wait for a page, in characters of JSON."""
 MOST_ANSWERS = MOST_QUESTIONS = 200
-"""To commands, that may wait for a page, and its own that may wait; far more than come at once."""
+"""Answers to commands that may wait for a page, and questions of a page that may wait for us; far
+more than anybody has at once."""
 SLOWEST, FASTEST = 0.1, 100.0
 """Speeds at which runs go on and records are played."""
 

@@ -7,14 +7,14 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 from typing import Any
 
-from cobodeck.live.access import Access
+from cobodeck.live.access import ITSELF, Access
 from cobodeck.live.clients import LONGEST_ID, Page, PageMessage, Pages, Source, ack, said
 
 STOP_IS = "a software stop, not a safety device"
 AT_ONCE = frozenset({"auth", "beat", "cmd", "layers"})
 """Kinds of messages that wait for nothing; all others are questions."""
 ANSWERED_AT_ONCE = 4
-"""Questions of all pages; also what those leave behind that come and go is bounded by it."""
+"""So many questions, of all pages together: also those of pages that have gone meanwhile."""
 NOBODY = Page(0)
 """Whom the server itself speaks for."""
 LOOK_S = 0.1
@@ -153,7 +153,7 @@ class Conversation:
             if name is None:
                 continue
             why = f"the page of {name} is gone"
-            lost = {"t": "cmd", "do": "stop", "who": "live page", "why": why}
+            lost = {"t": "cmd", "do": "stop", "who": ITSELF, "why": why}
             with suppress(ConnectionError):  # the run is over
                 await self._source.commanded(NOBODY, lost)
                 await self._tell_holder()

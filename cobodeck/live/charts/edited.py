@@ -141,8 +141,8 @@ class EditedCharts:
     async def _start(self, page: Page, message: PageMessage, file: Path, profile: str) -> None:
         try:
             result = await self._runs.start(file, profile, message, lambda t: page.tell(said(t)))
-        except OSError as error:
-            page.answer(ack(message, f"it cannot be started: {error}"))
+        except Exception as error:  # noqa: BLE001  the page waits for an answer
+            page.answer(ack(message, f"it cannot be started: {type(error).__name__}: {error}"))
             return
         wrong = result.text if result.url is None else None
         page.answer({**ack(message, wrong, result.text), "url": result.url})

@@ -17,7 +17,7 @@ from functools import partial
 from queue import SimpleQueue
 from threading import Thread
 
-from cobodeck.live.access import LOST_S
+from cobodeck.live.access import ITSELF, LOST_S
 from cobodeck.live.feed import Feed
 from cobodeck.live.steering.orders import Act, Order, Orders, Refused, operator_of
 from cobodeck.live.steering.run_status import RunStatus, unforeseen
@@ -36,8 +36,6 @@ LOOK_S = 0.1
 """Between two looks at whether the controlling page is still heard, s."""
 BESIDE = frozenset({"reset", "ack", "speed"})
 """Commands that the run itself does not know: they are put on record as remarks, as a stop is."""
-ITSELF = "live page"
-"""Who stops a run whose operator is lost."""
 OVER = "the run has ended"
 
 
@@ -66,7 +64,7 @@ class PageOperator:
         self._holder: str | None = None
         self._heard = time.monotonic()
         self._over = False
-        self._stops, self._stopped_by = 0, ""
+        self._stops, self._last = 0, ("", "")  # who has stopped it, and why
         self._preparing = Thread(target=self._prepare, daemon=True, name="page operator")
 
     def attend(self, on_parts: bool) -> None:
@@ -133,7 +131,7 @@ class PageOperator:
             wrong = reset()
             if stops == self._stops:
                 return wrong
-            self._orders.pull(self._stopped_by)  # in that moment, so that it may be undone
+            self._orders.pull(*self._last)  # in that moment, so that it may be undone
         return "not reset: it was stopped again meanwhile"
 
     # in the thread that reads
@@ -205,7 +203,7 @@ class PageOperator:
 
     def _stop(self, by: str, why: str = "") -> None:
         if not self._over:
-            self._stopped_by = by
+            self._last = by, why
             self._stops += 1
             self._orders.stop(by, why)
 

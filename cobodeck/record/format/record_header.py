@@ -184,7 +184,10 @@ def _version(name: str) -> str:
 
 
 def code(known: Catalogue) -> dict[str, str]:
-    """Hashes of the program's packages, and of each project module that provides states."""
+    """Hashes of the program's packages, and of each project module that provides states.
+
+    Files are read once: what is changed on disk later does not run in this process.
+    """
     found = {name: _folder_sha256(ROOT / name) for name in PACKAGES}
     names = {cls.__module__ for cls in known.classes.values()}
     names |= {module for project in known.projects for module in project.modules}
@@ -193,9 +196,6 @@ def code(known: Catalogue) -> dict[str, str]:
         if name.partition(".")[0] not in PACKAGES and file is not None:
             found[name] = _module_sha256(Path(file))
     return found
-
-
-# what is changed on disk later does not run in this process, so that both are read once
 
 
 @cache

@@ -571,6 +571,7 @@ def test_what_is_typed_and_shown_larger_stays_after_a_drop_and_a_lost_connection
     assert browser.see("document.querySelector('#replace textarea').value") == "chart: typed"
     assert not sent(server, "auth")
     server.close()
+    browser.until("document.body.classList.contains('lost')")
     browser.until("!document.querySelector('#replace').checkVisibility()")
     server.start()
     browser.until("document.querySelector('#replace textarea').checkVisibility()")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 import json
 import socket
-from collections.abc import Coroutine, Iterable
-from contextlib import suppress
+from collections.abc import AsyncIterator, Coroutine, Iterable
+from contextlib import asynccontextmanager, suppress
 from typing import Any
 
 import pytest
@@ -434,19 +434,27 @@ def test_a_page_that_does_not_read_loses_frames_and_gets_a_snapshot_for_its_even
     run(main())
 
 
+@asynccontextmanager
+async def sent_to(page: Page) -> AsyncIterator[list[str]]:
+    """The kinds of the messages that a page gets from now on; its snapshot is a `state`."""
+    kinds: list[str] = []
+
+    async def send(text: str) -> None:
+        kinds.append(json.loads(text)["t"])
+
+    sending = asyncio.create_task(page.send_all(send, lambda _page: [{"t": "state"}]))
+    yield kinds
+    sending.cancel()
+
+
 def test_a_message_larger_than_all_that_may_wait_is_sent_all_the_same() -> None:
     async def main() -> None:
-        page, sent = Page(1, bound=100), list[str]()
-
-        async def send(text: str) -> None:
-            sent.append(json.loads(text)["t"])
-
-        sending = asyncio.create_task(page.send_all(send, lambda _page: [{"t": "state"}]))
-        await until(lambda: sent)
-        page.tell({"t": "plot", "values": [1.5] * 100})
-        await until(lambda: not page.waiting)
-        sending.cancel()
-        assert sent == ["state", "plot"]
+        page = Page(1, bound=100)
+        async with sent_to(page) as sent:
+            await until(lambda: sent)
+            page.tell({"t": "plot", "values": [1.5] * 100})
+            await until(lambda: not page.waiting)
+            assert sent == ["state", "plot"]
 
     run(main())
 
@@ -517,18 +525,13 @@ def test_questions_that_wait_are_bounded_and_go_with_their_page() -> None:
 
 def test_an_answer_outlives_a_new_snapshot() -> None:
     async def main() -> None:
-        page, sent = Page(1), list[str]()
-
-        async def send(text: str) -> None:
-            sent.append(json.loads(text)["t"])
-
+        page = Page(1)
         page.tell({"t": "ev"})  # before the first snapshot, which has it
         page.answer({"t": "ack", "id": 1})
         page.renew()
-        sending = asyncio.create_task(page.send_all(send, lambda _page: [{"t": "state"}]))
-        await until(lambda: not page.waiting)
-        sending.cancel()
-        assert sent == ["state", "ack"]
+        async with sent_to(page) as sent:
+            await until(lambda: not page.waiting)
+            assert sent == ["state", "ack"]
 
     run(main())
 

@@ -481,6 +481,28 @@ def test_a_chart_that_is_not_shown_starts_by_the_profile_of_the_command(
     assert page.told == [{"t": "ack", "id": 1, "ok": False, "text": "not begun", "url": None}]
 
 
+def test_a_start_that_fails_unforeseen_is_answered_and_another_may_follow(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def start(*_: object) -> StartedRun:
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setattr(StartedRuns, "start", start)
+    charts, page = EditedCharts(folder, known()), FakePage(1)
+
+    async def main() -> None:
+        for number in (1, 2):
+            order = {"t": "cmd", "id": number, "do": "start", "chart": "other"}
+            assert await charts.commanded(page, order) is None
+            while charts._starting:
+                await asyncio.sleep(0)
+
+    asyncio.run(main())
+
+    assert [(one["id"], one["ok"]) for one in page.told] == [(1, False), (2, False)]
+    assert "ZeroDivisionError: oh" in page.told[0]["text"]
+
+
 # the watch of files
 
 
