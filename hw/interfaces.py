@@ -50,12 +50,11 @@ class Base(RobotPart, Protocol):
     def drive(self, command: Twist2) -> None:
         """Drive at this velocity (base frame, m/s and rad/s) as far as the limits allow.
 
-        Holds until the next command, at most for the part's own command time-out: repeat it. In
-        `differential` mode vy is ignored. While the stop line is pulled nothing moves, and the
-        command is dropped.
+        Holds until the next command, at most for the part's own command time-out: repeat it. While
+        the stop line is pulled nothing moves, and the command is dropped.
 
         Raises:
-            ValueError: a value is NaN or infinite.
+            ValueError: a value is NaN or infinite, or it goes sideways, and the base cannot.
         """
         ...
 

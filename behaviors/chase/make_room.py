@@ -94,6 +94,7 @@ class MakeRoom(Action):
     outcomes = ("clear", "lost")
     reads = {**WAYS, **DRIVES, **WATCHES}
     commands = ("base",)
+    sideways = True
 
     def __init__(
         self,

@@ -120,6 +120,7 @@ class DriveToBest(Action):
     outputs = {"reached": {"pose": Pose2}}
     reads = {**AWAY, ESCAPE_CANDIDATES: OLD_S, ARM_JOINTS: OLD_S}
     commands = ("base",)
+    sideways = True
     policy = "tuned"
 
     def __init__(self, earlier_by: Duration, wider_by: Length) -> None:

@@ -85,6 +85,7 @@ class DriveToFirst(Action):
     outputs = {"reached": {"pose": Pose2}}
     reads = AWAY
     commands = ("base",)
+    sideways = True
     policy = "paper"
 
     def run(self, ctx: Context) -> Run:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 if TYPE_CHECKING:
     from behaviors.profile import Profile
     from cobodeck.checks.floor_space import FloorReport
+    from cobodeck.project import Catalogue
     from cobodeck.real import Connected, PriorRuns
     from cobodeck.setup import Options, RunPlace, Setup, Uses
     from engine.chart import Chart
@@ -26,6 +27,7 @@ class Case(TypedDict, total=False):
     declared: Mapping[str, Signal]
     driver: str
     floor: FloorReport
+    known: Catalogue
     leaves: Sequence[Leaf]
     library: Mapping[str, Chart]
     options: Options

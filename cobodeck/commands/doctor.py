@@ -51,6 +51,7 @@ def run(args: argparse.Namespace) -> int:
 def _of_scene(args: argparse.Namespace) -> Iterator[CheckResult]:
     """Whether a room suits its robot with the profile's values."""
     from cobodeck.checks import floor_report
+    from cobodeck.project import catalogue
     from cobodeck.setup import open_place, profile_with
     from hw.model import load_robot
 
@@ -61,6 +62,7 @@ def _of_scene(args: argparse.Namespace) -> Iterator[CheckResult]:
         floor=floor_report(args.scene, values),
         robot=load_robot(place.scene.robot),
         profile=values,
+        known=catalogue(own=args.own),
     )
 
 
@@ -72,9 +74,9 @@ def _of_connection(args: argparse.Namespace) -> Iterator[CheckResult]:
     from hw.model import load_robot
 
     connection = load_connection(args.robot)
-    packages = catalogue(own=args.own).packages
-    yield from ask("doctor", connection=connection, packages=packages)
+    known = catalogue(own=args.own)
+    yield from ask("doctor", connection=connection, packages=known.packages)
     if connection.model is not None:
         body = connection.limits.body(load_robot(connection.model))
         values = profile_with(args.profile, args.sets).narrowed(connection.limits)
-        yield from ask("doctor", robot=body, profile=values)
+        yield from ask("doctor", robot=body, profile=values, known=known)

@@ -96,7 +96,7 @@ class FileChecker:
         errors = [
             answer
             for robot in self._known_robots
-            for answer in ask("validate", profile=profile, robot=robot)
+            for answer in ask("validate", profile=profile, robot=robot, known=self._known)
         ]
         if errors and len(errors) == len(self._known_robots):
             errors[0].require()

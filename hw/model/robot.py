@@ -108,34 +108,61 @@ class BaseModel:
     command_timeout: Annotated[Duration, Range(0.02, 2.0)]
     """Without a new command the wheels stop by themselves after this time."""
     wheel_radius: Annotated[Length, Range(0.01, 0.5)]
-    """Of the wheels."""
-    max_wheel_rate: Annotated[AngularSpeed, Range(0.1, 1000.0)]
-    """How fast the wheels turn."""
-    half_wheelbase: Annotated[Length, Range(0.01, 1.5)]
-    """From base_link ahead to the axle."""
+    """Of the driven wheels."""
     half_track: Annotated[Length, Range(0.01, 1.5)]
-    """From base_link aside to the wheels."""
+    """From base_link aside to the driven wheels."""
     rolling_resistance: Annotated[Ratio, Range(0.0001, 0.5)]
     """As a share of the weight."""
+    half_wheelbase: Annotated[Length, Range(0.01, 1.5)] | None = None
+    """From base_link ahead to the axle of Mecanum wheels; only the mode omni needs it."""
+    max_wheel_rate: Annotated[AngularSpeed, Range(0.1, 1000.0)] | None = None
+    """How fast the wheels turn; without it max_speed and max_yaw_rate alone are the limits."""
     reaction_time: Annotated[Duration, Range(0.02, 1.0)] = 0.1
     """From a new pose of the user to braking wheels; measure it too."""
 
     def faults(self) -> Iterator[Fault]:
-        """Speeds beyond the wheels' rates, by key.
-
-        The rim of a Mecanum wheel moves at up to |v| + lever |wz|, with half the wheelbase plus
-        half the track as the lever; the lever of a differential base is half the track.
-        """
-        rim = self.max_wheel_rate * self.wheel_radius
+        """Figures that the mode omni lacks, and speeds beyond the wheels' rates, by key."""
+        if self.sideways:
+            for key in ("half_wheelbase", "max_wheel_rate"):
+                if getattr(self, key) is None:
+                    yield "modes", f"omni drives Mecanum wheels; the key '{key}' is missing"
+                    return
+        rim = self.rim_speed
         if self.max_speed > _ROUNDED * rim:
             yield "max_speed", f"{self.max_speed:g} m/s; the wheels turn to {rim:.4g} m/s at most"
-        lever = self.half_track + ("omni" in self.modes) * self.half_wheelbase
+        lever = self.lever
         if self.max_yaw_rate * lever > _ROUNDED * rim:
             fastest = rim / lever
             yield (
                 "max_yaw_rate",
                 f"{self.max_yaw_rate:g} rad/s; the wheels turn it by {fastest:.4g} rad/s at most",
             )
+
+    @property
+    def sideways(self) -> bool:
+        """Whether it can drive sideways."""
+        return "omni" in self.modes
+
+    @property
+    def own_mode(self) -> DriveMode:
+        """How it drives if nothing else is asked for: the first of its modes."""
+        return self.modes[0]
+
+    @property
+    def lever(self) -> float:
+        """By how much, m/s, the rims move faster for each rad/s of the base, m.
+
+        Half the track for a differential base; half the wheelbase is added for Mecanum wheels, the
+        rims of which move at up to |vx| + |vy| + lever |wz|.
+        """
+        ahead = self.half_wheelbase if self.sideways else None
+        return self.half_track if ahead is None else ahead + self.half_track
+
+    @property
+    def rim_speed(self) -> float:
+        """The greatest speed of a wheel's rim, m/s; infinite if it is not known."""
+        rate = self.max_wheel_rate
+        return math.inf if rate is None else rate * self.wheel_radius
 
 
 @dataclass(frozen=True, slots=True)

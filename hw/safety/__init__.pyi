@@ -30,6 +30,7 @@ from hw.safety.ramps import (
     PlanarState as PlanarState,
     Ramps as Ramps,
     limited as limited,
+    require_rolling as require_rolling,
     toward as toward,
     twist_after as twist_after,
     velocity_after as velocity_after,

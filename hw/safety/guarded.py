@@ -32,6 +32,7 @@ from hw.interfaces import Base, DriveMode
 from hw.safety.chain import Chain, Hear, LocalChain, Pull
 from hw.safety.limits import SafetyLimits
 from hw.safety.multiplexer import Multiplexer, Selected
+from hw.safety.ramps import require_rolling
 from hw.safety.rule import is_standing
 from hw.samples import ArmState, Joints, Sample
 
@@ -82,6 +83,7 @@ class GuardedBase:
         self.signals: tuple[str, ...] = (*base.signals, *REPORTED)
         self.cycled = not hasattr(base, "chain")
         self._has_modes = hasattr(base, "mode")
+        self._mode_wanted = self.mode
         self.chain = _chain_of(base, limits)
         self.chain.stops = pull
         self._drives_in_ticks = not self.cycled and isinstance(self.chain, LocalChain)
@@ -129,9 +131,11 @@ class GuardedBase:
         `left` is the remaining distance to the goal, m.
 
         Raises:
-            ValueError: a value is NaN or infinite.
+            ValueError: a value is NaN or infinite, or it goes sideways in the mode `differential`.
             KeyError: there is no such source.
         """
+        if self._mode_wanted == "differential":
+            require_rolling(command)
         overlap = self.chain.limits.overlap
         docks = source == "haptic" and overlap > 0.0 and left <= overlap
         if source == "haptic" and not docks:
@@ -151,6 +155,7 @@ class GuardedBase:
     def use(self, mode: DriveMode) -> None:
         """Change the drive mode; see `Base`."""
         self.base.use(mode)
+        self._mode_wanted = mode
 
     def grant(self, pose: Pose2 | None) -> None:
         """Serve the user's request from this base pose (map_from_base); see `Chain`."""

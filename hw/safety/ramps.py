@@ -27,6 +27,8 @@ PlanarState = tuple[float, float, float, Velocity]
 """Displacement dx, dy over the floor (m), rotation (rad), and the velocity at the end: vx, vy (m/s)
 along fixed axes of the floor, those of the yaw, and wz (rad/s)."""
 STANDSTILL: Velocity = (0.0, 0.0, 0.0)
+SIDEWAYS = 1e-6
+"""Sideways velocities up to this, m/s, are rounding."""
 
 
 RAMPS = record_type(
@@ -37,6 +39,19 @@ RAMPS = record_type(
 of ramps and of brakes, m/s2 and rad/s2."""
 
 
+def require_rolling(command: Twist2) -> None:
+    """Refuse a command (base frame) that a differential base cannot follow.
+
+    Raises:
+        ValueError: it goes sideways.
+    """
+    if abs(command.vy) > SIDEWAYS:
+        raise ValueError(
+            f"base: {command.vy:.3g} m/s sideways; in the mode differential it drives along its "
+            "heading only: turn first, or take a robot whose base.modes has omni"
+        )
+
+
 class Ramps:
     """The limits of a body and of a profile; `figures` are those as (1,) of `RAMPS`."""
 
@@ -45,8 +60,8 @@ class Ramps:
         ramps = self.figures[0]
         ramps.max_speed = min(model.max_speed, limits.base_speed)
         ramps.max_rate = min(model.max_yaw_rate, limits.base_yaw_rate)
-        ramps.wheel_speed = model.max_wheel_rate * model.wheel_radius
-        ramps.lever = lever = model.half_wheelbase + model.half_track
+        ramps.wheel_speed = model.rim_speed
+        ramps.lever = lever = model.lever
         acceleration, yaw_acceleration = limits.base_acceleration, limits.base_yaw_acceleration
         brakes = model.brake_deceleration
         ramps.gentle = acceleration, yaw_acceleration

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from hw.geometry import STILL, Pose2, Twist2, total
-from hw.interfaces import DriveMode
 from hw.model import BaseModel, MotionLimits, RobotModel
 from hw.safety import CYCLE_NS
 from hw.samples import ArmState, Joints, Sample, TimedJoints
@@ -23,17 +22,18 @@ WHEELS = 4
 
 
 def twist_of(rates: Sequence[float], base: BaseModel) -> Twist2:
-    """The velocity (base frame) of a Mecanum base at these wheel rates, rad/s.
+    """The velocity (base frame) of a base with four wheels at these rates, rad/s.
 
     The least-squares inverse of r w = vx -+ vy -+ (L + W) wz, with the half wheelbase L and the
-    half track W; see `hw.drivers.can.mecanum`, with which it deliberately shares no code.
+    half track W; see `hw.drivers.can.mecanum`, with which it deliberately shares no code. Without
+    rollers the wheels do not go sideways, and their lever is W.
     """
     left, right, rear_left, rear_right = rates
     share = 0.25 * base.wheel_radius
     return Twist2(
         share * (left + right + rear_left + rear_right),
-        share * (right + rear_left - left - rear_right),
-        share * (right + rear_right - left - rear_left) / (base.half_wheelbase + base.half_track),
+        share * (right + rear_left - left - rear_right) if base.sideways else 0.0,
+        share * (right + rear_right - left - rear_left) / base.lever,
     )
 
 
@@ -45,10 +45,9 @@ class HostedBase(SimBase):
 
     def __init__(self, robot: RobotModel, limits: MotionLimits, start: Pose2) -> None:
         super().__init__(robot, limits, start)
-        self.mode: DriveMode = "omni"
         self._heard: tuple[int, Twist2] = (-SILENT_NS, STILL)
         self._against: tuple[float, float, float] | None = None
-        self._corner = robot.base.half_wheelbase + robot.base.half_track
+        self._corner = robot.base.lever
 
     @property
     def held(self) -> bool:

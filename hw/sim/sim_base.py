@@ -17,7 +17,7 @@ from hw.interfaces import DriveMode
 from hw.jit import compile_examples
 from hw.model import MotionLimits, RobotModel, WhiteNoise, added
 from hw.motion import RECKONING
-from hw.safety import CYCLE, RULE, LocalChain, Ramps
+from hw.safety import CYCLE, RULE, LocalChain, Ramps, require_rolling
 from hw.samples import Sample
 from hw.sim import wheel_cycles
 from hw.sim.wheel_cycles import BODY, Moved, move
@@ -106,6 +106,8 @@ class SimBase:
 
     def drive(self, command: Twist2) -> None:
         """Command a velocity; see `Base`."""
+        if not self._model.sideways:
+            require_rolling(command)
         if not math.isfinite(command.vx + command.vy + command.wz):
             Twist2.checked(command.vx, command.vy, command.wz)
         self._target = self._limited(command)

@@ -66,7 +66,7 @@ class DriveContext(SignalReader, Protocol):
 class BaseDrive:
     """A drive of the base with a subsystem's values: `towards` a goal, once per tick.
 
-    A context manager: whatever ends it, the base is released and gets its mode back. `clearance`,
+    A context manager: whatever ends it, the base is released and gets its own mode back. `clearance`,
     `mode`, `patience` and `speed` are those of `DriveTo`; with a patience of None nobody watches
     whether it gets nearer. `apart` names a subsystem whose distance from the user is kept instead,
     `source` one with whose priority the base is commanded. `straight`: straight to the goal and
@@ -78,7 +78,7 @@ class BaseDrive:
         ctx: DriveContext,
         subsystem: SubsystemName,
         clearance: Clearance = "own",
-        mode: DriveMode = "omni",
+        mode: DriveMode | None = None,
         patience: Duration | None = 3.0,
         speed: Speed | None = None,
         *,
@@ -87,7 +87,9 @@ class BaseDrive:
         straight: bool = False,
     ) -> None:
         self._ctx, self._base, self._environment = ctx, ctx.part("base"), environment_of(ctx)
-        self._subsystem, self._mode, self._before = subsystem, mode, ctx.value(BASE_MODE)
+        self._own_mode = self._environment.robot.base.own_mode
+        self._mode: DriveMode = "omni" if straight else mode or self._own_mode
+        self._subsystem, self._before = subsystem, ctx.value(BASE_MODE)
         self._source, self._straight = source or subsystem, straight
         self._own = self._environment.navigation.named(apart or subsystem)
         self._is_apart = apart is not None
@@ -99,14 +101,14 @@ class BaseDrive:
         self._progress = None if patience is None else GoalProgress(patience)
 
     def __enter__(self) -> BaseDrive:
-        if self._mode != self._before:
+        if not self._mode == self._own_mode == self._before:
             self._base.use(self._mode)
         return self
 
     def __exit__(self, *_: object) -> None:
         self._base.release(self._source)
-        if self._before not in (self._mode, None):
-            self._base.use(self._before)
+        if self._mode != self._own_mode:
+            self._base.use(self._own_mode)
         if self._source == "haptic":
             self._base.grant(None)
 

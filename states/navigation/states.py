@@ -45,14 +45,14 @@ class _Drives(Action):
         self,
         subsystem: SubsystemName = "chase",
         patience: Annotated[Duration, ABOVE_0] = 3.0,
-        mode: DriveMode = "omni",
+        mode: DriveMode | None = None,
         clearance: Clearance = "own",
         speed: Annotated[Speed, ABOVE_0] | None = None,
     ) -> None:
         self.subsystem: SubsystemName = subsystem
         self.clearance: Clearance = clearance
         self.patience = patience
-        self.mode: DriveMode = mode
+        self.mode: DriveMode | None = mode
         self.speed = speed
 
     def _drive(self, ctx: Context) -> BaseDrive:
@@ -71,7 +71,8 @@ class DriveTo(_Drives):
     `no_path`: for 1 s the goal has not been free or reachable; `stuck`: no progress for
     `patience`; `lost`: the pose of base or user is, or a scanner has fallen silent; a first pose
     is waited for (`FIRST_POSE_S`). With the `mode` differential the robot drives only along its
-    heading (R2), until the drive ends. It is nowhere faster than `speed`, if that is given.
+    heading (R2), until the drive ends; null: as the robot's file says first. It is nowhere faster
+    than `speed`, if that is given.
     """
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
@@ -97,7 +98,7 @@ class DriveThrough(_Drives):
         subsystem: SubsystemName = "chase",
         passing: Annotated[Length, ABOVE_0] = 0.5,
         patience: Annotated[Duration, ABOVE_0] = 3.0,
-        mode: DriveMode = "omni",
+        mode: DriveMode | None = None,
         clearance: Clearance = "own",
         speed: Annotated[Speed, ABOVE_0] | None = None,
     ) -> None:
@@ -139,10 +140,10 @@ class Follow(Action):
         self,
         distance: Annotated[Length, FROM_0] = 2.0,
         slack: Annotated[Length, FROM_0] = 0.3,
-        mode: DriveMode = "omni",
+        mode: DriveMode | None = None,
     ) -> None:
         self.distance, self.slack = distance, slack
-        self.mode: DriveMode = mode
+        self.mode: DriveMode | None = mode
 
     def run(self, ctx: Context) -> Run:
         yield from first_pose(ctx)

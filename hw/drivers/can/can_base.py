@@ -27,6 +27,7 @@ from hw.drivers.can.wheel_setting import DriveNodes
 from hw.drivers.gates import VELOCITY_NS
 from hw.geometry import STILL, Twist2
 from hw.model import BaseModel
+from hw.safety import require_rolling
 from hw.samples import BumperHit, Odometry
 
 NAMES = ("front left", "front right", "rear left", "rear right")
@@ -74,7 +75,7 @@ class CanBase:
         self._remarks: list[str] = []
         self._wheels, self._mecanum = DriveNodes.of(wheels), Mecanum.of(model)
         brakes = self._mecanum.brakes(model.brake_deceleration)
-        for wrong in self._wheels.faults_at(model.wheel_radius, model.max_wheel_rate, brakes):
+        for wrong in self._wheels.faults_at(model.wheel_radius, self._mecanum.max_rate, brakes):
             raise ValueError(f"wheels: {wrong}")
         self._reckoning = Reckoning(self._mecanum, 1.0 / self._wheels.scale)
         self._bus = CanBus(bus)
@@ -126,6 +127,8 @@ class CanBase:
 
     def drive(self, velocity: Twist2, now_ns: int) -> None:
         """Send targets, SYNC and heartbeat; the targets are 0 during a fault."""
+        if not self._mecanum.sideways:
+            require_rolling(velocity)
         rates = self._mecanum.rates(velocity if self.ready else STILL)
         for drive, target in zip(self._drives, self._wheels.counts(rates), strict=True):
             drive.send_command(drive.control(), target)

@@ -31,17 +31,27 @@ _STRAIGHT = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class Mecanum:
-    """The geometry: m and rad/s."""
+    """The geometry: m and rad/s.
+
+    Four wheels without rollers are driven alike, with half the track as the lever; they do not go
+    `sideways`, so that what their rates say of it is slip.
+    """
 
     radius: float
     lever: float
     max_rate: float
+    sideways: bool = True
 
     @classmethod
     def of(cls, model: BaseModel) -> Mecanum:
-        """The geometry of a robot."""
-        lever = model.half_wheelbase + model.half_track
-        return cls(model.wheel_radius, lever, model.max_wheel_rate)
+        """The geometry of a robot.
+
+        Raises:
+            ValueError: its file does not say how fast the wheels turn.
+        """
+        if model.max_wheel_rate is None:
+            raise ValueError("the robot file has no base.max_wheel_rate, which the drives need")
+        return cls(model.wheel_radius, model.lever, model.max_wheel_rate, model.sideways)
 
     def rates(self, velocity: Twist2) -> Rates:
         """Wheel rates for a velocity of the base, scaled down together to the fastest rate."""
@@ -58,7 +68,7 @@ class Mecanum:
         quarter = 0.25 * self.radius
         return Twist2(
             quarter * (a + b + c + d),
-            quarter * (b + c - a - d),
+            quarter * (b + c - a - d) if self.sideways else 0.0,
             quarter * (b + d - a - c) / self.lever,
         )
 

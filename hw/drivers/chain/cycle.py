@@ -28,7 +28,7 @@ from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.interfaces import DriveMode
 from hw.ipc import Datagram, Outlet
 from hw.motion import Reckoner
-from hw.safety import STANDSTILL, LocalChain, Ramps, Velocity, is_standing, twist_after
+from hw.safety import STANDSTILL, LocalChain, Ramps, Velocity, is_standing, require_rolling, twist_after
 from hw.samples import PoseSigma, Sample, TrackerPose, UserPose
 
 RESET_NS = 400 * MS
@@ -235,6 +235,8 @@ class ChainCycle:
         if datagram.value is None:
             self.chain.command(STILL, None)
         elif isinstance(datagram.value, Twist2) and is_finite(datagram.value):
+            if "omni" not in self._modes:
+                require_rolling(datagram.value)
             self.chain.command(datagram.value, datagram.stamp_ns)
 
     def _hear_mode(self, now_ns: int, datagram: Datagram) -> None:  # noqa: ARG002

@@ -34,6 +34,7 @@ from hw.drivers.kairos.kairos_link import TYPES, KairosLink
 from hw.drivers.ros import Version, reachable, topic_of
 from hw.geometry import STILL, Pose2, Twist2
 from hw.model import BaseModel
+from hw.safety import require_rolling
 from hw.samples import BumperHit, Odometry
 
 STOP_M = 0.5
@@ -86,7 +87,7 @@ class KairosBase:
     ) -> None:
         self.odometry: tuple[int, Odometry] | None = None
         self.fault: str | None = None
-        self._fastest = _bounded(model, **stops)
+        self._fastest, self._sideways = _bounded(model, **stops), model.sideways
         self._topics = _topics(topics or {}, namespace)
         self._address, self._version = (host, port), ros
         self._from_first: Pose2 | None = None
@@ -120,6 +121,8 @@ class KairosBase:
 
     def drive(self, velocity: Twist2, now_ns: int) -> None:  # noqa: ARG002
         """Send a velocity, limited to what its stop allows; see `Hardware`."""
+        if not self._sideways:
+            require_rolling(velocity)
         if self._standing or self.fault is not None:
             velocity = STILL
         scale = self._fastest / max(velocity.speed, self._fastest)

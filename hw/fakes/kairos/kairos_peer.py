@@ -35,6 +35,6 @@ class Kairos(Peer):
         base = opening.body.base
         settings = {
             "host": host, "port": port, "ros": ros, "upside_down": upside_down, "stop": stop,
-            "radius": base.wheel_radius, "lever": base.half_wheelbase + base.half_track,
+            "radius": base.wheel_radius, "lever": base.lever,
         }  # fmt: skip
         super().__init__("hw.fakes.kairos.kairos_process", settings, tells, "the fake RB-KAIROS")

@@ -37,7 +37,7 @@ class WheelGeometry:
     @classmethod
     def on(cls, base: BaseModel, slip: Slip | None) -> WheelGeometry:
         """That of a base on a floor; None: one without losses."""
-        length, width = base.half_wheelbase, base.half_track
+        length, width = base.lever - base.half_track, base.half_track
         if slip is None:
             return cls(base.wheel_radius, length, width, 1.0)
         share = 1.0 - slip.along
@@ -76,7 +76,7 @@ class Mechanics:
 
     def wheel_torque(self, base: BaseModel) -> float:
         """The greatest torque of a wheel, Nm."""
-        return self.wheel_power / base.max_wheel_rate
+        return self.wheel_power * base.wheel_radius / base.rim_speed
 
     def drive_gains(self, robot: RobotModel) -> tuple[float, float]:
         """Proportional and integral gain of a drive, Nm s/rad and Nm/rad.

@@ -134,8 +134,7 @@ def _indices(
 
 def wheel_rates(twist: Twist2, base: BaseModel) -> tuple[float, ...]:
     """The rates of the wheels, rad/s, at which the base has this velocity without slip."""
-    lever = base.half_wheelbase + base.half_track
     return tuple(
-        (twist.vx + sign * twist.vy - left * lever * twist.wz) / base.wheel_radius
+        (twist.vx + sign * twist.vy - left * base.lever * twist.wz) / base.wheel_radius
         for _, left, sign in WHEELS
     )
