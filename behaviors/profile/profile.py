@@ -184,7 +184,7 @@ class Profile:
         except Mismatch as mismatch:
             if at is not None and not is_used:
                 return parameter
-            if at is not None and self._is_shipped(key):
+            if at is not None and self.is_shipped(key):
                 raise FileError([Finding("N09", f"{told}: {mismatch}", at)]) from None
             raise FileError([self.finding(key, str(mismatch))]) from None
         return dataclasses.replace(
@@ -207,12 +207,12 @@ class Profile:
         None: no chart does, and so it is picked from outside.
         """
         key = mismatch.name.removeprefix(PREFIX)
-        if not self._is_shipped(key):
+        if not self.is_shipped(key):
             return Finding(CODE, str(mismatch), self.places[key])
         at = place_of_constant(charts, mismatch.name)
         return None if at is None else Finding("N09", str(mismatch), at)
 
-    def _is_shipped(self, key: str) -> bool:
+    def is_shipped(self, key: str) -> bool:
         """Whether the value of a key is that of a shipped profile, and no mistake of the user's."""
         return Path(self.places[key].file).resolve().parent == FOLDER.resolve()
 

@@ -41,7 +41,7 @@ def modes(robot: RobotModel, known: Catalogue) -> Iterator[CheckResult]:
 
 def main_chart(profile: Profile, robot: RobotModel, known: Catalogue) -> Iterator[CheckResult]:
     """Whether the base can drive the chart that a profile names itself."""
-    if robot.base.sideways or "chart" not in profile.places:
+    if robot.base.sideways or "chart" not in profile.places or profile.is_shipped("chart"):
         return
     from cobodeck.project import chart_names
     from engine.chart import load_files

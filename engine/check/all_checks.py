@@ -15,6 +15,7 @@ from engine.check.callee import Facts, KnownNames
 from engine.check.checked_chart import CheckedChart, resolve_names
 from engine.check.endless import check_endless, report_dead_ends
 from engine.check.flow import check_flow
+from engine.check.follow_ups import drop_follow_ups
 from engine.check.outcomes import check_outcomes
 from engine.check.parts import check_parts, report_unmapped, unmapped
 from engine.check.reachability import check_reach
@@ -74,6 +75,7 @@ def check(
         _check_chart(checked, recursive=checked.chart.name in recursive)
     report_dead_ends(order)
     report_unmapped(order)
+    drop_follow_ups(charts, graph)
     found = [finding for checked in order for finding in checked.findings]
     return in_order([*library.findings, *found])
 
