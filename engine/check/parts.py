@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from itertools import chain, product
 
 from engine.chart import Reference, mark_of
 from engine.check.callee import Callee
 from engine.check.checked_chart import CheckedChart, PlacedNode
-from engine.interfaces import Interface
+from engine.interfaces import What
+from engine.state import State
 
 MOST_NOTES = 7  # maximum number of further nodes that one finding names
 
@@ -118,7 +119,8 @@ def _check_known(checked: CheckedChart) -> None:
         _check_names(checked, nodes, "part", interface.commands, scope.parts)
         for template in interface.commands if scope.parts is not None else ():
             if template[0] == "$":
-                _check_named_parts(checked, nodes, template[1:], interface)
+                known, means = scope.parts or (), interface.stands_for
+                _check_named_parts(checked, nodes, template[1:], known, means)
 
 
 def _check_names(
@@ -140,10 +142,13 @@ def _check_names(
 
 
 def _check_named_parts(
-    checked: CheckedChart, nodes: Sequence[PlacedNode], parameter: str, interface: Interface
+    checked: CheckedChart,
+    nodes: Sequence[PlacedNode],
+    parameter: str,
+    known: Collection[str],
+    means: Callable[[str, What], tuple[str, ...]] = State.stands_for,
 ) -> None:
     """N12: the parts that a parameter of these nodes names exist."""
-    known = checked.scope.parts or ()
     for placed in nodes:
         value = checked.scope.meant(placed.node.parameters.get(parameter))
         at, what = mark_of(placed.node.raw, "with", parameter), parameter
@@ -153,7 +158,7 @@ def _check_named_parts(
             at = checked.chart.declared_mark("parameters", what, "default")
         given = [name for name in (value if isinstance(value, list) else [value]) if name]
         texts = [name for name in given if isinstance(name, str)]
-        for name in (part for text in texts for part in interface.stands_for(text, "part")):
+        for name in (part for text in texts for part in means(text, "part")):
             if name not in known:
                 message, hint = f"{what}: there is no part {name!r}", checked.near(name, known)
                 checked.error("N12", message, at, hint)
