@@ -156,7 +156,7 @@ def _check_named_parts(
         if declared is not None and isinstance(declared.default, str):
             value, what = declared.default, declared.name
             at = checked.chart.declared_mark("parameters", what, "default")
-        given = [name for name in (value if isinstance(value, list) else [value]) if name]
+        given = value if isinstance(value, list) else [value]
         texts = [name for name in given if isinstance(name, str)]
         for name in (part for text in texts for part in means(text, "part")):
             if name not in known:
