@@ -49,6 +49,7 @@ from engine.state import (
     On as On,
     Outcome as Outcome,
     Run as Run,
+    RunNews as RunNews,
     Stamped as Stamped,
     State as State,
     Until as Until,

@@ -1,0 +1,33 @@
+from cobodeck.flexbe_states.adapted import (
+    AdaptedState as AdaptedState,
+    outcome_name as outcome_name,
+)
+from cobodeck.flexbe_states.class_reading import (
+    HOOKS as HOOKS,
+    FlexbeClass as FlexbeClass,
+    FlexbeParameter as FlexbeParameter,
+    read_state_classes as read_state_classes,
+)
+from cobodeck.flexbe_states.docstrings import (
+    Described as Described,
+    ReadDocstring as ReadDocstring,
+    read_docstring as read_docstring,
+)
+from cobodeck.flexbe_states.importing import (
+    flexbe_modules as flexbe_modules,
+    import_flexbe as import_flexbe,
+)
+from cobodeck.flexbe_states.init_reading import (
+    TopicUse as TopicUse,
+)
+from cobodeck.flexbe_states.ros import (
+    Record as Record,
+    TopicFile as TopicFile,
+    TopicTable as TopicTable,
+    load_topics as load_topics,
+    names_in_table as names_in_table,
+)
+from cobodeck.flexbe_states.state_modules import (
+    broken_module as broken_module,
+    state_module as state_module,
+)
