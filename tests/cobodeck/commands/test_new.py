@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from importlib.util import find_spec
@@ -125,6 +126,39 @@ def test_every_file_names_a_schema_that_is_there(project: Path) -> None:
     assert {path.name for path in (project / "my_greeter").glob("*.json")} == {
         *(name for (name,) in named.values())
     }
+
+
+@pytest.mark.parametrize("begun_one", ["project", "robot"])
+def test_an_editor_without_a_first_line_takes_a_yaml_file_as_a_chart(
+    begun_one: str, request: pytest.FixtureRequest
+) -> None:
+    folder: Path = request.getfixturevalue(begun_one)
+    (one,) = json.loads((folder / ".vscode" / "settings.json").read_text())["yaml.schemas"].items()
+    schema, files = one
+
+    assert json.loads((folder / schema).read_text())["required"] == ["chart"]
+    assert {path.name for path in folder.glob(files)} >= {
+        path.name for path in folder.rglob("*.yaml")
+    }
+
+
+def test_git_leaves_out_what_runs_and_tools_write(tmp_path: Path) -> None:
+    folder = begun(tmp_path / "kept_clean")
+    if shutil.which("git") is None:
+        pytest.skip("no `git` on the PATH")
+    before = git_sees(folder)
+    for name in ("out/x.mcap", "y.mcap.part", ".venv/bin/python", "kept_clean/__pycache__/a.pyc"):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).touch()
+
+    assert git_sees(folder) == before
+    assert {".gitignore", ".vscode/settings.json", "kept_clean/chart.schema.json"} <= before
+
+
+def git_sees(folder: Path) -> set[str]:
+    subprocess.run(["git", "init", "-q"], cwd=folder, check=True)
+    seen = ["git", "ls-files", "--others", "--exclude-standard"]
+    return set(subprocess.check_output(seen, cwd=folder, text=True).splitlines())
 
 
 def test_its_schema_knows_its_state(project: Path) -> None:

@@ -74,6 +74,8 @@ def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Pat
     assert {one["connection"] for one in json.loads(listed)} == set(connection_names())
     assert list((environment / "hw" / "drivers" / "can").glob("*.dbc"))
     run([*cobodeck, "new", "own"], elsewhere, PYTHONPATH=str(environment))
+    for name in (".gitignore", ".vscode/settings.json"):
+        assert (elsewhere / "own" / name).is_file()
     assert "no errors" in run(
         [*cobodeck, "validate"], elsewhere / "own", PYTHONPATH=str(environment)
     )
