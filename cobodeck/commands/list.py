@@ -124,14 +124,17 @@ def _states(args: argparse.Namespace) -> list[dict[str, Any]]:
 
 def _argument(name: str, argument: Argument) -> str:
     """A parameter or input of a state with its type, and its default if it has one."""
-    from engine.files import si_unit, written_text
+    from engine.files import quantity_text, written_text
 
     shown = f"{name}: {argument.type}"
     if argument.required:
         return shown
-    if argument.default is None:
+    value = argument.default
+    if value is None:
         return f"{shown} = none"
-    return f"{shown} = {written_text(argument.default)} {si_unit(argument.type.name)}".rstrip()
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return f"{shown} = {quantity_text(value, argument.type.name)}"
+    return f"{shown} = {written_text(value)}"
 
 
 def _signals(args: argparse.Namespace) -> list[dict[str, Any]]:
