@@ -34,13 +34,13 @@ def text_of_class(cls: type) -> StateText:
     found: dict[str, dict[str, str]] = {"Args": {}, "Outcomes": {}, "Outputs": {}}
     about = ""
     for of in reversed(cls.__mro__[:-1]):
-        about, sections = _parts(vars(of).get("__doc__") or "")
+        about, sections = docstring_parts(vars(of).get("__doc__") or "")
         for section, meanings in sections.items():
             found[section] |= meanings
     return StateText(about, found["Args"], found["Outcomes"], found["Outputs"])
 
 
-def _parts(docstring: str) -> tuple[str, dict[str, dict[str, str]]]:
+def docstring_parts(docstring: str) -> tuple[str, dict[str, dict[str, str]]]:
     """The text before the sections and after them, and the entries of each section."""
     prose: list[str] = []
     sections: dict[str, dict[str, str]] = {}
