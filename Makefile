@@ -14,7 +14,7 @@ both = failed=0; $(1) $(PYTEST) || [ $$? = 5 ] || failed=1; $(2) $(PYTEST) || [ 
 # tests start many processes: their modules are compiled once, whatever the shell says
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test slow check format schema bench sweeps figures clean
+.PHONY: demo test slow check format schema docs bench sweeps figures clean
 
 demo: .venv/installed
 	@$(BIN)/cobodeck render cobodeck -o out/cobodeck.svg
@@ -47,6 +47,10 @@ format: .venv/installed-dev
 
 schema: .venv/installed
 	@$(BIN)/cobodeck schema -o charts/chart.schema.json
+
+# the reference pages; a test compares them
+docs: .venv/installed
+	@$(BIN)/cobodeck docs --no-project -o cobodeck/docs/reference
 
 # each takes some minutes, best on a machine that has nothing else to do
 BENCHES := engine navigation drives chase arm localization simulation reference realtime live stability envelope

@@ -159,7 +159,14 @@ def drive_time(now: Situation, length: float, turn: float) -> float:
 
 
 class Released(Monitor):
-    """`released` when the user lets go, whatever the robot is doing for them (R61, R83)."""
+    """`released` when the user lets go, whatever the robot is doing for them (R61, R83).
+
+    Args:
+        since: the stamp of the request that is served, as `HapticRequest` outputs it, ns.
+
+    Outcomes:
+        released: the user has let go, or the request is gone or is another one.
+    """
 
     outcomes = ("released",)
     reads = {RELEASE: None, HAPTIC_REQUEST: None}
@@ -175,7 +182,20 @@ class Released(Monitor):
 
 
 class _ChoosesPose(Action):
-    """Chooses among Haptic rover poses on a half circle in front of the DEEP."""
+    """Chooses among Haptic rover poses on a half circle in front of the DEEP.
+
+    Args:
+        radius: of the half circle; by default the profile's.
+        angles: of the poses, off the line from the user through the DEEP; by default the profile's.
+        deep: where the hand will meet the prop, in the map.
+
+    Outcomes:
+        chosen: there is a pose.
+        no_pose: no rover pose is free.
+
+    Outputs:
+        pose: where to drive, map_from_base.
+    """
 
     reads = WAYS
 
@@ -198,9 +218,12 @@ class ChooseFirstHapticPose(_ChoosesPose):
     """The paper's choice: the first Haptic rover pose that is free and can be reached (R75-R77).
 
     Poses are on a half circle in front of the DEEP, of this `radius`, in the order of their
-    `angles` off the line from the user through the DEEP; what is not given is the profile's.
-    `deep_blocked`: the DEEP is in or behind a wall, or so near to one that the prop would touch it.
-    `no_pose`: no rover pose is free; `no_way`: none that is can be reached.
+    `angles` off the line from the user through the DEEP.
+
+    Outcomes:
+        deep_blocked: the DEEP is in or behind a wall, or so near to one that the prop would touch
+            it.
+        no_way: none of the free poses can be reached.
     """
 
     policy = "paper"
@@ -222,14 +245,15 @@ class ChooseHapticPose(_ChoosesPose):
     """The Haptic rover pose with the prop at the DEEP soonest, by the exact reach of the arm.
 
     Poses are on a half circle in front of the DEEP, of this `radius`, at these `angles` off the
-    line from the user through the DEEP; what is not given is the profile's. `close`: none of these
-    will do, but one of the profile's `close` ones, with the distances from walls and user that
-    Escape keeps.
+    line from the user through the DEEP.
 
-    `deep_blocked`: the DEEP is in or behind a wall, or so near to one that the prop would touch it,
-    or that they leave the arm no room. `no_pose`: no rover pose is free. `out_of_reach`: the arm
-    reaches the DEEP from none that is. `no_way`: walls or the user cut off those from which it
-    would.
+    Outcomes:
+        close: none of these will do, but one of the profile's `close` ones, with the distances from
+            walls and user that Escape keeps.
+        deep_blocked: the DEEP is in or behind a wall, or so near to one that the prop would touch
+            it, or that they leave the arm no room.
+        no_way: walls or the user cut off the poses from which the arm would reach the DEEP.
+        out_of_reach: the arm reaches the DEEP from none of the free poses.
     """
 
     policy = "tuned"

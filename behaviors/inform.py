@@ -20,6 +20,9 @@ class WarnUser(Action):
     """Show the robot and the stop sign to the user while this state runs (R18, R114).
 
     The sign stays for `least`, even if the state ends before, so that a person can take it in.
+
+    Args:
+        least: how long the sign stays at least.
     """
 
     outcomes = ()
@@ -44,10 +47,25 @@ class UserReady(Monitor):
     Walking on revokes the signal (R65, R115). Not before `least`, and not while a fault is left or
     the user is not tracked. With `until_clear`, not before the user has left both Escape zones or
     there is a way out of them, nor, if the robot could not drive off when this began, before
-    `cornered`: a user who returns at once would find it there. It outputs where the user stands.
+    `cornered`: a user who returns at once would find it there.
 
     If the user was lost when this began and is tracked again within `moment`, with a velocity (its
-    window spans the gap), it ends at once, unless for a fault. What is not given is the profile's.
+    window spans the gap), it ends at once, unless for a fault.
+
+    Args:
+        least: how long the robot stays shown at least; by default the profile's.
+        until_clear: whether the robot has to be outside of both zones, or have a way out; by
+            default the profile's.
+        cornered: how long it stays shown at least if it could not drive off; by default the
+            profile's.
+        moment: a user who was lost when this began need not give the signal if they are tracked
+            again within this; by default the profile's.
+
+    Outcomes:
+        restarted: the robot can go on.
+
+    Outputs:
+        user: the pose of the user then.
     """
 
     outcomes = ("restarted",)

@@ -26,6 +26,7 @@ COMMANDS = {
     "validate": "check charts, scenes, robots and profiles",
     "schema": "write the JSON Schema with which editors complete a kind of file",
     "list": "list states, charts, scenes, users, profiles, robots and all other names",
+    "docs": "write reference pages of states, signals, charts and files",
     "render": "draw a chart, a recorded run or a room",
     "watch": "see charts while you edit them, recorded runs, and runs that go on",
     "simulate": "run a chart on the simulated robot",

@@ -62,6 +62,9 @@ from engine.state_code import (
     doubts_in_code as doubts_in_code,
     mistakes_in_code as mistakes_in_code,
 )
+from engine.state_text import (
+    docstring_parts as docstring_parts,
+)
 from engine.types import (
     Key as Key,
     Type as Type,

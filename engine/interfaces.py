@@ -17,6 +17,7 @@ from typing import Any, Literal
 from engine.files.declared import is_name
 from engine.state import LONGEST_S, Action, Monitor, State
 from engine.state_class import RESERVED_OUTCOMES, StateError, require_declarations
+from engine.state_text import StateText, text_of_class
 from engine.types import Type, bind, from_annotation, substituted
 
 What = Literal["signal", "part"]
@@ -25,10 +26,11 @@ _REQUIRED: Any = inspect.Parameter.empty
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """A parameter or input: its type, and its default if it need not be given."""
+    """A parameter or input: its type, its default if it need not be given, and what it means."""
 
     type: Type
     default: Any = _REQUIRED
+    about: str = field(default="", compare=False)
 
     @property
     def required(self) -> bool:
@@ -54,6 +56,8 @@ class Interface:
         faults: see `State.faults`.
         stands_for: see `State.stands_for`.
         is_open: whether names or types in it depend on the node that names the class.
+        meanings: of its outcomes, by name.
+        output_meanings: of its outputs, by name.
     """
 
     name: str
@@ -74,6 +78,8 @@ class Interface:
     stands_for: Callable[[str, What], tuple[str, ...]] = field(
         default=State.stands_for, compare=False
     )
+    meanings: Mapping[str, str] = field(default_factory=dict, compare=False)
+    output_meanings: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     @property
     def needed(self) -> tuple[str, ...]:
@@ -109,21 +115,25 @@ def interface(cls: type[State]) -> Interface:
         for outcome, named in cls.outputs.items()
     }
     has_init = cls.__init__ is not object.__init__
+    text = text_of_class(cls)
+    parameters = _arguments(cls, cls.__init__, skip=1) if has_init else {}
     found = Interface(
         name=name,
         monitor=monitor,
         outcomes=tuple(map(str.__str__, cls.outcomes)),
-        parameters=_arguments(cls, cls.__init__, skip=1) if has_init else {},
-        inputs=_inputs(cls),
+        parameters=_told(parameters, text),
+        inputs=_told(_inputs(cls), text),
         outputs=outputs,
         reads=dict(cls.reads),
         optional=tuple(cls.optional),
         commands=tuple(cls.commands),
         instant=not inspect.isgeneratorfunction(cls.run),
-        about=inspect.cleandoc(cls.__doc__ or ""),
+        about=text.about,
         make=cls,
         faults=cls.faults,
         stands_for=cls.stands_for,
+        meanings=text.outcomes,
+        output_meanings=text.outputs,
     )
     _require_ages(cls)
     if unknown := sorted(found.named_by - found.parameters.keys()):
@@ -227,7 +237,12 @@ def _require_outcomes(outcomes: tuple[str, ...]) -> None:
 def _substituted(
     arguments: Mapping[str, Argument], bound: Mapping[str, Type]
 ) -> dict[str, Argument]:
-    return {n: Argument(substituted(a.type, bound), a.default) for n, a in arguments.items()}
+    return {n: replace(a, type=substituted(a.type, bound)) for n, a in arguments.items()}
+
+
+def _told(arguments: Mapping[str, Argument], text: StateText) -> dict[str, Argument]:
+    """The arguments with what the docstring says of them."""
+    return {n: replace(a, about=text.arguments.get(n, "")) for n, a in arguments.items()}
 
 
 def _has_variable(kind: Type) -> bool:

@@ -30,6 +30,16 @@ class HapticRequest(Monitor):
     """`requested` while the user asks for a touch, except for the request `refused` before.
 
     A request is a level: one that comes during an Escape is served afterwards (R60, R73).
+
+    Args:
+        refused: the `since` of a request that is not to be taken up again.
+
+    Outcomes:
+        requested: the user asks for a touch.
+
+    Outputs:
+        deep: where the hand will meet the prop, in the map.
+        since: the stamp of the request, ns.
     """
 
     outcomes = ("requested",)
@@ -46,7 +56,22 @@ class HapticRequest(Monitor):
 
 
 class _ChoosesCell(Action):
-    """Chooses a cell of the Chase space, and a yaw with a long side to the user (R96, R99)."""
+    """Chooses a cell of the Chase space, and a yaw with a long side to the user (R96, R99).
+
+    Args:
+        inner: no nearer to the user than this; by default the profile's.
+        outer: no farther from the user than this; by default the profile's.
+        front: the angle of the sector ahead of the user to leave free; by default the profile's.
+        rear: the angle of the sector behind the user to leave free; by default the profile's.
+
+    Outcomes:
+        chosen: there is a place.
+        none: no place is free and can be reached.
+
+    Outputs:
+        pose: where to wait, map_from_base.
+        user: the pose of the user for whom it was chosen.
+    """
 
     outcomes = ("chosen", "none")
     outputs = {"chosen": {"pose": Pose2, "user": UserPose}, "none": {"user": UserPose}}
@@ -80,10 +105,9 @@ class ChooseChasePose(_ChoosesCell):
 
     `{do: ChooseChasePose, with: {inner: 2 m, front: 60 deg}, out: {pose: goal}, next: …}`.
     Places lie between the radii `inner` and `outer`, without the sectors `front` ahead of the user
-    and `rear` behind them; what is not given is the profile's. The cost of a place is the time that
-    a response from there would take, and the profile's `risk` times what waiting there and the
-    drive there are expected to cost, should the user walk off (R96, R99, R103). `none`: no place is
-    free and can be reached.
+    and `rear` behind them. The cost of a place is the time that a response from there would take,
+    and the profile's `risk` times what waiting there and the drive there are expected to cost,
+    should the user walk off (R96, R99, R103).
     """
 
     policy = "tuned"
@@ -99,8 +123,13 @@ class ChooseChaseCell(_ChoosesCell):
 
     The weight is an angle term, 1 at `best_angle` to either side of the user's view, times a radius
     term, 1 at `best_radius`; of equal ones the one with the shortest path. The space is as for
-    `ChooseChasePose`; what is not given is the profile's. With `sample`, the seed of a random
-    order, a cell is the likelier the larger its weight is.
+    `ChooseChasePose`.
+
+    Args:
+        best_angle: the best direction, off the user's view; by default the profile's.
+        best_radius: the best distance from the user; by default the profile's.
+        sample: the seed of a random order, in which a cell is the likelier the larger its weight
+            is; by default the largest weight is taken.
     """
 
     policy = "paper"
@@ -142,6 +171,13 @@ class UserFar(Monitor):
     """`far` once the user is farther away than `beyond`, or will be in `ahead` seconds.
 
     Paper 4.4.2, second criterion (R90).
+
+    Args:
+        beyond: farther away than this.
+        ahead: how far ahead to predict the user.
+
+    Outcomes:
+        far: the user is farther away than `beyond`, or will be.
     """
 
     outcomes = ("far",)
@@ -163,6 +199,15 @@ class Approach(Action):
     """Follow a user who has walked away until they are within `near` (R90, R91).
 
     Their predicted position in `ahead` seconds counts too, so that a walking user is kept up with.
+
+    Args:
+        near: how near to come.
+        ahead: how far ahead to predict the user; they have to be near now and then.
+
+    Outcomes:
+        near: the user is within `near`, now and in `ahead` seconds.
+        no_path: no path leads to them.
+        lost: the pose of base or user is lost.
     """
 
     outcomes = ("near", "no_path", "lost")

@@ -23,8 +23,19 @@ class Cornered(Monitor):
     """`cornered` when the robot has stood in a zone of a standing user for `patience`, no way out.
 
     After `near_for` for a user nearer than `near`: if they set off towards it, a sign would come
-    too late. Not for a user to whom the robot was `shown` where they stand, within `moved`. What is
-    not given is the profile's.
+    too late. Not for a user to whom the robot was `shown` where they stand, within `moved`.
+
+    Args:
+        patience: how long it has to have stood there; by default the profile's.
+        moved: a user who has gone farther than this since `shown` counts as not shown; by default
+            the profile's.
+        near: for a user nearer than this, `near_for` counts instead of `patience`; by default the
+            profile's.
+        near_for: how long for such a user; by default the profile's.
+        shown: the pose of the user when the robot was last shown to them.
+
+    Outcomes:
+        cornered: the robot has stood there for that long, and there is no way out.
     """
 
     policy = "tuned"
@@ -77,9 +88,19 @@ class Cornered(Monitor):
 class Leave(Action):
     """Drive slowly out of the zones of a user to whom the robot has just been shown (R116).
 
-    The robot stays visible on the way, without the stop sign. `away`: outside, not shown at all, or
-    the user has gone farther than `moved` from where it was shown to them, or sets off, faster than
-    `walking`. `blocked`: there is no way out. What is not given is the profile's.
+    The robot stays visible on the way, without the stop sign.
+
+    Args:
+        speed: the fastest it drives; by default the profile's.
+        moved: a user who has gone farther than this since `shown` is `away`; by default the
+            profile's.
+        walking: a user faster than this is `away`; by default the profile's.
+        shown: the pose of the user when the robot was shown to them.
+
+    Outcomes:
+        away: the robot is outside, was not shown at all, or the user has gone farther than `moved`
+            from where it was shown to them, or sets off, faster than `walking`.
+        blocked: there is no way out.
     """
 
     policy = "tuned"
@@ -120,7 +141,10 @@ class Leave(Action):
 class Withdraw(Action):
     """Drive slowly to the best place to wait outside the user's zones; stand if there is none.
 
-    For a robot that has no place near the user (R101). `speed`: by default the profile's.
+    For a robot that has no place near the user (R101).
+
+    Args:
+        speed: the fastest it drives; by default the profile's.
     """
 
     policy = "tuned"

@@ -63,6 +63,15 @@ class UserCrowds(Monitor):
 
     While the user walks the robot stays 3 to 4 m away (R91). A turn on the spot towards the robot,
     as before a walk, counts as crowding. With a `room` of 0 m it never ends.
+
+    Args:
+        room: how near a walking user may come; 0 m: this never ends.
+        ahead: how far ahead to predict the user.
+        walking: a user faster than this walks.
+
+    Outcomes:
+        crowded: the user walks and is nearer than `room`, or will be, or turns towards the robot as
+            before a walk.
     """
 
     outcomes = ("crowded",)
@@ -89,6 +98,16 @@ class MakeRoom(Action):
 
     Of places all around it the robot drives to the one that keeps the predicted distance to the
     user between `room` and `far` best (R91).
+
+    Args:
+        room: the nearest that the user should be.
+        far: the farthest that the user should be.
+        ahead: how far ahead to predict the user.
+        walking: a user faster than this walks.
+
+    Outcomes:
+        clear: the user has stopped, or is far enough away.
+        lost: the pose of base or user is lost.
     """
 
     outcomes = ("clear", "lost")

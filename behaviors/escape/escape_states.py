@@ -27,7 +27,11 @@ ESCAPE_CANDIDATES: Key[EscapeCandidates] = Key("escape.candidates")
 
 
 class EscapeRequired(Monitor):
-    """`required` when the user could walk into the robot, which then has to escape (R62, R104)."""
+    """`required` when the user could walk into the robot, which then has to escape (R62, R104).
+
+    Outcomes:
+        required: the robot has to escape.
+    """
 
     outcomes = ("required",)
     reads = {ESCAPE_REQUIRED: OLD_S}
@@ -44,6 +48,13 @@ class OutOfDanger(Monitor):
     """`safe` once no contact is predicted any more, and the robot can stop where it is (R112).
 
     With `must_reach`, as after a failure of Chase, not before an Escape pose has been `reached`.
+
+    Args:
+        must_reach: whether an Escape pose has to have been reached first.
+        reached: the Escape pose that has been reached.
+
+    Outcomes:
+        safe: no contact is predicted any more, and the robot can stop where it is.
     """
 
     outcomes = ("safe",)
@@ -65,6 +76,9 @@ class NoEscapePose(Monitor):
     """`none` if no Escape pose is free when this begins (R113).
 
     It does not end a drive that has begun: that has a pose, and ends by itself if the way closes.
+
+    Outcomes:
+        none: no Escape pose is free.
     """
 
     outcomes = ("none",)
@@ -83,6 +97,12 @@ class TouchAhead(Monitor):
 
     Also when a user who keeps walking at the robot, wherever it drives, would touch it before they
     could stop. Late poses and commands count as time that has passed.
+
+    Args:
+        within: how soon the touch has to be.
+
+    Outcomes:
+        predicted: the best drive ends in a touch so soon.
     """
 
     outcomes = ("predicted",)
@@ -112,8 +132,18 @@ class DriveToBest(Action):
     If every drive ends in a touch, the one with the largest gap. On the way another pose is taken
     once it is better: safe earlier by `earlier_by`, or, where every drive ends in a contact, with a
     gap wider by `wider_by`. It goes as fast as possible, without turning, the arm as it is
-    (R109-R111). `reached`: it stands at the `pose`. `no_way`: each drive comes too near to walls.
-    While the pose of robot or user or the user's velocity is unknown it brakes.
+    (R109-R111). While the pose of robot or user or the user's velocity is unknown it brakes.
+
+    Args:
+        earlier_by: by how much sooner the user has to be safe with another pose.
+        wider_by: by how much wider the gap has to be, where every drive ends in a contact.
+
+    Outcomes:
+        reached: the robot stands at the pose.
+        no_way: each drive comes too near to walls.
+
+    Outputs:
+        pose: the Escape pose, map_from_base.
     """
 
     outcomes = ("reached", "no_way")

@@ -20,6 +20,15 @@ class InEscapeZone(Monitor):
     The robot's centre is nearer than `ahead`, no farther than `half_view` off the direction in
     which they look, or nearer than `around` in any direction. They move faster than `moving`; 0 m/s
     is the literal rule of the paper.
+
+    Args:
+        ahead: the radius of the zone ahead of the user.
+        half_view: how far it reaches to either side of their view.
+        around: the radius of the zone all around them.
+        moving: a user faster than this moves.
+
+    Outcomes:
+        inside: a user who moves has the robot in one of the zones.
     """
 
     outcomes = ("inside",)
@@ -45,6 +54,17 @@ class OutOfEscapeZone(Monitor):
 
     The zones are those of `InEscapeZone`, wider by the `hysteresis`. With `must_reach`, as after a
     failure of Chase, not before an Escape pose has been `reached`.
+
+    Args:
+        ahead: the radius of the zone ahead of the user.
+        half_view: how far it reaches to either side of their view.
+        around: the radius of the zone all around them.
+        hysteresis: how much wider the zones are than for `InEscapeZone`.
+        must_reach: whether an Escape pose has to have been reached first.
+        reached: the Escape pose that has been reached.
+
+    Outcomes:
+        outside: the robot is out of both zones, and can stop where it is.
     """
 
     outcomes = ("outside",)
@@ -77,8 +97,14 @@ class DriveToFirst(Action):
     """Drive to the first free Escape pose that can be reached, in the order of the profile (R106).
 
     As fast as possible, without turning, the arm as it is (R109-R111). The pose is kept until the
-    way to it closes. `reached`: the robot stands at the `pose`. `no_way`: none can be reached.
-    While the pose of robot or user or the user's velocity is unknown it brakes.
+    way to it closes. While the pose of robot or user or the user's velocity is unknown it brakes.
+
+    Outcomes:
+        reached: the robot stands at the pose.
+        no_way: no free pose can be reached.
+
+    Outputs:
+        pose: the Escape pose, map_from_base.
     """
 
     outcomes = ("reached", "no_way")

@@ -1,13 +1,14 @@
-"""List what there is: states, signals, charts, scenes, users, profiles, robots and the like.
+"""List what there is: states, signals, charts, kinds of files, scenes, users, robots and the like.
 
-A table; on a terminal too narrow for it, one entry after the other.
+A table; on a terminal too narrow for it, one entry after the other. With a name all that is known
+of it: of a state, signal, chart or kind of file its entry in the pages of `cobodeck docs`.
 """
 
 from __future__ import annotations
 
 import argparse
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from cobodeck.setup import PROFILE
@@ -16,8 +17,9 @@ from engine.draw import value_text
 from engine.files import did_you_mean
 
 if TYPE_CHECKING:
+    from cobodeck.manual import ManualPage
     from engine import Argument
-    from engine.chart import DataKey, Parameter
+    from engine.chart import Chart, DataKey, Parameter
 
 LONGEST = 100
 """Columns of the entry of a single thing where there is no terminal."""
@@ -33,6 +35,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the list."""
+    if args.name is not None and args.kind in _PAGES and not args.json:
+        show(_told(args))
+        return OK
     found = _LISTS[args.kind](args)
     if args.name is not None:
         found = _named(args.name, args.kind, found)
@@ -48,9 +53,22 @@ def run(args: argparse.Namespace) -> int:
 def _named(name: str, kind: str, found: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """The item of this name, which is the first field of each."""
     items = {next(iter(item.values())): item for item in found}
-    if name not in items:
-        raise Problem(f"no {name!r} among the {kind}; {did_you_mean(name, items)}")
+    _require_known(name, kind, items)
     return [items[name]]
+
+
+def _require_known(name: str, kind: str, known: Iterable[str]) -> None:
+    if name not in (names := list(known)):
+        raise Problem(f"no {name!r} among the {kind}; {did_you_mean(name, names)}")
+
+
+def _told(args: argparse.Namespace) -> str:
+    """The entry of a page."""
+    from cobodeck.manual import terminal_text
+
+    entries = {entry.name: entry for entry in _PAGES[args.kind](args).entries}
+    _require_known(args.name, args.kind, entries)
+    return terminal_text(entries[args.name], terminal_width() or LONGEST)
 
 
 def listing(items: Sequence[Mapping[str, Any]], width: int | None) -> str:
@@ -124,14 +142,17 @@ def _states(args: argparse.Namespace) -> list[dict[str, Any]]:
 
 def _argument(name: str, argument: Argument) -> str:
     """A parameter or input of a state with its type, and its default if it has one."""
-    from engine.files import si_unit, written_text
+    from engine.files import quantity_text, written_text
 
     shown = f"{name}: {argument.type}"
     if argument.required:
         return shown
-    if argument.default is None:
+    value = argument.default
+    if value is None:
         return f"{shown} = none"
-    return f"{shown} = {written_text(argument.default)} {si_unit(argument.type.name)}".rstrip()
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return f"{shown} = {quantity_text(value, argument.type.name)}"
+    return f"{shown} = {written_text(value)}"
 
 
 def _signals(args: argparse.Namespace) -> list[dict[str, Any]]:
@@ -153,13 +174,18 @@ def _signals(args: argparse.Namespace) -> list[dict[str, Any]]:
     ]
 
 
-def _charts(args: argparse.Namespace) -> list[dict[str, Any]]:
+def _library(args: argparse.Namespace) -> dict[str, Chart]:
+    """All charts, with the values of the profile that is asked for."""
     from cobodeck.project import catalogue, chart_names
     from cobodeck.setup import profile_with, with_values
     from engine.chart import load_files
 
     library = load_files(chart_names(catalogue(own=args.own)).values())
-    charts = with_values(profile_with(args.profile, args.sets), library, ())
+    return with_values(profile_with(args.profile, args.sets), library, ())
+
+
+def _charts(args: argparse.Namespace) -> list[dict[str, Any]]:
+    charts = _library(args)
     return [
         {
             "chart": name,
@@ -268,6 +294,32 @@ def _campaigns(_args: argparse.Namespace) -> list[dict[str, Any]]:
     ]
 
 
+def _files(_args: argparse.Namespace) -> list[dict[str, Any]]:
+    from cobodeck.manual import ABOUTS
+
+    return [{"file": kind, "about": about} for kind, about in ABOUTS.items()]
+
+
+def _page(args: argparse.Namespace) -> ManualPage:
+    from cobodeck.manual import manual_page
+    from cobodeck.project import catalogue
+
+    return manual_page(args.kind, catalogue(own=args.own))
+
+
+def _chart_page(args: argparse.Namespace) -> ManualPage:
+    from cobodeck.manual import chart_page
+    from cobodeck.project import catalogue
+
+    return chart_page(catalogue(own=args.own), _library(args))
+
+
+_PAGES: dict[str, Callable[[argparse.Namespace], ManualPage]] = {
+    "states": _page,
+    "signals": _page,
+    "charts": _chart_page,
+    "files": _page,
+}
 _LISTS: dict[str, Callable[[argparse.Namespace], list[dict[str, Any]]]] = {
     "states": _states,
     "signals": _signals,
@@ -279,4 +331,5 @@ _LISTS: dict[str, Callable[[argparse.Namespace], list[dict[str, Any]]]] = {
     "arms": _arms,
     "connections": _connections,
     "campaigns": _campaigns,
+    "files": _files,
 }

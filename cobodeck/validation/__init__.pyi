@@ -5,6 +5,7 @@ from cobodeck.validation.dead_ends import (
     explanation as explanation,
 )
 from cobodeck.validation.editor_schema import (
+    declaration as declaration,
     schema_for as schema_for,
     schema_notes as schema_notes,
 )

@@ -128,6 +128,7 @@ class DataKey:
     at: Mark
     is_input: bool = False
     optional: bool = False
+    about: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

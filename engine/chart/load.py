@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -389,8 +390,9 @@ class _Reader:
             given = start in item
             initial = start_value(item.get(start))
             nothing = given and initial is None
-            kind = self.type_name(item)
-            return DataKey(name, kind, initial, given and not nothing, at, is_input, nothing)
+            kind, about = self.type_name(item), self.text(item, "about") or ""
+            found = DataKey(name, kind, initial, given and not nothing, at, is_input, nothing)
+            return replace(found, about=about)
 
         return self.declared(raw, section, INPUT if is_input else DATA, key)
 

@@ -69,6 +69,7 @@ from engine.files.units import (
     Speed as Speed,
     Torque as Torque,
     quantity as quantity,
+    quantity_text as quantity_text,
     si_unit as si_unit,
 )
 from engine.files.visible_text import (

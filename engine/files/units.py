@@ -80,6 +80,16 @@ def si_unit(dimension: str) -> str:
     return next((u for u, (d, n, per) in UNITS.items() if d == dimension and n == per), "")
 
 
+def quantity_text(value: float, dimension: str) -> str:
+    """A value in SI units or rad as files would have it: `30 deg`, `0.002 rad`, `0.5 s`."""
+    plain = f"{value:.12g} {si_unit(dimension)}".rstrip()
+    for unit, (of, numerator, denominator) in UNITS.items():
+        if of == dimension and unit.startswith("deg"):
+            degrees = f"{value * denominator / numerator:.10g} {unit}"
+            return degrees if len(degrees) < len(plain) else plain
+    return plain
+
+
 def quantity(text: str) -> tuple[float, str] | None:
     """`"20 cm"` as (0.2, "length"), in SI units and rad; `None` unless it has a known unit."""
     match = _QUANTITY.match(text.strip())

@@ -23,7 +23,7 @@ class Target:
     """The interface of a state class or chart, as nodes that name it see it.
 
     `outcomes` that a parameter names begin with `$`. `bindable`: the parameters that may be read
-    from data, too.
+    from data, too. The meanings are of outcomes and outputs, by name.
     """
 
     form: str
@@ -34,6 +34,8 @@ class Target:
     inputs: Mapping[str, Argument]
     outputs: Mapping[str, Type]
     bindable: Collection[str] = field(default=())
+    meanings: Mapping[str, str] = field(default_factory=dict)
+    output_meanings: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def key(self) -> str:
@@ -61,7 +63,12 @@ class Target:
             self.form: {"title": self.name, **said(self.about)},
             "with": _closed({n: _parameter(a) for n, a in self.parameters.items()}),
             "in": _closed({**self._bindings(), **inputs}),
-            "out": _closed({name: _written_to(kind) for name, kind in self.outputs.items()}),
+            "out": _closed(
+                {
+                    n: _written_to(t, self.output_meanings.get(n, ""))
+                    for n, t in self.outputs.items()
+                }
+            ),
             **self._endings(),
         }
         required = list(self._required())
@@ -88,7 +95,11 @@ class Target:
     def _endings(self) -> dict[str, Schema]:
         """Where outcomes are named; those that a parameter names may have any name."""
         sure = self.sure
-        ways = {**{outcome: {} for outcome in sure}, **_ALWAYS}
+        told = {outcome: _meaning(self.meanings.get(outcome, "")).rstrip() for outcome in sure}
+        ways = {
+            **{outcome: said(text) if text else {} for outcome, text in told.items()},
+            **_ALWAYS,
+        }
         if len(sure) < len(self.outcomes):
             return {"next": {"properties": ways}}
         endings = [*sure, "error"]
@@ -105,17 +116,21 @@ def of_class(of: Interface) -> Target:
     form = "watch" if of.monitor else "do"
     outputs = {key: kind for named in of.outputs.values() for key, kind in named.items()}
     bindable = sorted(of.parameters.keys() - of.named_by - of.inputs.keys())
-    return Target(form, of.name, of.about, of.outcomes, of.parameters, of.inputs, outputs, bindable)
+    target = Target(form, of.name, of.about, of.outcomes, of.parameters, of.inputs, outputs)
+    told = {"meanings": of.meanings, "output_meanings": of.output_meanings}
+    return replace(target, bindable=bindable, **told)
 
 
 def of_chart(chart: Chart, types: Mapping[str, Type]) -> Target:
     """A chart; `types` by name."""
     parameters = {
-        name: _argument(p.type, types, *([] if p.required else [p.default]))
+        name: _argument(p.type, types, p.about, *([] if p.required else [p.default]))
         for name, p in chart.parameters.items()
     }
     inputs = {
-        name: _argument(k.type, types, *([k.initial] if k.has_initial or k.optional else []))
+        name: _argument(
+            k.type, types, k.about, *([k.initial] if k.has_initial or k.optional else [])
+        )
         for name, k in chart.inputs.items()
     }
     outputs = {
@@ -125,31 +140,37 @@ def of_chart(chart: Chart, types: Mapping[str, Type]) -> Target:
     return Target("use", chart.name, about, chart.outcomes, parameters, inputs, outputs)
 
 
-def _argument(type_name: str, types: Mapping[str, Type], *default: Any) -> Argument:
+def _argument(type_name: str, types: Mapping[str, Type], about: str, *default: Any) -> Argument:
     kind = types.get(type_name, ANY)
-    return Argument(replace(kind, optional=True) if default == (None,) else kind, *default)
+    kind = replace(kind, optional=True) if default == (None,) else kind
+    return replace(Argument(kind, *default), about=about)
 
 
 def _input(argument: Argument) -> Schema:
     kind = argument.type
-    held = with_article(written(kind) if kind.name == "any" else kind)
+    held = with_article(written(kind) if kind.name in ("any", "choice") else kind)
     literal = f": {written(kind)}" if kind.python is not None else ""
     text = f"A data key that holds {held}, or the value itself{literal}.{_default(argument)}"
-    return {**said(text), **value_schema(kind, READ)}
+    return {**said(_meaning(argument.about) + text), **value_schema(kind, READ)}
 
 
-def _written_to(kind: Type) -> Schema:
-    return said(f"The data key to write to, {with_article(written(kind))}.")
+def _written_to(kind: Type, about: str) -> Schema:
+    return said(f"{_meaning(about)}The data key to write to, {with_article(written(kind))}.")
 
 
 def _parameter(argument: Argument) -> Schema:
     text = with_article(written(argument.type))
     about = f"{text[0].upper()}{text[1:]}.{_default(argument)}"
-    return {**said(about), **value_schema(argument.type)}
+    return {**said(_meaning(argument.about) + about), **value_schema(argument.type)}
+
+
+def _meaning(text: str) -> str:
+    """A meaning as sentences of their own, with a space after them."""
+    return f"{text[0].upper()}{text[1:].removesuffix('.')}. " if text else ""
 
 
 def _default(argument: Argument) -> str:
-    return "" if argument.required else f" Default: {shown(argument.default)}."
+    return "" if argument.required else f" Default: {shown(argument.default, argument.type)}."
 
 
 def _requiring(section: str, names: list[str]) -> Schema:

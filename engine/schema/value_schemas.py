@@ -7,7 +7,7 @@ from dataclasses import replace
 from enum import Enum
 from typing import Any, NamedTuple
 
-from engine.files import UNITS
+from engine.files import UNITS, quantity_text
 from engine.files.declared import NAME, Schema, bounds, quantity_pattern, said
 from engine.literals import Reference, example_of, fields_of, kind_of_names
 from engine.types import Type
@@ -174,10 +174,12 @@ def _written(kind: Type) -> str:
     return f"{kind.name}, `{example_of(kind.python)}`"
 
 
-def shown(value: Any) -> str:
-    """A value as a chart would write it, for hover texts."""
+def shown(value: Any, kind: Type | None = None) -> str:
+    """A value as a chart would write it, for hover texts; of a `kind`, numbers have its unit."""
     if value is None:
         return "none"
+    if kind is not None and isinstance(value, int | float) and not isinstance(value, bool):
+        return quantity_text(value, kind.name)
     if isinstance(value, Reference):
         return f"${value.name}"
     if isinstance(value, Enum):
@@ -185,7 +187,8 @@ def shown(value: Any) -> str:
     if isinstance(value, Mapping):
         return f"{{{', '.join(f'{name}: {shown(item)}' for name, item in value.items())}}}"
     if type(value) in (list, tuple) or isinstance(value, list):
-        return f"[{', '.join(map(shown, value))}]"
+        item = kind and kind.item
+        return f"[{', '.join(shown(one, item) for one in value)}]"
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 

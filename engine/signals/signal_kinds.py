@@ -18,6 +18,7 @@ class Measured:
     """A signal that a part delivers.
 
     `event`: each reader gets every sample once. `constant`: it is set once and does not age.
+    `part` names who gives it, and `comes` says when; both are for pages only.
     """
 
     name: str
@@ -25,6 +26,8 @@ class Measured:
     event: bool = False
     about: str = ""
     constant: bool = False
+    part: str = ""
+    comes: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,3 +11,6 @@ from hw.connection.connection import (
     connection_names as connection_names,
     load_connection as load_connection,
 )
+from hw.connection.driver_names import (
+    our_drivers as our_drivers,
+)

@@ -65,7 +65,14 @@ class ParkArm(Action):
     """Fold the arm within the bumper's outline, so that the base may drive (R46, R87).
 
     `{do: ParkArm, timeout: 15 s, next: {parked: drive, failed: .failed, timeout: .failed}}`.
-    `solver` names the planner. `failed`: there is no free path, or the arm did not get there.
+
+    Args:
+        tolerance: how far each joint may be off.
+        solver: the planner; `ompl` needs the package of this name.
+
+    Outcomes:
+        parked: the arm is folded.
+        failed: there is no free path, or the arm did not get there.
     """
 
     outcomes = ("parked", "failed")
@@ -89,7 +96,16 @@ class ParkArm(Action):
 
 
 class _MovesTool(Action):
-    """Moves the tool to a pose that is given in a frame."""
+    """Moves the tool to a pose that is given in a frame.
+
+    Args:
+        tolerance: how far each joint may be off.
+        frame: what the pose is given in: the map, the rover (base_link on the floor), or the user
+            (their pose on the floor when the state starts).
+        solver: the planner; `ompl` needs the package of this name.
+        settle: how long to wait for a pose of the base that is certain enough; not in the rover's
+            frame.
+    """
 
     reads = READS
     commands = ("arm",)
@@ -114,14 +130,17 @@ class MoveArmTo(_MovesTool):
     The tool is the point in the middle of what the arm holds, and points along -x of the goal:
     with `{x: 80 cm, y: 0 m, z: 90 cm, pitch: -90 deg}` in the frame `rover` it is 80 cm ahead of
     the robot's centre, 90 cm above the floor, and points straight down. Its way there is straight
-    in the joints rather than in space. `frame`: the map, the rover (base_link on the floor) or the
-    user (their pose on the floor when the state starts). Except in the rover's frame, the state
-    waits up to `settle` for a base pose that is certain enough. `tolerance` is that of each joint,
-    `solver` names the planner.
+    in the joints rather than in space.
 
-    `no_solution`: the goal is out of the arm's reach. `blocked`: every path to it is obstructed, or
-    the arm touches something to begin with. `failed`: the arm did not get there, the pose of the
-    base stays too uncertain, or the user is not known.
+    Args:
+        goal: the pose of the tool in `frame`.
+
+    Outcomes:
+        arrived: the tool is at the goal.
+        no_solution: the goal is out of the arm's reach.
+        blocked: every path to it is obstructed, or the arm touches something to begin with.
+        failed: the arm did not get there, the pose of the base stays too uncertain, or the user is
+            not known.
     """
 
     outcomes = ("arrived", "no_solution", "blocked", "failed")
@@ -142,9 +161,17 @@ class MoveArmJoints(Action):
     """Move the joints to these angles, shoulder first, on a planned path that touches nothing.
 
     `{do: MoveArmJoints, with: {joints: [0, -90 deg, 90 deg, -90 deg, -90 deg, 0]}, next: …}`.
-    `tolerance` is that of each joint, `solver` names the planner. `blocked`: every path there is
-    obstructed, or the arm touches something to begin with. `failed`: it did not get there. Angles
-    that the arm does not have, or too many or few of them, are an error.
+    Angles that the arm does not have, or too many or few of them, are an error.
+
+    Args:
+        joints: an angle for each joint, shoulder first.
+        tolerance: how far each joint may be off.
+        solver: the planner; `ompl` needs the package of this name.
+
+    Outcomes:
+        arrived: the joints are there.
+        blocked: every path there is obstructed, or the arm touches something to begin with.
+        failed: the arm did not get there.
     """
 
     outcomes = ("arrived", "blocked", "failed")
@@ -172,12 +199,16 @@ class MoveArmJoints(Action):
 class ReachDeep(_MovesTool):
     """Bring the prop to the DEEP from wherever the base stands (R47, R80, R84).
 
-    The DEEP is given in `frame`: the map, the rover (base_link on the floor) or the user (body pose
-    on the floor); it is transformed into the map once, when the state starts. `solver` names the
-    planner. The state waits up to `settle` for a base pose that is certain enough.
+    The DEEP is given in `frame`, and is transformed into the map once, when the state starts.
 
-    `no_solution`: the DEEP is out of the arm's reach. `blocked`: every path to it is obstructed.
-    `failed`: the arm did not get there, or the pose of the base stays too uncertain.
+    Args:
+        deep: where the hand meets the prop, as `HapticRequest` outputs it.
+
+    Outcomes:
+        reached: the prop is at the DEEP.
+        no_solution: the DEEP is out of the arm's reach.
+        blocked: every path to it is obstructed.
+        failed: the arm did not get there, or the pose of the base stays too uncertain.
     """
 
     outcomes = ("reached", "no_solution", "blocked", "failed")

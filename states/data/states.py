@@ -26,6 +26,16 @@ class Compare(Action, Generic[N]):
 
     `{do: Compare, in: {a: tries, b: 3}, next: {less: again, equal: .failed, greater: .failed}}`.
     What is no number cannot be compared: an error.
+
+    Args:
+        tolerance: by how much equal numbers may differ, in their unit.
+        a: the first number.
+        b: the number it is compared with.
+
+    Outcomes:
+        less: `a` is less than `b`, by more than `tolerance`.
+        equal: they differ by no more than `tolerance`.
+        greater: `a` is greater than `b`, by more than `tolerance`.
     """
 
     outcomes = ("less", "equal", "greater")
@@ -46,6 +56,14 @@ class Switch(Action):
 
     `{do: Switch, with: {cases: [tea, coffee]}, in: {value: order}, next: {tea: …, coffee: …,
     other: ask}}`. No text is `other`.
+
+    Args:
+        cases: the texts that have an outcome of their own.
+        value: the text to go on by.
+
+    Outcomes:
+        $cases: the text is this one.
+        other: the text is another one, or there is none.
     """
 
     outcomes = ("$cases", "other")
@@ -63,6 +81,18 @@ class Index(Action, Generic[T]):
     `{do: Index, in: {items: stops, index: turn}, out: {item: goal, next: turn},
     next: {found: drive, end: .done}}` goes through a list, one item each time it is entered: the
     output `next` is the index after this one.
+
+    Args:
+        items: the list.
+        index: which item, counted from 0.
+
+    Outcomes:
+        found: the list has such an item.
+        end: it has none: `index` is below 0 or past the last one.
+
+    Outputs:
+        item: the item.
+        next: the index after this one.
     """
 
     outcomes = ("found", "end")
@@ -80,6 +110,16 @@ class Sum(Action, Generic[N]):
     """Add two numbers; without a `b`, count one up, with a negative one, down.
 
     `{do: Sum, in: {a: tries}, out: {sum: tries}, next: {summed: again}}`.
+
+    Args:
+        a: a number.
+        b: the number to add.
+
+    Outcomes:
+        summed: the sum is there.
+
+    Outputs:
+        sum: `a` plus `b`.
     """
 
     outcomes = ("summed",)
@@ -90,7 +130,14 @@ class Sum(Action, Generic[N]):
 
 
 class _Fills(Action):
-    """What `Format` and `Log` share."""
+    """What `Format` and `Log` share.
+
+    Args:
+        text: the text, with places for the values.
+        a: the value for `{a}`.
+        b: the value for `{b}`.
+        c: the value for `{c}`.
+    """
 
     def __init__(self, text: str) -> None:
         self._pieces = tuple(_pieces(text))
@@ -114,6 +161,12 @@ class Format(_Fills):
     `{do: Format, with: {text: "stop {a}, {b:2} m away"}, in: {a: turn, b: distance},
     out: {text: report}, next: {formatted: tell}}`. `{b:2}` is a number with two digits after the
     point; `{{` and `}}` are braces.
+
+    Outcomes:
+        formatted: the text is there.
+
+    Outputs:
+        text: the text with the values in it.
     """
 
     outcomes = ("formatted",)
@@ -127,6 +180,9 @@ class Log(_Fills):
     """Note a text in the trace and the record of the run, with values as in `Format`.
 
     `{do: Log, with: {text: "battery at {a:1}"}, in: {a: charge}, next: {logged: drive}}`.
+
+    Outcomes:
+        logged: the text has been noted.
     """
 
     outcomes = ("logged",)

@@ -25,7 +25,13 @@ Axis = Literal["any", "x", "y", "z"]
 
 
 class _MovesFingers(Action):
-    """Moves the fingers of a gripper; `part` and `signal` name it where a robot has several."""
+    """Moves the fingers of a gripper; `part` and `signal` name it where a robot has several.
+
+    Args:
+        patience: how long they may take to come to rest.
+        part: the gripper that is commanded.
+        signal: the signal that tells its state.
+    """
 
     reads = {"$signal": AGE_S, STOP_ENGAGED: None}
     commands = ("$part",)
@@ -56,10 +62,16 @@ class _MovesFingers(Action):
 class OpenGripper(_MovesFingers):
     """Open the fingers and let go of what they hold: as wide as they go, or to `opening`.
 
-    `{do: OpenGripper, with: {opening: 5 cm}, next: {opened: leave, failed: .failed}}`. `opened`
-    once they are there. `failed`: they stand elsewhere, still hold something, have not come to rest
-    after `patience`, or the stop line is pulled. Of several grippers, `part` and `signal` name one:
-    `{part: left_gripper, signal: left_gripper.state}`.
+    `{do: OpenGripper, with: {opening: 5 cm}, next: {opened: leave, failed: .failed}}`. Of several
+    grippers, `part` and `signal` name one: `{part: left_gripper, signal: left_gripper.state}`.
+
+    Args:
+        opening: between the fingers; by default as wide as they go.
+
+    Outcomes:
+        opened: the fingers are there.
+        failed: they stand elsewhere, still hold something, have not come to rest after `patience`,
+            or the stop line is pulled.
     """
 
     outcomes = ("opened", "failed")
@@ -90,9 +102,16 @@ class OpenGripper(_MovesFingers):
 class CloseGripper(_MovesFingers):
     """Close the fingers on what is between them: fully, or until they are `opening` apart.
 
-    `{do: CloseGripper, next: {holding: lift, empty: search, failed: .failed}}`. `holding`: they
-    have closed on something. `empty`: there was nothing between them. `failed`: they have not come
-    to rest after `patience`, or the stop line is pulled. `part` and `signal` as for `OpenGripper`.
+    `{do: CloseGripper, next: {holding: lift, empty: search, failed: .failed}}`. `part` and `signal`
+    as for `OpenGripper`.
+
+    Args:
+        opening: between the fingers, where they have met nothing.
+
+    Outcomes:
+        holding: they have closed on something.
+        empty: there was nothing between them.
+        failed: they have not come to rest after `patience`, or the stop line is pulled.
     """
 
     outcomes = ("holding", "empty", "failed")
@@ -123,6 +142,19 @@ class WaitForForce(Monitor):
     weighs does not count. A force that was beyond the limit counts until it falls below 90 % of
     it. While the sensor is silent, or its reading is older than `older`, nothing is felt, and the
     time begins anew. `signal` names one of several sensors.
+
+    Args:
+        limit: the force to exceed.
+        along: the axis of the flange along which the force counts, to either side; `any`: the whole
+            force.
+        for: how long the force has to be beyond `limit`.
+        relative: whether the force when this begins is subtracted, so that the weight of the tool
+            does not count.
+        signal: the force sensor.
+        older: with readings older than this nothing is felt.
+
+    Outcomes:
+        felt: the force has been beyond `limit` for the time `for`.
     """
 
     outcomes = ("felt",)

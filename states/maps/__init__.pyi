@@ -29,6 +29,7 @@ from states.maps.occupancy import (
     FREE as FREE,
     OCCUPIED as OCCUPIED,
     UNKNOWN as UNKNOWN,
+    MapFile as MapFile,
     OccupancyMap as OccupancyMap,
     load_map as load_map,
     save_map as save_map,

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from engine.files import Length
-from engine.files.declared import Fault, Item, Range, load_yaml, record
+from engine.files.declared import Fault, Item, Range, Written, load_yaml, record
 from hw import AnyAngle, Coordinate, Pose2
 from hw.scene import Point
 
@@ -106,16 +106,26 @@ _Share = Annotated[float, Range(0.0, 1.0)]
 
 
 @dataclass(frozen=True, slots=True)
-class _Map:
+class MapFile:
+    """A map of cells beside a picture, as map_server writes it; other keys are ignored."""
+
     image: str
+    """The picture, PGM, PNG or BMP: a path from this file, absolute, or below ~."""
     resolution: Annotated[Length, Range(FINEST, COARSEST)]
+    """The side of a pixel."""
     origin: tuple[Coordinate, Coordinate, AnyAngle]
+    """Pose of the picture's lower left corner in the map: x, y and yaw, m and rad."""
     occupied_thresh: _Share
+    """What is darker than this share is occupied."""
     free_thresh: _Share
-    negate: Annotated[bool, _flag]
+    """What is lighter than this share of darkness is free; between the two it is unknown."""
+    negate: Annotated[bool, _flag, Written({"type": ["integer", "boolean"]})]
+    """0, or 1: dark is free."""
     mode: OccupancyMode = "trinary"
+    """`scale` spreads the greys between the thresholds, `raw` takes greys as values."""
 
     def faults(self) -> Iterator[Fault]:
+        """Contradictions, by key."""
         if self.free_thresh >= self.occupied_thresh:
             message = f"must be below occupied_thresh, {self.occupied_thresh:g}"
             yield "free_thresh", f"{self.free_thresh:g} {message}"
@@ -124,7 +134,7 @@ class _Map:
 def _map(item: Item, convention: Convention) -> OccupancyMap:
     from states.maps.images import read_image
 
-    read = record(item, _Map, more=True)
+    read = record(item, MapFile, more=True)
     resolution = read.resolution
     image = item.inner("image")
     pixels = image.refer(lambda: read_image(image.path(read.image)))

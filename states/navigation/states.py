@@ -34,7 +34,23 @@ robot that then has to search needs more, and where it stands is not known: `los
 
 
 class _Drives(Action):
-    """Drives the base with a subsystem's values."""
+    """Drives the base with a subsystem's values.
+
+    Args:
+        subsystem: whose values of the profile's `navigation` to drive with.
+        patience: how long to go without progress before it is `stuck`.
+        mode: how to drive the wheels until the drive ends: `differential` drives along the heading
+            only (R2); null as the robot's file says first.
+        clearance: whose distances from walls and user to keep: `own`, those of `subsystem`, or
+            another one's.
+        speed: nowhere faster than this; by default as fast as the limits allow.
+
+    Outcomes:
+        arrived: the robot stands at the goal, within the tolerance of the subsystem.
+        no_path: for 1 s the goal has not been free or reachable.
+        stuck: there was no progress for `patience`.
+        lost: the pose of base or user is lost, or a scanner has fallen silent.
+    """
 
     outcomes = ("arrived", "no_path", "stuck", "lost")
     reads = {**DRIVES, **PLANNERS}
@@ -68,11 +84,10 @@ class DriveTo(_Drives):
     walking user. For `haptic` the safety chain gets the goal, from which a touch will be served.
     `clearance` names another subsystem whose `inflation` and, where there is no room for more,
     `user_radius` are kept instead; Escape's are from a place nearer to walls than the inflation.
-    `no_path`: for 1 s the goal has not been free or reachable; `stuck`: no progress for
-    `patience`; `lost`: the pose of base or user is, or a scanner has fallen silent; a first pose
-    is waited for (`FIRST_POSE_S`). With the `mode` differential the robot drives only along its
-    heading (R2), until the drive ends; null: as the robot's file says first. It is nowhere faster
-    than `speed`, if that is given.
+    A first pose is waited for (`FIRST_POSE_S`).
+
+    Args:
+        goal: where to drive, map_from_base.
     """
 
     def run(self, ctx: Context, goal: Pose2) -> Run:
@@ -91,6 +106,13 @@ class DriveThrough(_Drives):
     `{do: DriveThrough, in: {goals: [{x: 2 m, y: 1 m}, {x: 4 m, y: 1 m}]}, next: …}`.
     The next goal counts once the robot is within `passing` of the present one, whatever its yaw.
     Without goals it has `arrived`.
+
+    Args:
+        passing: a goal on the way counts as passed within this distance, whatever the yaw.
+        goals: where to drive, map_from_base each, in this order.
+
+    Outcomes:
+        arrived: the robot stands at the last goal, or there were no goals.
     """
 
     def __init__(
@@ -127,9 +149,16 @@ class Follow(Action):
     """Drive after the user, facing them, to stay within `distance`, until something else ends it.
 
     It rests within `distance`, which is at least Chase's `user_radius`, and sets off again once
-    they are farther away by `slack`. `no_path`: for 1 s no path has led to them; `lost`: the pose
-    of base or user is, or a scanner has fallen silent; first poses are waited for
-    (`FIRST_POSE_S`). `mode` is as for `DriveTo`.
+    they are farther away by `slack`. First poses are waited for (`FIRST_POSE_S`).
+
+    Args:
+        distance: how near to stay.
+        slack: how much farther away they may be before it sets off again.
+        mode: how to drive the wheels, as for `DriveTo`.
+
+    Outcomes:
+        no_path: for 1 s no path has led to them.
+        lost: the pose of base or user is lost, or a scanner has fallen silent.
     """
 
     outcomes = ("no_path", "lost")

@@ -20,6 +20,15 @@ class UserSettled(Monitor):
     """`settled` once the user stands still after having moved or turned since `since`.
 
     Without a `since` standing still is enough. Paper 4.4.2, first criterion (R89).
+
+    Args:
+        still_for: how long they have to stand still.
+        moved: they have moved if they are farther than this from where they were at `since`.
+        turned: they have turned if their view is off by more than this.
+        since: their pose to compare with, as `ChooseChasePose` outputs it.
+
+    Outcomes:
+        settled: they stand still, and have moved or turned if `since` was given.
     """
 
     outcomes = ("settled",)
@@ -60,7 +69,11 @@ def _stood(ctx: Context) -> float | None:
 
 
 class UserLost(Monitor):
-    """`lost` once the newest pose of the user is older than 150 ms: `Silent` with that time."""
+    """`lost` once the newest pose of the user is older than 150 ms: `Silent` with that time.
+
+    Outcomes:
+        lost: the newest pose of the user is older than 150 ms, or there is none.
+    """
 
     outcomes = ("lost",)
     reads = {USER_POSE: OLD_S}
@@ -74,6 +87,9 @@ class FaultRaised(Monitor):
     """`raised` while the stop line is pulled, by the bumper, a driver or the operator.
 
     Older charts name it; it is `WaitFor` with the signal `stop.engaged`.
+
+    Outcomes:
+        raised: the stop line is pulled.
     """
 
     outcomes = ("raised",)
@@ -92,6 +108,18 @@ class CallOperator(Action):
     `latch` is a fault as well: the stop line is pulled for it. Where no fault is left, but this
     state still runs after `patience`, they are asked to look; `helped`, with the user's pose, once
     they acknowledge that, but not before `least`.
+
+    Args:
+        latch: how long the user may be lost before the stop line is pulled.
+        patience: how long to wait, without a fault, before the operator is asked to look.
+        least: not `helped` sooner than this.
+
+    Outcomes:
+        helped: the operator has acknowledged that they were asked to look; no fault is left and the
+            user is tracked.
+
+    Outputs:
+        user: the pose of the user then.
     """
 
     outcomes = ("helped",)

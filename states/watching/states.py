@@ -89,7 +89,18 @@ def _is_number(value: object) -> bool:
 
 
 class _Threshold(Monitor, Generic[N]):
-    """What the monitors of a number share."""
+    """What the monitors of a number share.
+
+    Args:
+        signal: the number to watch.
+        for: how long it has to last; 0 s: the first such value will do.
+        hysteresis: by how much a value may be back behind the limit while the time runs, in the
+            unit of the signal.
+        older: a value older than this interrupts the time; by default any age will do.
+
+    Outputs:
+        value: the last value that was watched.
+    """
 
     reads = {"$signal": "$older"}
     signal: Key[N]
@@ -106,7 +117,11 @@ class _Threshold(Monitor, Generic[N]):
 
 
 class _Beyond(_Threshold[N]):
-    """What `Above` and `Below` share."""
+    """What `Above` and `Below` share.
+
+    Args:
+        limit: the limit, in the unit of the signal.
+    """
 
     def __init__(
         self,
@@ -126,6 +141,9 @@ class Above(_Beyond[N]):
     `{watch: Above, with: {signal: user.distance, limit: 4 m, for: 1 s}, next: {above: follow}}`.
     While the time runs, a value counts until it is below `limit` less `hysteresis`. A value that is
     lost or older than `older` interrupts it.
+
+    Outcomes:
+        above: the number has been greater than `limit` for the time `for`.
     """
 
     outcomes = ("above",)
@@ -145,6 +163,9 @@ class Below(_Beyond[N]):
     `{watch: Below, with: {signal: user.distance, limit: 2 m, for: 0.3 s}, next: {below: stop}}`.
     While the time runs, a value counts until it is above `limit` plus `hysteresis`. A value that is
     lost or older than `older` interrupts it.
+
+    Outcomes:
+        below: the number has been less than `limit` for the time `for`.
     """
 
     outcomes = ("below",)
@@ -164,6 +185,13 @@ class Within(_Threshold[N]):
     `{watch: Within, with: {signal: user.distance, low: 2 m, high: 3 m, for: 2 s}, next: …}`.
     While the time runs, a value counts until it is outside by more than `hysteresis`. A value that
     is lost or older than `older` interrupts it.
+
+    Args:
+        low: the lower limit, in the unit of the signal.
+        high: the upper limit.
+
+    Outcomes:
+        within: the number has been from `low` to `high` for the time `for`.
     """
 
     outcomes = ("within",)
@@ -206,6 +234,16 @@ class Changed(Monitor, Generic[T]):
     `{watch: Changed, with: {signal: base.mode}, out: {value: mode}, next: {changed: react}}`.
     A signal that said none then has changed with its first value; where nothing had come yet, the
     first value is what later ones are compared with. No value is no change.
+
+    Args:
+        signal: the signal to watch.
+        older: a value older than this counts as none; by default any age will do.
+
+    Outcomes:
+        changed: the signal has another value.
+
+    Outputs:
+        value: the new value.
     """
 
     outcomes = ("changed",)
@@ -231,6 +269,18 @@ class WaitFor(Monitor, Generic[T]):
     `{watch: WaitFor, with: {signal: stop.engaged}, next: {there: report}}`.
     Of an event signal, such as a button, it is an event since this began. A value that is lost or
     older than `older` interrupts the time.
+
+    Args:
+        signal: the signal to wait for.
+        value: the value that it has to have; by default any.
+        for: how long it has to have it.
+        older: a value older than this counts as none; by default any age will do.
+
+    Outcomes:
+        there: the signal has the value, for the time `for`.
+
+    Outputs:
+        value: the value that came.
     """
 
     outcomes = ("there",)
@@ -272,6 +322,13 @@ class Silent(Monitor, Generic[T]):
 
     `{watch: Silent, with: {signal: base.scan, time: 0.5 s}, next: {silent: .failed}}`.
     Where nothing had ever come when this began, it is given that time.
+
+    Args:
+        signal: the signal to watch.
+        time: how old its newest value may become.
+
+    Outcomes:
+        silent: there is no value, or none newer than `time`.
     """
 
     outcomes = ("silent",)
@@ -286,7 +343,14 @@ class Silent(Monitor, Generic[T]):
 
 
 class Wait(Monitor):
-    """`over` after the time `time`: `{watch: Wait, with: {time: 5 s}, next: {over: again}}`."""
+    """`over` after the time `time`: `{watch: Wait, with: {time: 5 s}, next: {over: again}}`.
+
+    Args:
+        time: how long to wait.
+
+    Outcomes:
+        over: the time has passed.
+    """
 
     outcomes = ("over",)
 
@@ -305,6 +369,17 @@ class Read(Action, Generic[T]):
 
     `{do: Read, with: {signal: user.pose}, out: {value: met}, next: {read: greet, none: wait}}`.
     Of an event signal it is the newest event, whenever that was.
+
+    Args:
+        signal: the signal to read.
+        older: a value older than this counts as none; by default any age will do.
+
+    Outcomes:
+        read: there is a value.
+        none: the signal has no value, or one older than `older`.
+
+    Outputs:
+        value: the value.
     """
 
     outcomes = ("read", "none")

@@ -20,20 +20,24 @@ from engine.files.declared.named import (
     with_own_files as with_own_files,
 )
 from engine.files.declared.records import (
+    FileKey as FileKey,
     Name as Name,
     Written as Written,
     fields_of as fields_of,
     reader_of as reader_of,
     record as record,
+    split as split,
 )
 from engine.files.declared.schema import (
     DRAFT as DRAFT,
     Schema as Schema,
     bounds as bounds,
     document as document,
+    meanings_of as meanings_of,
     quantity_pattern as quantity_pattern,
     said as said,
     text_of as text_of,
+    written_default as written_default,
 )
 from engine.files.declared.values import (
     ABOVE_0 as ABOVE_0,

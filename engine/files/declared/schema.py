@@ -22,7 +22,7 @@ from typing import Any, Literal, Union
 from engine.files.declared.item import Item
 from engine.files.declared.records import FileKey, Written, fields_of, split
 from engine.files.declared.values import ANY, Count, Range, example
-from engine.files.units import NUMBER, UNITS, Dimension, si_unit
+from engine.files.units import NUMBER, UNITS, Dimension, quantity_text, si_unit
 
 Schema = dict[str, Any]
 DRAFT = "http://json-schema.org/draft-07/schema#"
@@ -114,14 +114,28 @@ def _property(field: FileKey, meaning: str) -> Schema:
     value = schema_of(field.annotation)
     written = value.pop("description", "")
     shown = said(" ".join(filter(None, (meaning, written)))) if meaning or written else {}
-    simple = isinstance(field.default, bool | int | float | str) and field.default != ""
-    return {**shown, **value, **({"default": field.default} if simple else {})}
+    default = written_default(field)
+    return {**shown, **value, **({} if default is None or default == "" else {"default": default})}
+
+
+def dimension_of(marks: Iterable[Any]) -> str:
+    """The dimension that the marks of an annotation give a number; empty if none does."""
+    return next((mark.name for mark in marks if isinstance(mark, Dimension)), "")
+
+
+def written_default(field: FileKey) -> bool | int | float | str | None:
+    """The default of a key as a file would have it, `30 deg`; None if there is no plain value."""
+    default = field.default
+    if not isinstance(default, bool | int | float | str):
+        return None
+    dimension = dimension_of(split(field.annotation)[1])
+    return quantity_text(float(default), dimension) if dimension else default
 
 
 def _number(kind: type, marks: Iterable[Any]) -> Schema:
     if kind is int:
         return {"type": "integer", **_bounds(marks)}
-    dimension = next((mark.name for mark in marks if isinstance(mark, Dimension)), "")
+    dimension = dimension_of(marks)
     found = {"type": "number", **_bounds(marks)}
     if not dimension:
         return found

@@ -1,0 +1,35 @@
+from cobodeck.manual.chart_entries import (
+    chart_page as chart_page,
+)
+from cobodeck.manual.example_nodes import (
+    example_chart as example_chart,
+)
+from cobodeck.manual.file_entries import (
+    ABOUTS as ABOUTS,
+    EXAMPLES as EXAMPLES,
+    file_page as file_page,
+)
+from cobodeck.manual.markdown_text import (
+    markdown_text as markdown_text,
+)
+from cobodeck.manual.page import (
+    ManualPage as ManualPage,
+    PageEntry as PageEntry,
+    PageTable as PageTable,
+    YamlCode as YamlCode,
+)
+from cobodeck.manual.pages import (
+    NAMES as NAMES,
+    REFERENCE as REFERENCE,
+    manual_page as manual_page,
+    manual_pages as manual_pages,
+)
+from cobodeck.manual.signal_entries import (
+    signal_page as signal_page,
+)
+from cobodeck.manual.state_entries import (
+    state_page as state_page,
+)
+from cobodeck.manual.terminal_text import (
+    terminal_text as terminal_text,
+)
