@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -15,6 +16,10 @@ AUTHOR_PAGES = (
     "chart-language.md",
     "testing.md",
     "cookbook.md",
+    "cookbook/waiting.md",
+    "cookbook/together.md",
+    "cookbook/own.md",
+    "cookbook/records.md",
     "edit-charts.md",
     "robot.md",
     "library.md",
@@ -88,9 +93,16 @@ def shown_charts(root: Path) -> list[Path]:
 
 
 def new_project(folder: Path) -> Path:
-    """A project as `cobodeck new my_project` makes it."""
+    """A project as `cobodeck new my_project` makes it; nothing of it stays imported."""
     assert main(["new", str(folder / PACKAGE)]) == 0
+    forget_modules()
     return folder / PACKAGE
+
+
+def forget_modules() -> None:
+    """Let the package of the project be imported anew."""
+    for name in [name for name in sys.modules if name.partition(".")[0] == PACKAGE]:
+        del sys.modules[name]
 
 
 class PageTest(NamedTuple):

@@ -12,7 +12,7 @@ from cobodeck.project import Catalogue, catalogue, load_beside, own_files_around
 from cobodeck.testing import ChartTester, Parts
 from engine.chart import Chart, Library
 from engine.files.declared import with_own_files
-from tests.cobodeck.docs.author_pages import PACKAGE, new_project, shown_charts, write_blocks
+from tests.cobodeck.docs.author_pages import forget_modules, new_project, shown_charts, write_blocks
 
 
 @pytest.fixture(scope="session")
@@ -24,8 +24,7 @@ def author_project(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.setattr(sys, "path", [str(root), *sys.path])
         patch.setattr(sys, "dont_write_bytecode", True)
         yield root
-    for name in [name for name in sys.modules if name.partition(".")[0] == PACKAGE]:
-        del sys.modules[name]
+    forget_modules()
 
 
 @pytest.fixture(scope="session")
