@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from engine.chart import AUTONOMY, Chart
+from engine.files import si_unit
 from engine.files.declared import Schema, said, with_article
 from engine.interfaces import Argument, Interface
 from engine.schema.value_schemas import READ, shown, value_schema, written
@@ -149,7 +150,10 @@ def _parameter(argument: Argument) -> Schema:
 
 
 def _default(argument: Argument) -> str:
-    return "" if argument.required else f" Default: {shown(argument.default)}."
+    if argument.required:
+        return ""
+    unit = si_unit(argument.type.name) if isinstance(argument.default, int | float) else ""
+    return f" Default: {shown(argument.default)} {unit}".rstrip() + "."
 
 
 def _requiring(section: str, names: list[str]) -> Schema:
