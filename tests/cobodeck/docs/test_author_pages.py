@@ -86,15 +86,16 @@ def _function(shown: PageTest) -> Callable[..., None]:
     return function
 
 
-PROGRAMS = [b.file for b in blocks() if re.fullmatch(r"\w+\.py", b.file or "")]
+PROGRAMS = [str(b.file) for b in blocks() if re.fullmatch(r"\w+\.py", b.file or "")]
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
-def test_a_program_that_a_page_shows_runs(
-    program: str, author_project: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sys, "modules", dict(sys.modules))
-    runpy.run_path(str(author_project / program))
+def test_a_program_that_a_page_shows_runs(program: str, author_project: Path) -> None:
+    try:
+        runpy.run_path(str(author_project / program))
+    finally:
+        for other in PROGRAMS:
+            sys.modules.pop(Path(other).stem, None)
 
 
 def test_a_failure_reads_as_the_page_shows(page_sim: ChartTester) -> None:
