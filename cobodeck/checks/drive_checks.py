@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from behaviors.profile import Profile
     from cobodeck.project import Catalogue
     from cobodeck.setup import Setup
-    from engine.chart import Chart
     from engine import Interface
+    from engine.chart import Chart
     from engine.machine import Leaf
 
 ROLLS = "drives along its heading only: its base.modes has no omni"

@@ -24,11 +24,17 @@ states:
     timeout: 60 s
     retry: {{times: 20, on: [no_path, stuck], wait: 0.5 s}}
     next: {{arrived: back, {NEXT}}}
-  back: {{do: DriveTo, in: {{goal: {{x: 2 m, y: 1.2 m, yaw: 90 deg}}}}, timeout: 60 s, next: {{arrived: .done, {NEXT}}}}}
+  back:
+    do: DriveTo
+    in: {{goal: {{x: 2 m, y: 1.2 m, yaw: 90 deg}}}}
+    timeout: 60 s
+    next: {{arrived: .done, {NEXT}}}
 """
 SCENE = """\
 scene: corridor
-room: {outer: [[0, 0], [14, 0], [14, 2.4], [0, 2.4]], columns: [[[5, 0], [5.4, 0], [5.4, 0.2], [5, 0.2]]]}
+room:
+  outer: [[0, 0], [14, 0], [14, 2.4], [0, 2.4]]
+  columns: [[[5, 0], [5.4, 0], [5.4, 0.2], [5, 0.2]]]
 robot: {file: ./runner.yaml, start: {x: 2, y: 1.2, yaw: 90 deg}}
 user: {source: ./visitor.yaml}
 """

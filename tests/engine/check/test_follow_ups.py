@@ -52,7 +52,6 @@ def test_both_are_right_but_for_what_is_never_used() -> None:
     ("old", "new"),
     [
         ("outcomes: [done, gone]", "outcome: [done, gone]"),
-        ("[done, gone]", "[done, gon]"),
         ("chart: inner", "chrt: inner"),
         ("states:", "statez:"),
         ("  a: {do: Work", "  a: [do: Work"),
