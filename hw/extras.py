@@ -22,6 +22,7 @@ EXTRAS: Mapping[str, str] = {
     "websockets": "live",
     "matplotlib": "plots",
     "ompl": "ompl",
+    "xacro": "urdf",
     "mujoco": "reference",
     "irsim": "sim-peers",
     "dask": "cluster",

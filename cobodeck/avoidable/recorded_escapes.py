@@ -23,6 +23,7 @@ from cobodeck.project import nodes_of
 from cobodeck.record.read import Group, Record
 from engine.chart import Library, Node, load_text
 from engine.files import mistake, quantity
+from engine.files.declared import YAML
 
 BEHAVIOUR = "escape"
 STALE_S = 0.25
@@ -283,7 +284,7 @@ def _si(value: object) -> float:
 def _body(record: Record) -> Mapping[str, Any]:
     """The entry `base` of the robot's own file; empty if the record does not have it."""
     for name, text in record.attachments.items():
-        if name.endswith((".yaml", ".yml")):
+        if name.endswith(YAML):
             found = yaml.safe_load(text)
             if isinstance(found, dict) and found.get("robot") == record.header["robot"]:
                 body = found.get("base")

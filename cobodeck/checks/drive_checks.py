@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from behaviors.profile import Profile
     from cobodeck.project import Catalogue
     from cobodeck.setup import Setup
+    from engine import Interface
     from engine.chart import Chart
-    from engine.interfaces import Interface
     from engine.machine import Leaf
 
 ROLLS = "drives along its heading only: its base.modes has no omni"
@@ -83,9 +83,9 @@ def _going_sideways(
 ) -> Iterator[str]:
     for name in sorted(names):
         for node in library[name].root.walk():
-            if node.form == "do" and node.target in interfaces:
-                if _mode_of(interfaces[node.target], node.parameters) == "omni":
-                    yield node.target
+            known = interfaces.get(node.target) if node.form == "do" else None
+            if known is not None and _mode_of(known, node.parameters) == "omni":
+                yield node.target
 
 
 def _mode_of(interface: Interface, parameters: Mapping[str, Any]) -> str | None:

@@ -48,7 +48,9 @@ def run(args: argparse.Namespace) -> int:
     from cobodeck.logs import calibrated, open_log
 
     if args.output is not None and args.output.suffix not in YAML:
-        raise Problem(f"{args.output}: a calibration is a YAML file; its name ends in .yaml")
+        raise Problem(
+            f"{args.output}: a calibration is a YAML file; its name ends in .yaml or .yml"
+        )
     mounts = None if args.mounts is None else _known(args.mounts)
     log = open_log(args.log).mounted(dict(args.scan_mounts))
     found = calibrated(log, _ground(log, args.place), args.start, args.seed, mounts)

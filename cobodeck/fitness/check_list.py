@@ -17,7 +17,9 @@ CHECKS = (
     # robot, profile and room
     FitnessCheck("How large is the robot?", "robot_checks:outline", ("doctor",)),
     FitnessCheck("How does the base drive?", "drive_checks:modes", ("doctor",)),
-    FitnessCheck("Can the base drive the profile's chart?", "drive_checks:main_chart", ("validate",)),
+    FitnessCheck(
+        "Can the base drive the profile's chart?", "drive_checks:main_chart", ("validate",)
+    ),
     FitnessCheck("Can the base drive as the chart asks?", "drive_checks:followed", ("wire",)),
     FitnessCheck("Is there all that the profile names?", "profile_checks:named", ("validate",)),
     FitnessCheck("Is there all that is set by name?", "profile_checks:set_by_name", ("setup",)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -9,11 +10,15 @@ from typing import Any
 from cobodeck.terminal import ProgressLine
 
 WHAT = "compiling, at the first start only"
+A_MINUTE = 80
+"""About so many functions are compiled in a minute, by one processor."""
 
 
 @contextmanager
 def compiling(functions: int, line: ProgressLine | None = None) -> Iterator[None]:
     """Show which function is being compiled within the block; loading from the cache shows nothing.
+
+    Where there is no terminal it is told by a few lines on standard error, but not to tests.
 
     Args:
         functions: approximate number compiled inside the block if nothing is cached.
@@ -21,7 +26,9 @@ def compiling(functions: int, line: ProgressLine | None = None) -> Iterator[None
     """
     from numba.core import event
 
-    shown = line or ProgressLine(WHAT, every_s=0.0)
+    about = f"about {max(1, round(functions / A_MINUTE))} min for {functions} functions"
+    plainly = "" if "PYTEST_CURRENT_TEST" in os.environ else about
+    shown = line or ProgressLine(WHAT, every_s=0.0, plainly=plainly)
 
     class Counter(event.Listener):
         done = 0

@@ -79,17 +79,29 @@ def terminal_width() -> int | None:
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
+SOON_S, PLAIN_S = 1.0, 30.0
+"""Where there is no terminal: work that is shorter is not told, and the time between lines, s."""
+
+
 class ProgressLine:
-    """A progress line on standard error, overwritten in place; silent if that is no terminal.
+    """A progress line on standard error, overwritten in place.
+
+    Where that is no terminal it is silent, or with `plainly` prints a line after SOON_S, then one
+    in every PLAIN_S, and one at the end.
 
     Args:
         what: the work, as the line names it.
         every_s: least time between two updates, s.
         clock: returns the time, s, like `time.monotonic`.
+        plainly: what to say of it at first where there is no terminal.
     """
 
     def __init__(
-        self, what: str, every_s: float = 0.2, clock: Callable[[], float] = time.monotonic
+        self,
+        what: str,
+        every_s: float = 0.2,
+        clock: Callable[[], float] = time.monotonic,
+        plainly: str = "",
     ) -> None:
         self._what = what
         self._every = every_s
@@ -98,10 +110,13 @@ class ProgressLine:
         self._next = self._begin + every_s
         self._shown = False
         self._on = sys.stderr.isatty()
+        self._plainly = "" if self._on else plainly
 
     def at(self, text: str, share: float | None = None) -> None:
         """Show progress; with the `share` done, 0 to 1, also the estimated time left."""
         now = self._clock()
+        if self._plainly:
+            self._print_plainly(text, share, now)
         if not self._on or now < self._next:
             return
         self._next = now + self._every
@@ -111,9 +126,21 @@ class ProgressLine:
         print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
 
     def done(self) -> None:
-        """Clear the line."""
-        if self._shown:
+        """Clear the line; where there is no terminal, say how long it took."""
+        if self._shown and self._plainly:
+            spent_s = self._clock() - self._begin
+            print(visible(f"{self._what}: done in {spent_s:.0f} s"), file=sys.stderr, flush=True)
+        elif self._shown:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+    def _print_plainly(self, text: str, share: float | None, now: float) -> None:
+        """A line of its own, at first and then from time to time."""
+        if now < (self._next if self._shown else self._begin + SOON_S):
+            return
+        left = "" if share is None else _left(min(share, 1.0), now - self._begin)
+        line = f"{text}{left}" if self._shown else self._plainly
+        self._shown, self._next = True, now + PLAIN_S
+        print(visible(f"{self._what}: {line}"), file=sys.stderr, flush=True)
 
 
 def _left(share: float, spent_s: float) -> str:

@@ -44,6 +44,7 @@ from engine.files.suggestions import (
 from engine.files.text import (
     instead as instead,
     is_file as is_file,
+    note as note,
     noted as noted,
     noting as noting,
     read_bytes as read_bytes,

@@ -30,6 +30,13 @@ def noted() -> Mapping[Path, bytes]:
     return _noted.get() or {}
 
 
+def note(path: Path, data: bytes) -> None:
+    """Notes the content that counts for a file that was read, in place of what stands in it."""
+    found = _noted.get()
+    if found is not None:
+        found[path] = data
+
+
 @contextmanager
 def instead(contents: Mapping[Path, bytes]) -> Iterator[None]:
     """Replaces the contents of files within the block, for example with those of a recorded run."""
@@ -58,9 +65,7 @@ def read_bytes(path: Path, limit: int) -> bytes:
     data = _instead.get().get(path)
     if data is None:
         data = _read(path, limit)
-    found = _noted.get()
-    if found is not None:
-        found[path] = data
+    note(path, data)
     return data
 
 

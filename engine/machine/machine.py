@@ -7,11 +7,12 @@ share it; the run-time state of a vertex is in its `engine.machine.node.RunNode`
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from engine.chart import AUTONOMY, Chart, DataKey, Node, Parameter, start_value
+from engine.chart import AUTONOMY, Chart, DataKey, Node, Parameter, mark_of, start_value
 from engine.files import did_you_mean
 from engine.files.declared import Mismatch
 from engine.interfaces import Interface, bindings, python_name, resolved
@@ -244,11 +245,30 @@ class Machine:
         vertex.priority, vertex.breaks = node.priority, node.breaks
         vertex.autonomy = {outcome: AUTONOMY[level] for outcome, level in node.autonomy.items()}
         if node.timeout is not None:
-            vertex.timeout_ns = to_ns(_converted(f"{path}: timeout", node.timeout, TIMEOUT, given))
+            with self._at(vertex, node, "timeout"):
+                vertex.timeout_ns = to_ns(
+                    _converted(f"{path}: timeout", node.timeout, TIMEOUT, given)
+                )
         if node.retry is not None:
-            wait = to_ns(_converted(f"{path}: wait", node.retry.wait, WAIT, given))
-            times = _converted(f"{path}: times", node.retry.times, TIMES, given)
+            with self._at(vertex, node, "retry"):
+                wait = to_ns(_converted(f"{path}: wait", node.retry.wait, WAIT, given))
+                times = _converted(f"{path}: times", node.retry.times, TIMES, given)
             vertex.retry = (times, frozenset(node.retry.on), wait)
+
+    @contextmanager
+    def _at(self, vertex: Vertex, node: Node, key: str) -> Iterator[None]:
+        """Say of a wrong value where it is written: no finding of the chart has told it."""
+        try:
+            yield
+        except ConstantMismatch:
+            raise
+        except Mismatch as mismatch:
+            box = vertex.parent
+            while box is not None and not box.chart:
+                box = box.parent
+            chart = self.chart if box is None else self.library.get(box.chart, self.chart)
+            at = mark_of(node.raw, key) if key in node.raw else node.at
+            raise Mismatch(f"{chart.place(at)}: {mismatch}") from None
 
     def _connect(self, box: Box, node: Node) -> None:
         named = {child.name: child for child in box.children}

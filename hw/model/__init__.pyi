@@ -77,3 +77,6 @@ from hw.model.tracking_file import (
     load_tracking as load_tracking,
     placement_of as placement_of,
 )
+from hw.model.xacro_file import (
+    urdf_text as urdf_text,
+)

@@ -69,7 +69,7 @@ class SimBase:
         self._floor: SlipperyFloor | None = None
         self._tracks: tuple[Track, Track] | None = None
         self._noise, self._error = noise, _EXACT
-        self._model = base
+        self._model, self._sideways = base, base.sideways
         self._ramps = Ramps(base, limits)
         self._timeout_ns = round(base.command_timeout * 1e9)
         self._target = STILL
@@ -106,7 +106,7 @@ class SimBase:
 
     def drive(self, command: Twist2) -> None:
         """Command a velocity; see `Base`."""
-        if not self._model.sideways:
+        if not self._sideways:
             require_rolling(command)
         if not math.isfinite(command.vx + command.vy + command.wz):
             Twist2.checked(command.vx, command.vy, command.wz)

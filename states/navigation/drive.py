@@ -66,11 +66,12 @@ class DriveContext(SignalReader, Protocol):
 class BaseDrive:
     """A drive of the base with a subsystem's values: `towards` a goal, once per tick.
 
-    A context manager: whatever ends it, the base is released and gets its own mode back. `clearance`,
-    `mode`, `patience` and `speed` are those of `DriveTo`; with a patience of None nobody watches
-    whether it gets nearer. `apart` names a subsystem whose distance from the user is kept instead,
-    `source` one with whose priority the base is commanded. `straight`: straight to the goal and
-    without turning, as rollouts drive, instead of on a path. The pose of the base is known.
+    A context manager: whatever ends it, the base is released and gets its own mode back.
+    `clearance`, `mode`, `patience` and `speed` are those of `DriveTo`; with a patience of None
+    nobody watches whether it gets nearer. `apart` names a subsystem whose distance from the user
+    is kept instead, `source` one with whose priority the base is commanded. `straight`: straight to
+    the goal and without turning, as rollouts drive, instead of on a path. The pose of the base is
+    known.
     """
 
     def __init__(  # noqa: PLR0913 - most are optional

@@ -28,7 +28,15 @@ from hw.geometry import STILL, Pose2, Pose3, Twist2
 from hw.interfaces import DriveMode
 from hw.ipc import Datagram, Outlet
 from hw.motion import Reckoner
-from hw.safety import STANDSTILL, LocalChain, Ramps, Velocity, is_standing, require_rolling, twist_after
+from hw.safety import (
+    STANDSTILL,
+    LocalChain,
+    Ramps,
+    Velocity,
+    is_standing,
+    require_rolling,
+    twist_after,
+)
 from hw.samples import PoseSigma, Sample, TrackerPose, UserPose
 
 RESET_NS = 400 * MS

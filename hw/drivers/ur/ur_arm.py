@@ -14,7 +14,7 @@ from hw.connection import RunInfo
 from hw.drivers.feed import DatagramFeed, up_to
 from hw.drivers.gates import JOINTS_LATE_NS, WORKER_SILENT_NS
 from hw.drivers.ur.probe import probe
-from hw.drivers.ur.ur_settings import Servo, WorkerSettings
+from hw.drivers.ur.ur_settings import Servo, WorkerSettings, ur_arm_of
 from hw.ipc import Child, Datagram, Door, Hearer, Outlet
 from hw.model import check_pace
 from hw.samples import ArmState, Sample, TimedJoints
@@ -76,8 +76,7 @@ class UrArm:
         if find_spec("rtde_control") is None:
             raise OSError(MISSING)
         body = opening.body
-        if body.arm is None:
-            raise ValueError(f"{body.name} has no arm")
+        arm = ur_arm_of(body)
         follows = Servo.of(servo or {})
         if follows.lookahead > COUNTED_S:
             opening.tell(
@@ -87,12 +86,12 @@ class UrArm:
         self.line: RunStopLine | None = None
         self.wake: Callable[[], None] = _nobody
         self.late = 0
-        self._model, self._number = body.arm, 0
+        self._model, self._number = arm, 0
         self._feed = DatagramFeed(SOURCE, now, self._on_datagram)
         doors = (self._feed.door, *(() if tells is None else (tells.door(SOURCE),)))
         prop = body.prop
         mass, center = (0.0, (0.0, 0.0, 0.0)) if prop is None else (prop.mass, prop.center_of_mass)
-        self._settings = WorkerSettings(host, doors, body.arm, mass, center, servo=follows)
+        self._settings = WorkerSettings(host, doors, arm, mass, center, servo=follows)
         self._samples: deque[Sample] = deque(maxlen=1000)
         self._orders = Outlet()
         self._ticked = self._heard = self._begun = 0

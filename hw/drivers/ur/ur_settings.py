@@ -7,7 +7,23 @@ from dataclasses import dataclass
 from typing import Any
 
 from hw.ipc import Door
-from hw.model import ArmModel
+from hw.model import ArmModel, RobotModel
+
+
+def ur_arm_of(body: RobotModel) -> ArmModel:
+    """The UR arm of a robot, which alone the drivers of this folder speak to.
+
+    Raises:
+        ValueError: it has no arm, or one of another maker; with what would be right.
+    """
+    own = "take the entry out of the connection, or give a driver of your own as module:Class"
+    if body.arm is None:
+        raise ValueError(f"{body.name} has no arm, and this is the driver of a UR arm: {own}")
+    if body.arm.model.dh is None:
+        arm = body.arm.model.name
+        raise ValueError(f"{body.name} has the arm {arm}, and this driver speaks to UR arms: {own}")
+    return body.arm
+
 
 SERVO = {"lookahead": (0.03, 0.2), "gain": (100.0, 2000.0)}
 """What the controller takes: s, and a factor."""

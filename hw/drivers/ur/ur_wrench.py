@@ -22,6 +22,7 @@ from hw.drivers.feed import up_to
 from hw.drivers.gates import WRENCH_SILENT_NS
 from hw.drivers.ur.output_stream import LOOK_S, OutputStream
 from hw.drivers.ur.probe import TIMEOUT_S
+from hw.drivers.ur.ur_settings import ur_arm_of
 from hw.geometry import Pose3
 from hw.model import FlangeChain
 from hw.samples import Sample, WrenchReading
@@ -44,16 +45,15 @@ class UrWrench:
     A controller that says nothing for 0.2 s is a fault, which stops the robot.
 
     Raises:
-        ValueError: the robot has no arm.
+        ValueError: the robot has no UR arm.
     """
 
     signals: tuple[str, ...] = ("wrench.reading",)
 
     def __init__(self, host: str, opening: RunInfo, now: Callable[[], int]) -> None:
-        if opening.body.arm is None:
-            raise ValueError(f"{opening.body.name} has no arm")
+        arm = ur_arm_of(opening.body)
         self.wake: Callable[[], None] = _nobody
-        self._host, self._now, self._chain = host, now, FlangeChain(opening.body.arm)
+        self._host, self._now, self._chain = host, now, FlangeChain(arm)
         self._arrived: deque[Sample] = deque(maxlen=1000)
         self._cause: str | None = "not connected yet"
         self._load = self._zero = NO_LOAD

@@ -1,8 +1,7 @@
 """URDF robot descriptions: links, joints, mesh names, and the pose of every link (R17).
 
 Reads all kinds of joints, and mimic joints; floating and planar ones stay where `origin` puts them,
-so they can carry an arm, but not be part of it. Meshes are named, not loaded. xacro must have been
-expanded before.
+so they can carry an arm, but not be part of it. Meshes are named, not loaded.
 """
 
 from __future__ import annotations
@@ -15,8 +14,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from engine.files import did_you_mean, read_text
-from hw.model import Placement, Point3
+from engine.files import did_you_mean
+from hw.model import Placement, Point3, urdf_text
 from states.arm.description.elements import Element, elements
 from states.arm.kinematics import Array, matrix
 
@@ -24,7 +23,6 @@ JointKind = Literal["fixed", "revolute", "continuous", "prismatic", "floating", 
 
 _KINDS: tuple[JointKind, ...] = get_args(JointKind)
 _UNMOVED = ("fixed", "floating", "planar")
-_LARGEST = 20_000_000
 _HERE = Placement()
 
 
@@ -131,7 +129,7 @@ def read_urdf(path: Path) -> Urdf:
     Raises:
         FileError: with file, line, element and what would be right.
     """
-    return parse_urdf(read_text(path, _LARGEST), str(path))
+    return parse_urdf(urdf_text(path), str(path))
 
 
 def parse_urdf(text: str, path: str = "robot.urdf") -> Urdf:

@@ -209,5 +209,28 @@ def test_progress_tells_the_share_done_and_the_time_left() -> None:
     ]
 
 
+def test_without_a_terminal_progress_is_a_few_lines(capsys: pytest.CaptureFixture[str]) -> None:
+    """What it is, one in half a minute, and how long it took; short work is silent."""
+    now = iter([0.0, 0.5, 2.0, 5.0, 33.0, 40.0])
+    progress = console.ProgressLine("work", 0.0, lambda: next(now), plainly="about 1 min")
+    for _ in range(4):
+        progress.at("function", 0.5)
+    progress.done()
+    told = capsys.readouterr()
+    assert told.err.splitlines() == [
+        "work: about 1 min",
+        "work: function, 50 %, 33 s left",
+        "work: done in 40 s",
+    ]
+    assert told.out == ""
+
+    for plainly, at in (("about 1 min", 0.9), ("", 50.0)):
+        now = iter([0.0, at])
+        progress = console.ProgressLine("work", 0.0, lambda: next(now), plainly=plainly)  # noqa: B023
+        progress.at("function")
+        progress.done()
+    assert capsys.readouterr().err == ""
+
+
 def test_progress_is_written_seldom() -> None:
     assert written((0.1, "a", None), (0.3, "b", 0.0), (0.4, "c", None)) == ["work: b, 0 %"]

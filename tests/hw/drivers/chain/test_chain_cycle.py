@@ -1,5 +1,6 @@
 """The cycle of the chain in front of real wheels: what it hears, when it stops, how it resets."""
 
+import dataclasses
 import math
 
 import pytest
@@ -43,14 +44,14 @@ class Sent:
 class Rig:
     """A chain in cycles of 10 ms; who speaks is said by `speaks`, each as often as agreed."""
 
-    def __init__(self, arm=True, observer=True, limits=LIMITS):
+    def __init__(self, arm=True, observer=True, limits=LIMITS, base=ROBOT.base):
         self.speaks = {"engine", "estimate", "arm", "observer", "vr", "user"}
         settings = ChainSettings(
             address=("127.0.0.1", 0),
             secret=b"",
             engine=Door("127.0.0.1", 0, ""),
             hardware=("", "", {}),
-            model=ROBOT.base,
+            model=base,
             motion=MOTION,
             safety=limits,
             tracking=TRACKING,
@@ -587,6 +588,19 @@ def test_the_way_of_driving_changes_once_the_base_stands(rig):
     assert seen[0][0] == "omni"
     assert seen[-1] == ("differential", 0.0)
     assert rig.wheels.told.vx == pytest.approx(0.2)
+
+
+def test_a_sideways_command_to_wheels_that_only_roll_stops_them():
+    """The engine's own guard refuses it; one that lets it pass is wrong, and may be elsewhere."""
+    base = dataclasses.replace(ROBOT.base, modes=("differential",), max_yaw_rate=2.0)
+    rig = Rig(base=base)
+    rig.command = Twist2(0.2, 0.0, 0.1)
+    rig.go(200)
+    assert rig.wheels.told.vx == pytest.approx(0.2)
+    assert rig.chain.stopped is None
+    rig.command = Twist2(0.2, 0.3, 0.1)
+    assert rig.until_stopped(5) <= 2
+    assert "0.3 m/s sideways" in rig.chain.stopped
 
 
 # -- whatever is heard
