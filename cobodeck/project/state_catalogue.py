@@ -215,8 +215,9 @@ def _modules(name: str, table: _Table) -> Iterator[ModuleType]:
     if name not in flexbe:
         yield _imported(name)
     for inner in flexbe:
+        topics = table.read
         try:
-            yield state_module(inner, table.read)
+            yield state_module(inner, topics)
         except (Exception, SystemExit) as error:  # noqa: BLE001  a user's module may raise anything
             told = _where(error, f"importing {inner}")
             if inner == name:

@@ -15,10 +15,13 @@ from typing import Any
 
 from cobodeck.flexbe_states.ros.messages import Message, full
 from cobodeck.flexbe_states.ros.plain_values import as_command, as_message
+from cobodeck.flexbe_states.ros.ros_time import refuse_to_wait
 from cobodeck.flexbe_states.ros.topic_table import TopicTable, plain_topic
 from engine import Context, Stamped
 
 _thread = threading.local()
+LONGEST_SLEEP_S = 1.0
+"""Longest sleep in one hook, s: it is waited out after the hook, which a loop would not see."""
 
 
 @dataclass(slots=True)
@@ -46,14 +49,20 @@ class _Goal:
 
 @dataclass(eq=False)
 class Bridge:
-    """The run of one state; without `ctx` there is none."""
+    """The run of one state; `run` gives its context, or None where there is no run."""
 
-    ctx: Context | None = None
+    run: Callable[[], Context | None] = lambda: None
     table: TopicTable = field(default_factory=TopicTable)
     name: str = ""
     is_ros_2: bool = False
+    asleep_s: float = 0.0
     _heard: dict[str, _Heard] = field(default_factory=dict)
     _goals: dict[str, _Goal] = field(default_factory=dict)
+
+    @property
+    def ctx(self) -> Context | None:
+        """What the state has of its run; None before and after it."""
+        return self.run()
 
     @contextmanager
     def current(self) -> Iterator[None]:
@@ -69,6 +78,21 @@ class Bridge:
         """Put a note in the trace."""
         if self.ctx is not None:
             self.ctx.note(text)
+
+    def sleep(self, seconds: float) -> None:
+        """Let this time, s, pass once the hook has returned.
+
+        Raises:
+            Blocks: it would be more than `LONGEST_SLEEP_S` in one hook.
+        """
+        self.asleep_s += max(float(seconds), 1e-3)
+        if self.asleep_s > LONGEST_SLEEP_S:
+            refuse_to_wait(f"sleeping for more than {LONGEST_SLEEP_S:g} s")
+
+    def waited(self) -> float:
+        """The time, s, for which the last hook wanted to sleep; it counts as past then."""
+        found, self.asleep_s = self.asleep_s, 0.0
+        return found
 
     # -- subscriptions -------------------------------------------------------------------------
 

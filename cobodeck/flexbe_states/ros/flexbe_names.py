@@ -23,7 +23,8 @@ class FlexbeState:
         self._input_keys = list(names.get("input_keys") or ())
         self._output_keys = list(names.get("output_keys") or ())
         self._name = bridge().name
-        self._rate: RosRate | None = None
+        self._rate = RosRate()
+        self.period_s = 0.0
         if (rate := more.get("desired_rate")) is not None:
             self.set_rate(rate)
 
@@ -60,6 +61,7 @@ class FlexbeState:
     def set_rate(self, desired_rate: float) -> None:
         """Execute it so many times per second; otherwise in every tick."""
         self._rate = RosRate(desired_rate)
+        self.period_s = 1.0 / desired_rate
 
     def get_registered_input_keys(self) -> list[str]:
         """The keys that it reads."""

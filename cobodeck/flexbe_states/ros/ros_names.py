@@ -49,9 +49,13 @@ class RosSubscriber:
     """`rospy.Subscriber`: its callback is called before `execute`."""
 
     def __init__(
-        self, name: str, data_class: Any = None, callback: Any = None, callback_args: Any = _MISSING,
+        self,
+        name: str,
+        data_class: Any = None,
+        callback: Any = None,
+        callback_args: Any = _MISSING,
         **_named: Any,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.name = name
         arguments = () if callback_args is _MISSING else (callback_args,)
         bridge().subscribe(name, data_class, callback, arguments)
@@ -67,13 +71,14 @@ class RosServiceProxy:
     def __init__(self, name: str, *_any: Any, **_named: Any) -> None:
         self.name = name
 
-    def __call__(self, *values: Any, **fields: Any) -> Any:
+    def call(self, *values: Any, **fields: Any) -> Any:
+        """Call it, and return the answer."""
         first = values[0] if values else None
         if not isinstance(first, Message):
             first = Message(**fields) if first is None else Message(data=first)
         return bridge().call(self.name, first)
 
-    call = __call__
+    __call__ = call
 
     def wait_for_service(self, *_any: Any, **_named: Any) -> None:
         """Nothing has to be waited for."""
@@ -174,6 +179,20 @@ def set_param(name: str, value: Any) -> None:
     bridge().table.parameters[plain_topic(name)] = value
 
 
+def delete_param(name: str) -> None:
+    """Remove a parameter.
+
+    Raises:
+        KeyError: there is none.
+    """
+    del bridge().table.parameters[plain_topic(name)]
+
+
+def sleep(duration: Any) -> None:
+    """Let a short time, s or a duration, pass once the hook has returned; see `Bridge.sleep`."""
+    bridge().sleep(duration.to_sec() if isinstance(duration, RosDuration) else duration)
+
+
 def quaternion_from_euler(roll: float, pitch: float, yaw: float, *_axes: Any) -> list[float]:
     """A quaternion (x, y, z, w) of these angles about fixed axes, rad."""
     (cr, sr), (cp, sp), (cy, sy) = ((math.cos(a / 2), math.sin(a / 2)) for a in (roll, pitch, yaw))
@@ -224,13 +243,15 @@ ROS: Mapping[str, Any] = {
     "Node": Node,
     "get_time": lambda: now_ns() * 1e-9,
     "get_rostime": RosTime.now,
-    "sleep": lambda *_: refuse_to_wait("rospy.sleep()"),
+    "sleep": sleep,
     "spin": lambda *_: refuse_to_wait("spin()"),
     "wait_for_message": lambda *_, **__: refuse_to_wait("rospy.wait_for_message()"),
     "wait_for_service": lambda *_, **__: None,
     "get_param": get_param,
     "has_param": has_param,
     "set_param": set_param,
+    "delete_param": delete_param,
+    "get_param_names": lambda: list(bridge().table.parameters),
     "is_shutdown": lambda: False,
     "ok": lambda *_, **__: True,
     "init_node": lambda *_, **__: None,
@@ -248,6 +269,6 @@ TRANSFORMATIONS: Mapping[str, Any] = {
 CLOCK: Mapping[str, Any] = {
     **dict.fromkeys(("time", "monotonic", "perf_counter"), lambda: now_ns() * 1e-9),
     **dict.fromkeys(("time_ns", "monotonic_ns", "perf_counter_ns"), now_ns),
-    "sleep": lambda *_: refuse_to_wait("time.sleep()"),
+    "sleep": sleep,
 }
 """What `time` has in place of its own."""

@@ -141,15 +141,17 @@ class RosTime(_Span):
 
 
 class RosRate:
-    """A rate; to sleep for it would hold up everything else."""
+    """A rate."""
 
     def __init__(self, hz: float = 10.0, *_others: Any) -> None:
         self.hz = hz
         self.sleep_dur = RosDuration(1.0 / hz)
 
     def sleep(self) -> None:
-        """Refuse: see `refuse_to_wait`."""
-        refuse_to_wait("Rate.sleep()")
+        """Let a period pass once the hook has returned."""
+        from cobodeck.flexbe_states.ros.bridge import bridge
+
+        bridge().sleep(1.0 / self.hz)
 
     def remaining(self) -> RosDuration:
         """Nothing is left to wait for."""
