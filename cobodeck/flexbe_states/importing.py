@@ -17,7 +17,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from cobodeck.flexbe_states.ros import bridge, stand_in
+from cobodeck.flexbe_states.ros import current_bridge, stand_in
 from engine.files import FileError, read_bytes, read_text
 
 _MARK = b"flexbe_core"
@@ -115,7 +115,7 @@ def _builtins() -> dict[str, Any]:
 
 
 def _print(*values: Any, sep: str | None = None, **_named: Any) -> None:
-    bridge().note((" " if sep is None else sep).join(map(str, values)))
+    current_bridge().note((" " if sep is None else sep).join(map(str, values)))
 
 
 def _import(

@@ -133,7 +133,8 @@ def topic_uses(node: ast.ClassDef, scope: Scope) -> Iterator[TopicUse]:
             keys = first.keys if isinstance(first, ast.Dict) else [first]
             yield from (TopicUse(link, _topic(key, scope)) for key in keys if key is not None)
         elif (link := _METHODS.get(name)) is not None and (topic := _topic(first, scope)):
-            yield TopicUse(link, topic)
+            if len(call.args) > 1 or name == "has_msg":  # `publish(message)` has no topic
+                yield TopicUse(link, topic)
 
 
 def _topic(node: ast.expr, scope: Scope) -> str | None:

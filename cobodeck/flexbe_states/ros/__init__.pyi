@@ -1,6 +1,6 @@
 from cobodeck.flexbe_states.ros.bridge import (
     Bridge as Bridge,
-    bridge as bridge,
+    current_bridge as current_bridge,
 )
 from cobodeck.flexbe_states.ros.flexbe_names import (
     FlexbeState as FlexbeState,

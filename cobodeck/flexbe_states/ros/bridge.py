@@ -300,14 +300,14 @@ class Bridge:
         return None if goal is None or newest is goal.before else newest
 
 
-def bridge() -> Bridge:
+def current_bridge() -> Bridge:
     """The bridge of the state whose hook runs; one without a run where none does."""
     return getattr(_thread, "bridge", None) or Bridge()
 
 
 def now_ns() -> int:
     """The present instant of the run, ns of chart time."""
-    ctx = bridge().ctx
+    ctx = current_bridge().ctx
     return 0 if ctx is None else ctx.now
 
 

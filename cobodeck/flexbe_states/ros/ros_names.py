@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from cobodeck.flexbe_states.ros.bridge import bridge, now_ns
+from cobodeck.flexbe_states.ros.bridge import current_bridge, now_ns
 from cobodeck.flexbe_states.ros.messages import Message
 from cobodeck.flexbe_states.ros.ros_time import (
     Blocks,
@@ -35,7 +35,7 @@ class RosPublisher:
         first = values[0] if values else None
         if not isinstance(first, Message):
             first = Message(**fields) if first is None else Message(data=first)
-        bridge().publish(self.name, first)
+        current_bridge().publish(self.name, first)
 
     def get_num_connections(self) -> int:
         """The part of the table hears it."""
@@ -58,11 +58,11 @@ class RosSubscriber:
     ) -> None:
         self.name = name
         arguments = () if callback_args is _MISSING else (callback_args,)
-        bridge().subscribe(name, data_class, callback, arguments)
+        current_bridge().subscribe(name, data_class, callback, arguments)
 
     def unregister(self) -> None:
         """Hear it no more."""
-        bridge().unsubscribe(self.name)
+        current_bridge().unsubscribe(self.name)
 
 
 class RosServiceProxy:
@@ -76,7 +76,7 @@ class RosServiceProxy:
         first = values[0] if values else None
         if not isinstance(first, Message):
             first = Message(**fields) if first is None else Message(data=first)
-        return bridge().call(self.name, first)
+        return current_bridge().call(self.name, first)
 
     __call__ = call
 
@@ -97,19 +97,19 @@ class RosLogger:
 
     def info(self, text: Any, *_any: Any, **_named: Any) -> None:
         """A note."""
-        bridge().note(str(text))
+        current_bridge().note(str(text))
 
     debug = info
 
     def warning(self, text: Any, *_any: Any, **_named: Any) -> None:
         """A warning."""
-        bridge().note(f"warning: {text}")
+        current_bridge().note(f"warning: {text}")
 
     warn = warning
 
     def error(self, text: Any, *_any: Any, **_named: Any) -> None:
         """An error."""
-        bridge().note(f"error: {text}")
+        current_bridge().note(f"error: {text}")
 
     fatal = error
 
@@ -127,7 +127,7 @@ class Node:
 
     def get_name(self) -> str:
         """The name of the state."""
-        return bridge().name
+        return current_bridge().name
 
     def has_parameter(self, name: str) -> bool:
         """Whether the table has a parameter."""
@@ -162,7 +162,7 @@ def get_param(name: str, default: Any = _MISSING) -> Any:
     Raises:
         KeyError: there is none, and no default.
     """
-    table = bridge().table
+    table = current_bridge().table
     found = table.parameters.get(plain_topic(name), default)
     if found is _MISSING:
         raise KeyError(f"no parameter {name!r}; add to {table.place}: `parameters: {{{name}: …}}`")
@@ -171,12 +171,12 @@ def get_param(name: str, default: Any = _MISSING) -> Any:
 
 def has_param(name: str) -> bool:
     """Whether the table has a parameter, or a state has set it."""
-    return plain_topic(name) in bridge().table.parameters
+    return plain_topic(name) in current_bridge().table.parameters
 
 
 def set_param(name: str, value: Any) -> None:
     """Set a parameter for all states of this process."""
-    bridge().table.parameters[plain_topic(name)] = value
+    current_bridge().table.parameters[plain_topic(name)] = value
 
 
 def delete_param(name: str) -> None:
@@ -185,12 +185,12 @@ def delete_param(name: str) -> None:
     Raises:
         KeyError: there is none.
     """
-    del bridge().table.parameters[plain_topic(name)]
+    del current_bridge().table.parameters[plain_topic(name)]
 
 
 def sleep(duration: Any) -> None:
     """Let a short time, s or a duration, pass once the hook has returned; see `Bridge.sleep`."""
-    bridge().sleep(duration.to_sec() if isinstance(duration, RosDuration) else duration)
+    current_bridge().sleep(duration.to_sec() if isinstance(duration, RosDuration) else duration)
 
 
 def quaternion_from_euler(roll: float, pitch: float, yaw: float, *_axes: Any) -> list[float]:
@@ -215,7 +215,7 @@ def euler_from_quaternion(quaternion: Sequence[float], *_axes: Any) -> tuple[flo
 def _note(kind: str) -> Callable[..., None]:
     def log(text: Any, *values: Any, **_named: Any) -> None:
         shown = str(text)
-        bridge().note(kind + (shown % values if values and "%" in shown else shown))
+        current_bridge().note(kind + (shown % values if values and "%" in shown else shown))
 
     return log
 
@@ -251,13 +251,15 @@ ROS: Mapping[str, Any] = {
     "has_param": has_param,
     "set_param": set_param,
     "delete_param": delete_param,
-    "get_param_names": lambda: list(bridge().table.parameters),
+    "get_param_names": lambda: list(current_bridge().table.parameters),
     "is_shutdown": lambda: False,
     "ok": lambda *_, **__: True,
     "init_node": lambda *_, **__: None,
-    "get_name": lambda: bridge().name,
-    "get_caller_id": lambda: bridge().name,
-    "get_published_topics": lambda *_: [[name, ""] for name in bridge().table.topics("hears")],
+    "get_name": lambda: current_bridge().name,
+    "get_caller_id": lambda: current_bridge().name,
+    "get_published_topics": lambda *_: [
+        [name, ""] for name in current_bridge().table.topics("hears")
+    ],
     "Blocks": Blocks,
 }
 """What `rospy`, `rclpy` and the modules in them have."""

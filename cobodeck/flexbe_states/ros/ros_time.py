@@ -149,9 +149,9 @@ class RosRate:
 
     def sleep(self) -> None:
         """Let a period pass once the hook has returned."""
-        from cobodeck.flexbe_states.ros.bridge import bridge
+        from cobodeck.flexbe_states.ros.bridge import current_bridge
 
-        bridge().sleep(1.0 / self.hz)
+        current_bridge().sleep(1.0 / self.hz)
 
     def remaining(self) -> RosDuration:
         """Nothing is left to wait for."""

@@ -87,7 +87,9 @@ class TopicFile:
     """By service."""
     acts: Mapping[str, ActedTopic] = field(default_factory=dict)
     """By action."""
-    parameters: Mapping[str, Annotated[Any, _anything, Written(str | float | bool)]] = field(default_factory=dict)
+    parameters: Mapping[str, Annotated[Any, _anything, Written(str | float | bool)]] = field(
+        default_factory=dict
+    )
     """Values of the parameter server, by name."""
 
 
