@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 
 import pytest
@@ -65,7 +66,7 @@ class Written:
         file.write_text(text)
         return file
 
-    @property
+    @cached_property
     def catalogue(self) -> Catalogue:
         return catalogue(self.folder)
 
@@ -84,13 +85,27 @@ states:
         return sim.start(chart, real=["a"], **given)  # type: ignore[arg-type]
 
 
-@pytest.fixture
-def tea(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Written]:
-    package = f"tea_{abs(hash(request.node.nodeid)) % 10**9}"
-    before = set(sys.modules)
+def _written(folder: Path, name: str) -> Iterator[Written]:
+    package = f"tea_{abs(hash(name)) % 10**9}"
     path = list(sys.path)
-    yield Written(tmp_path, package)
+    yield Written(folder, package)
     sys.path[:] = path
-    for name in set(sys.modules) - before:
-        if name.startswith(package):
-            del sys.modules[name]
+    for module in [module for module in sys.modules if module.startswith(package)]:
+        del sys.modules[module]
+
+
+@pytest.fixture(scope="module")
+def tea(
+    tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
+) -> Iterator[Written]:
+    """The project of a test module, with its `MODULES`."""
+    for written in _written(tmp_path_factory.mktemp("tea"), request.node.nodeid):
+        for module, text in request.module.MODULES.items():
+            written.write(module, text)
+        yield written
+
+
+@pytest.fixture
+def fresh(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Written]:
+    """A project of one test."""
+    yield from _written(tmp_path, request.node.nodeid)

@@ -36,7 +36,6 @@ def notes(sim) -> list[str]:
 
 
 def test_hooks_are_called_once_and_in_order(tea) -> None:
-    tea.write("steps", HOOKS)
     sim = tea.start("{do: Steps, next: {done: .done}}")
     sim.tick(6)
     assert sim.outcome == "done"
@@ -44,7 +43,6 @@ def test_hooks_are_called_once_and_in_order(tea) -> None:
 
 
 def test_an_object_lives_across_entries(tea) -> None:
-    tea.write("steps", HOOKS)
     sim = tea.start("{do: Steps, with: {ticks: 1}, next: {done: a}}")
     sim.tick(8)
     sim.run.close()
@@ -55,7 +53,6 @@ def test_an_object_lives_across_entries(tea) -> None:
 
 
 def test_a_pause_is_heard_by_a_running_state(tea) -> None:
-    tea.write("steps", HOOKS)
     sim = tea.start("{do: Steps, with: {ticks: 9}, next: {done: .done}}")
     sim.tick(2)
     sim.operator.pause()
@@ -66,8 +63,9 @@ def test_a_pause_is_heard_by_a_running_state(tea) -> None:
 
 
 def test_a_state_that_is_stopped_still_exits(tea) -> None:
-    tea.write("steps", HOOKS)
-    sim = tea.start("{do: Steps, with: {ticks: 99}, timeout: 0.1 s, next: {done: .done, timeout: .done}}")
+    sim = tea.start(
+        "{do: Steps, with: {ticks: 99}, timeout: 0.1 s, next: {done: .done, timeout: .done}}"
+    )
     sim.tick(8)
     assert sim.outcome == "done"
     assert notes(sim)[2:] == ["enter", "exit", "stop"]
@@ -120,7 +118,7 @@ inputs: {amount: any, cups: any}
 outputs: {done: {level: any, sum: any, cups: any, kept: any}}
 states:
   fill: {do: Fill, in: {amount: amount, cups: cups}, out: {sum: sum, cups: cups, kept: kept},
-         next: {done: level, empty: .done}}
+         next: {done: level, empty: level}}
   level: {do: Level, in: {sum: sum}, out: {level: level}, next: {done: .done}}
 """
 
@@ -128,7 +126,6 @@ states:
 def test_userdata_is_frozen_in_charts_and_free_in_states(tea) -> None:
     from cobodeck.testing import ChartTester
 
-    tea.write("keys", KEYS)
     cups = (1, 2)
     chart = TWO
     sim = ChartTester(tea.folder, tea.folder)
@@ -152,7 +149,6 @@ def test_userdata_is_frozen_in_charts_and_free_in_states(tea) -> None:
     ],
 )
 def test_a_wrong_output_is_an_error(tea, state: str, told: str) -> None:
-    tea.write("keys", KEYS)
     sim = tea.start(f"{{do: {state}, next: {{done: .done, error: .done}}}}")
     sim.tick(3)
     assert told in str(next(iter(sim.run.errors)))
@@ -201,7 +197,6 @@ class Computed(EventState):
 
 
 def test_outcomes_may_be_arguments(tea) -> None:
-    tea.write("arguments", ARGUMENTS)
     known = tea.catalogue
     choice = known.interfaces["Choice"]
     assert choice.outcomes == ("later", "$outcomes")
@@ -219,14 +214,12 @@ def test_outcomes_may_be_arguments(tea) -> None:
 
 
 def test_outcomes_of_the_engine_get_an_underscore(tea) -> None:
-    tea.write("arguments", ARGUMENTS)
     sim = tea.start("{do: Ends, next: {error_: .a, timeout_: .b, very_bad: .c}}", "a, b, c")
     sim.tick(3)
     assert sim.outcome == "c"
 
 
 def test_keys_that_are_arguments_are_given_by_a_derived_class(tea) -> None:
-    tea.write("arguments", ARGUMENTS)
     why = tea.catalogue.strangers["ByKeys"]
     assert "its input keys depend on arguments" in why
     assert "class Mine(ByKeys)" in why
@@ -247,7 +240,7 @@ class Waits(EventState):
         super().__init__(outcomes=['done'])
         self._span, self._wanted = Duration(seconds=seconds), rospy.Duration(seconds)
     def on_enter(self, userdata):
-        self._began, self._old, self._plain = self._node.get_clock().now(), rospy.Time.now(), time.time()
+        self._began, self._old = self._node.get_clock().now(), rospy.Time.now()
         self._rate.sleep()
     def execute(self, userdata):
         new = self._node.get_clock().now() - self._began >= self._span
@@ -277,7 +270,6 @@ class Slow(EventState):
 
 
 def test_time_is_that_of_the_run(tea) -> None:
-    tea.write("clocks", CLOCKS)
     sim = tea.start("{do: Waits, with: {seconds: 1.5}, next: {done: .done}}")
     sim.until(lambda: sim.outcome, timeout=3)
     assert sim.now == pytest.approx(1.5, abs=0.07)
@@ -285,7 +277,6 @@ def test_time_is_that_of_the_run(tea) -> None:
 
 
 def test_a_state_that_would_block_the_run_is_refused(tea) -> None:
-    tea.write("clocks", CLOCKS)
     sim = tea.start("{do: Blocked, next: {done: .done, error: .done}}")
     sim.tick(3)
     assert "would hold up the whole run; return None from execute" in str(
@@ -294,24 +285,24 @@ def test_a_state_that_would_block_the_run_is_refused(tea) -> None:
 
 
 def test_a_rate_is_kept(tea) -> None:
-    tea.write("clocks", CLOCKS)
     sim = tea.start("{do: Slow, next: {done: .done}}")
     sim.until(lambda: sim.outcome, timeout=3)
     assert sim.now == pytest.approx(1.0, abs=0.1)
 
 
-def test_nothing_stands_in_for_others(tea) -> None:
-    tea.write("base", HOOKS)
-    tea.write(
-        "late",
-        HOOKS.replace("Steps", "Late")
-        + """
+LATE = (
+    HOOKS.replace("Steps", "Late")
+    + """
     def on_enter(self, userdata):
         from std_msgs.msg import String
-        from .base import Steps
+        from .steps import Steps
         Logger.logwarn(String(data='late ' + Steps.__name__).data)
-""",
-    )
+"""
+)
+MODULES = {"steps": HOOKS, "keys": KEYS, "arguments": ARGUMENTS, "clocks": CLOCKS, "late": LATE}
+
+
+def test_nothing_stands_in_for_others(tea) -> None:
     sim = tea.start("{do: Late, next: {done: .done}}")
     sim.tick(6)
     assert "warning: late Steps" in notes(sim)
@@ -319,26 +310,32 @@ def test_nothing_stands_in_for_others(tea) -> None:
         assert name not in sys.modules
 
 
-BROKEN = "from flexbe_core import EventState\nclass Lost(EventState):\n  pass\nraise OSError('no device')\n"
+BROKEN = """from flexbe_core import EventState
+class Lost(EventState):
+    pass
+raise OSError('no device')
+"""
 
 
-def test_a_module_of_a_package_that_raises_is_left_out_and_told(tea) -> None:
-    file = tea.write("broken", BROKEN)
-    tea.write("steps", HOOKS)
-    known = tea.catalogue
+def test_a_module_of_a_package_that_raises_is_left_out_and_told(fresh) -> None:
+    file = fresh.write("broken", BROKEN)
+    fresh.write("steps", HOOKS)
+    known = fresh.catalogue
     assert "Steps" in known.interfaces
     assert f"{file}:4: OSError: no device" in known.strangers["Lost"]
     assert f"{file}:4: OSError: no device" in known.doubts[0]
 
 
-def test_a_module_that_is_named_and_raises_is_a_problem(tea) -> None:
-    file = tea.write("broken", BROKEN)
-    project = tea.folder / "pyproject.toml"
-    project.write_text(project.read_text().replace(f'"{tea.package}"', f'"{tea.package}.broken"'))
+def test_a_module_that_is_named_and_raises_is_a_problem(fresh) -> None:
+    file = fresh.write("broken", BROKEN)
+    project = fresh.folder / "pyproject.toml"
+    project.write_text(
+        project.read_text().replace(f'"{fresh.package}"', f'"{fresh.package}.broken"')
+    )
     with pytest.raises(Problem, match=f"{file}:4: OSError: no device"):
-        _ = tea.catalogue
+        _ = fresh.catalogue
 
 
-def test_python_2_is_told_with_its_line(tea) -> None:
-    file = tea.write("old", HOOKS + "\nprint 'old'\n")
-    assert f"{file}:20" in tea.catalogue.strangers["Steps"]
+def test_python_2_is_told_with_its_line(fresh) -> None:
+    file = fresh.write("old", HOOKS + "\nprint 'old'\n")
+    assert f"{file}:{len(HOOKS.splitlines()) + 2}" in fresh.catalogue.strangers["Steps"]

@@ -9,7 +9,8 @@ from hw import Pose2, Twist2
 TALKS = """
 import rospy
 from flexbe_core import EventState, Logger
-from flexbe_core.proxy import ProxyPublisher, ProxySubscriberCached, ProxyServiceCaller, ProxyActionClient
+from flexbe_core.proxy import ProxyPublisher, ProxySubscriberCached
+from flexbe_core.proxy import ProxyServiceCaller, ProxyActionClient
 from geometry_msgs.msg import Twist, PoseStamped, Pose, Point, Quaternion
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
@@ -118,27 +119,24 @@ class Shout(EventState):
 """
 
 
-@pytest.fixture
-def talks(tea):
-    tea.write("talks", TALKS)
-    return tea
+MODULES = {"talks": TALKS, "lost": LOST}
 
 
-def test_what_is_published_commands_a_part(talks) -> None:
-    sim = talks.start("{do: Drive, timeout: 0.1 s, next: {timeout: .done, done: .done}}")
+def test_what_is_published_commands_a_part(tea) -> None:
+    sim = tea.start("{do: Drive, timeout: 0.1 s, next: {timeout: .done, done: .done}}")
     sim.tick(6)
     assert ("drive", Twist2(0.5, 0.0, 0.0)) in sim.parts["base"].commands
     assert set(sim.parts) == {"base"}
 
 
-def test_fields_take_a_message_apart(talks) -> None:
-    sim = talks.start("{do: Say, next: {done: .done}}")
+def test_fields_take_a_message_apart(tea) -> None:
+    sim = tea.start("{do: Say, next: {done: .done}}")
     sim.tick(2)
     assert ("say", "tea is ready") in sim.parts["speaker"].commands
 
 
-def test_a_signal_is_heard_as_a_message(talks) -> None:
-    sim = talks.start(
+def test_a_signal_is_heard_as_a_message(tea) -> None:
+    sim = tea.start(
         "{do: Where, with: {topic: odom}, next: {done: .done}}",
         signals={"base.pose": Pose2(1.0, 2.0, 0.7)},
     )
@@ -149,8 +147,8 @@ def test_a_signal_is_heard_as_a_message(talks) -> None:
     assert sim.outcome == "done"
 
 
-def test_each_event_is_delivered_once(talks) -> None:
-    sim = talks.start("{do: Bells, next: {done: .done}}")
+def test_each_event_is_delivered_once(tea) -> None:
+    sim = tea.start("{do: Bells, next: {done: .done}}")
     for ring in ("one", "two", "three"):
         sim.tick()
         sim.signal("bell", ring)
@@ -158,24 +156,24 @@ def test_each_event_is_delivered_once(talks) -> None:
     assert sim.outcome == "done", sim.run.errors
 
 
-def test_fields_put_a_message_together(talks) -> None:
-    sim = talks.start("{do: Level, next: {done: .done}}", signals={"level": 0.4})
+def test_fields_put_a_message_together(tea) -> None:
+    sim = tea.start("{do: Level, next: {done: .done}}", signals={"level": 0.4})
     sim.tick(2)
     assert sim.outcome == "done", sim.run.errors
 
 
 @pytest.mark.parametrize(("answer", "outcome"), [(True, "opened"), (False, "failed")])
-def test_a_service_answers_at_once(talks, answer: bool, outcome: str) -> None:
-    sim = talks.start("{do: Open, next: {opened: .opened, failed: .failed}}", "opened, failed")
+def test_a_service_answers_at_once(tea, answer: bool, outcome: str) -> None:
+    sim = tea.start("{do: Open, next: {opened: .opened, failed: .failed}}", "opened, failed")
     sim.parts["pot"].open = lambda: {"success": answer}
     sim.tick(2)
     assert sim.outcome == outcome
 
 
 @pytest.mark.parametrize(("result", "outcome"), [({"ml": 200}, "poured"), (False, "failed")])
-def test_an_action_ends_by_its_signal(talks, result: object, outcome: str) -> None:
+def test_an_action_ends_by_its_signal(tea, result: object, outcome: str) -> None:
     node = "{do: PourTea, with: {share: 0.5}, next: {poured: .poured, failed: .failed}}"
-    sim = talks.start(node, "poured, failed", signals={"poured": {"ml": 1}})
+    sim = tea.start(node, "poured, failed", signals={"poured": {"ml": 1}})
     sim.tick(2)
     sim.signal("poured.share", 0.2)
     sim.tick(2)
@@ -187,9 +185,12 @@ def test_an_action_ends_by_its_signal(talks, result: object, outcome: str) -> No
     assert (first[0], first[1].share) == ("pour", 0.5)
 
 
-def test_an_action_is_given_up_when_its_state_is_left(talks) -> None:
-    node = "{do: PourTea, with: {share: 1}, timeout: 0.1 s, next: {poured: .done, failed: .done, timeout: .done}}"
-    sim = talks.start(node)
+def test_an_action_is_given_up_when_its_state_is_left(tea) -> None:
+    node = (
+        "{do: PourTea, with: {share: 1}, timeout: 0.1 s,"
+        " next: {poured: .done, failed: .done, timeout: .done}}"
+    )
+    sim = tea.start(node)
     sim.tick(3)
     before = sim.parts["pot"].commands.count(("stop",))
     sim.tick(4)
@@ -197,24 +198,23 @@ def test_an_action_is_given_up_when_its_state_is_left(talks) -> None:
     assert sim.parts["pot"].commands.count(("stop",)) == before + 2  # given up, then the end
 
 
-def test_parameters_are_in_the_table(talks) -> None:
-    sim = talks.start("{do: Strength, next: {done: .done, none: a}}")
+def test_parameters_are_in_the_table(tea) -> None:
+    sim = tea.start("{do: Strength, next: {done: .done, none: a}}")
     sim.tick(2)
     assert sim.outcome == "done"
 
 
-def test_a_topic_that_the_table_lacks_is_told_with_its_line(talks) -> None:
-    talks.write("lost", LOST)
-    why = talks.catalogue.strangers["Shout"]
+def test_a_topic_that_the_table_lacks_is_told_with_its_line(tea) -> None:
+    why = tea.catalogue.strangers["Shout"]
     assert "no topic '/shout'; add to topics.yaml, under `publishes`: `/shout: {part: NAME" in why
-    with pytest.raises(AssertionError, match="no topic '/odo'; add to topics.yaml.*did you mean"):
-        talks.start("{do: Where, with: {topic: /odo}, next: {done: .done}}")
+    with pytest.raises(AssertionError, match=r"no topic '/odo'; add to topics.yaml.*did you mean"):
+        tea.start("{do: Where, with: {topic: /odo}, next: {done: .done}}")
 
 
-def test_states_that_publish_to_one_part_clash_beside_each_other(talks) -> None:
+def test_states_that_publish_to_one_part_clash_beside_each_other(tea) -> None:
     from cobodeck.testing import ChartTester
 
-    sim = ChartTester(talks.folder, talks.folder)
+    sim = ChartTester(tea.folder, tea.folder)
     chart = """
 chart: both
 outcomes: [done]
@@ -229,12 +229,12 @@ states:
         sim.start(chart)
 
 
-def test_names_in_a_table_are_checked(talks) -> None:
-    file = talks.folder / talks.package / "topics.yaml"
+def test_names_in_a_table_are_checked(fresh) -> None:
+    file = fresh.folder / fresh.package / "topics.yaml"
     file.write_text(
         file.read_text().replace("signal: bell", "signal: bel").replace("part: pot", "part: pod")
     )
-    found = FileChecker(talks.catalogue, ()).findings(file, "topics")
+    found = FileChecker(fresh.catalogue, ()).findings(file, "topics")
     assert [finding.message for finding in found] == [
         "hears./bell.signal: there is no signal 'bel'",
         "calls./lid.part: there is no part 'pod'",
