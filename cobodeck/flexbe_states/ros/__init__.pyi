@@ -1,4 +1,5 @@
 from cobodeck.flexbe_states.ros.bridge import (
+    Blocks as Blocks,
     Bridge as Bridge,
     current_bridge as current_bridge,
 )
@@ -10,14 +11,13 @@ from cobodeck.flexbe_states.ros.messages import (
     message_class as message_class,
 )
 from cobodeck.flexbe_states.ros.plain_values import (
-    Record as Record,
+    PlainRecord as PlainRecord,
     as_command as as_command,
     as_message as as_message,
     frozen as frozen,
     thawed as thawed,
 )
 from cobodeck.flexbe_states.ros.ros_time import (
-    Blocks as Blocks,
     RosDuration as RosDuration,
     RosTime as RosTime,
 )

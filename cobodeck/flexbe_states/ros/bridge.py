@@ -15,7 +15,6 @@ from typing import Any
 
 from cobodeck.flexbe_states.ros.messages import Message, full
 from cobodeck.flexbe_states.ros.plain_values import as_command, as_message
-from cobodeck.flexbe_states.ros.ros_time import refuse_to_wait
 from cobodeck.flexbe_states.ros.topic_table import TopicTable, plain_topic
 from engine import Context, Stamped
 
@@ -298,6 +297,19 @@ class Bridge:
         goal = self._goals.get(plain_topic(topic))
         newest = self._sample(self.table.entry("acts", topic).result)
         return None if goal is None or newest is goal.before else newest
+
+
+class Blocks(RuntimeError):
+    """A state would hold up the run."""
+
+
+def refuse_to_wait(what: str) -> None:
+    """What blocks is refused.
+
+    Raises:
+        Blocks: always.
+    """
+    raise Blocks(f"{what} would hold up the whole run; return None from execute, and look again")
 
 
 def current_bridge() -> Bridge:

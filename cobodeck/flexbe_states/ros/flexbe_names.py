@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from cobodeck.flexbe_states.ros.bridge import current_bridge
-from cobodeck.flexbe_states.ros.ros_names import Node
+from cobodeck.flexbe_states.ros.ros_names import RosNode
 from cobodeck.flexbe_states.ros.ros_time import RosDuration, RosRate
 
 
 class FlexbeState:
     """What `EventState` and the classes above it are here."""
 
-    _node: ClassVar[Node] = Node()
+    _node: ClassVar[RosNode] = RosNode()
     preempt = False
     is_controlled = False
 

@@ -1,9 +1,9 @@
-"""Values of FlexBE states as charts hold them, and back: what can change becomes a `Record`.
+"""Values of FlexBE states as charts hold them, and back: what can change becomes a `PlainRecord`.
 
 | in a state | in a chart |
 |---|---|
 | list, deque; tuple; set | tuple; tuple; frozenset |
-| dict, message, object with attributes | `Record` |
+| dict, message, object with attributes | `PlainRecord` |
 | numpy number, array | number, tuple of tuples |
 | number, text, enum member, frozen dataclass, named tuple | as it is |
 
@@ -25,7 +25,7 @@ _PLAIN = (int, float, str, bytes, Enum, type(None))
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class PlainRecord:
     """A mapping, a message or an object, immutable: `record.x` and `record["x"]`.
 
     Attributes:
@@ -83,8 +83,8 @@ def _frozen(value: Any) -> Any:
     return _record(_name_of(type(value)), _attributes(value))
 
 
-def _record(kind: str, found: Mapping[Any, Any]) -> Record:
-    return Record(kind, tuple((key, _frozen(inner)) for key, inner in found.items()))
+def _record(kind: str, found: Mapping[Any, Any]) -> PlainRecord:
+    return PlainRecord(kind, tuple((key, _frozen(inner)) for key, inner in found.items()))
 
 
 def _attributes(value: Any) -> dict[str, Any]:
@@ -109,7 +109,7 @@ def _attributes(value: Any) -> dict[str, Any]:
 
 def thawed(value: Any) -> Any:
     """A value of a chart, as a FlexBE state expects it: a copy that it may change."""
-    if isinstance(value, Record):
+    if isinstance(value, PlainRecord):
         inner = {key: thawed(held) for key, held in value.pairs}
         return inner if value.kind == "dict" else _object(value.kind, inner)
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
@@ -130,7 +130,7 @@ def as_message(value: Any, kind: type[Message] | None = None) -> Any:
     kind = kind or message_class("Message", __name__)
     if (shaped := _shaped(value, kind)) is not None:
         return shaped
-    if isinstance(value, Record):
+    if isinstance(value, PlainRecord):
         return kind(**{str(key): thawed(held) for key, held in value.pairs})
     if isinstance(value, Mapping):
         return kind(**{str(key): _inner(held) for key, held in value.items()})
@@ -140,7 +140,7 @@ def as_message(value: Any, kind: type[Message] | None = None) -> Any:
 
 
 def _inner(value: Any) -> Any:
-    if isinstance(value, Record | Mapping) or is_dataclass(value):
+    if isinstance(value, PlainRecord | Mapping) or is_dataclass(value):
         return as_message(value)
     return [_inner(item) for item in value] if isinstance(value, list | tuple) else value
 

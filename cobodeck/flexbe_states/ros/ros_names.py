@@ -6,14 +6,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from cobodeck.flexbe_states.ros.bridge import current_bridge, now_ns
+from cobodeck.flexbe_states.ros.bridge import Blocks, current_bridge, now_ns, refuse_to_wait
 from cobodeck.flexbe_states.ros.messages import Message
 from cobodeck.flexbe_states.ros.ros_time import (
-    Blocks,
     RosDuration,
     RosRate,
     RosTime,
-    refuse_to_wait,
 )
 from cobodeck.flexbe_states.ros.topic_table import plain_topic
 
@@ -84,7 +82,7 @@ class RosServiceProxy:
         """Nothing has to be waited for."""
 
 
-class Clock:
+class RosClock:
     """The clock of a node of ROS 2."""
 
     def now(self) -> RosTime:
@@ -114,12 +112,12 @@ class RosLogger:
     fatal = error
 
 
-class Node:
+class RosNode:
     """The node of ROS 2 that states find as `_node`."""
 
-    def get_clock(self) -> Clock:
+    def get_clock(self) -> RosClock:
         """The clock of the run."""
-        return Clock()
+        return RosClock()
 
     def get_logger(self) -> RosLogger:
         """Notes in the trace."""
@@ -240,7 +238,7 @@ ROS: Mapping[str, Any] = {
     "Publisher": RosPublisher,
     "Subscriber": RosSubscriber,
     "ServiceProxy": RosServiceProxy,
-    "Node": Node,
+    "Node": RosNode,
     "get_time": lambda: now_ns() * 1e-9,
     "get_rostime": RosTime.now,
     "sleep": sleep,

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from cobodeck.flexbe_states.ros.bridge import current_bridge, now_ns
+
 NS = 10**9
 
 
@@ -115,8 +117,6 @@ class RosTime(_Span):
     @classmethod
     def now(cls) -> RosTime:
         """The present instant."""
-        from cobodeck.flexbe_states.ros.bridge import now_ns
-
         return cls(nsecs=now_ns())
 
     @classmethod
@@ -149,26 +149,11 @@ class RosRate:
 
     def sleep(self) -> None:
         """Let a period pass once the hook has returned."""
-        from cobodeck.flexbe_states.ros.bridge import current_bridge
-
         current_bridge().sleep(1.0 / self.hz)
 
     def remaining(self) -> RosDuration:
         """Nothing is left to wait for."""
         return RosDuration()
-
-
-class Blocks(RuntimeError):
-    """A state would hold up the run."""
-
-
-def refuse_to_wait(what: str) -> None:
-    """What blocks is refused.
-
-    Raises:
-        Blocks: always.
-    """
-    raise Blocks(f"{what} would hold up the whole run; return None from execute, and look again")
 
 
 def _ns(value: Any) -> int:

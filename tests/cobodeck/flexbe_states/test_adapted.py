@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from cobodeck.flexbe_states import Record
+from cobodeck.flexbe_states import PlainRecord
 from cobodeck.terminal import Problem
 
 HOOKS = """
@@ -137,7 +137,7 @@ def test_userdata_is_frozen_in_charts_and_free_in_states(tea) -> None:
     assert sim.results["kept"] is None
     assert cups == (1, 2)
     found = sim.results["sum"]
-    assert isinstance(found, Record)
+    assert isinstance(found, PlainRecord)
     assert (found["all"], found["cup"].level) == ((1, 2, 4), 5)
 
 
