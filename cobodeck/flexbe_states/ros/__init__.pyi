@@ -7,7 +7,7 @@ from cobodeck.flexbe_states.ros.flexbe_names import (
     FlexbeState as FlexbeState,
 )
 from cobodeck.flexbe_states.ros.messages import (
-    Message as Message,
+    RosMessage as RosMessage,
     message_class as message_class,
 )
 from cobodeck.flexbe_states.ros.plain_values import (

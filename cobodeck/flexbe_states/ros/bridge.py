@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from cobodeck.flexbe_states.ros.messages import Message, full
+from cobodeck.flexbe_states.ros.messages import RosMessage, full
 from cobodeck.flexbe_states.ros.plain_values import as_command, as_message
 from cobodeck.flexbe_states.ros.topic_table import TopicTable, plain_topic
 from engine import Context, Stamped
@@ -28,7 +28,7 @@ class _Heard:
     """A subscription: what was removed, what was delivered, and to whom."""
 
     signal: str
-    kind: type[Message] | None
+    kind: type[RosMessage] | None
     removed: Stamped | None = None
     delivered: Stamped | None = None
     callback: Callable[..., Any] | None = None
@@ -108,7 +108,7 @@ class Bridge:
             LookupError: it is not in the table.
         """
         entry = self.table.entry("hears", topic)
-        is_message = isinstance(kind, type) and issubclass(kind, Message)
+        is_message = isinstance(kind, type) and issubclass(kind, RosMessage)
         heard = self._heard.setdefault(
             plain_topic(topic), _Heard(entry.signal, kind if is_message else None)
         )
@@ -191,7 +191,7 @@ class Bridge:
         fields = self.table.entry("hears", topic).fields
         if not fields:
             return as_message(sample.value, heard.kind)
-        message = (heard.kind or Message)()
+        message = (heard.kind or RosMessage)()
         for path, source in fields.items():
             *steps, last = path.split(".")
             inner: Any = message
@@ -216,7 +216,7 @@ class Bridge:
         Raises:
             LookupError: it is not in the table.
         """
-        return as_message(self._command(self.table.entry("calls", topic), request)) or Message()
+        return as_message(self._command(self.table.entry("calls", topic), request)) or RosMessage()
 
     def send_goal(self, topic: str, goal: Any) -> None:
         """Command the part of an action.
@@ -239,7 +239,7 @@ class Bridge:
         if entry.fields:
             given = entry.fields.items()
             return method(**{name: as_command(_at(message, path)) for name, path in given})
-        if isinstance(message, Message) and not full(message):
+        if isinstance(message, RosMessage) and not full(message):
             return method()
         return method(as_command(message))
 
@@ -253,7 +253,7 @@ class Bridge:
     def result(self, topic: str) -> Any:
         """The result of a goal, as a message; None before."""
         found = self._result(topic)
-        return None if found is None else as_message(found.value) or Message()
+        return None if found is None else as_message(found.value) or RosMessage()
 
     def take_result(self, topic: str) -> None:
         """Count the result as removed."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from cobodeck.flexbe_states.ros.bridge import Blocks, current_bridge, now_ns, refuse_to_wait
-from cobodeck.flexbe_states.ros.messages import Message
+from cobodeck.flexbe_states.ros.messages import RosMessage
 from cobodeck.flexbe_states.ros.ros_time import (
     RosDuration,
     RosRate,
@@ -31,8 +31,8 @@ class RosPublisher:
     def publish(self, *values: Any, **fields: Any) -> None:
         """Send a message, or the value of one that has a single field."""
         first = values[0] if values else None
-        if not isinstance(first, Message):
-            first = Message(**fields) if first is None else Message(data=first)
+        if not isinstance(first, RosMessage):
+            first = RosMessage(**fields) if first is None else RosMessage(data=first)
         current_bridge().publish(self.name, first)
 
     def get_num_connections(self) -> int:
@@ -72,8 +72,8 @@ class RosServiceProxy:
     def call(self, *values: Any, **fields: Any) -> Any:
         """Call it, and return the answer."""
         first = values[0] if values else None
-        if not isinstance(first, Message):
-            first = Message(**fields) if first is None else Message(data=first)
+        if not isinstance(first, RosMessage):
+            first = RosMessage(**fields) if first is None else RosMessage(data=first)
         return current_bridge().call(self.name, first)
 
     __call__ = call
@@ -131,13 +131,13 @@ class RosNode:
         """Whether the table has a parameter."""
         return has_param(name)
 
-    def get_parameter(self, name: str) -> Message:
+    def get_parameter(self, name: str) -> RosMessage:
         """A parameter of the table, as its `value`."""
-        return Message(value=get_param(name))
+        return RosMessage(value=get_param(name))
 
-    def declare_parameter(self, name: str, value: Any = None, *_any: Any) -> Message:
+    def declare_parameter(self, name: str, value: Any = None, *_any: Any) -> RosMessage:
         """A parameter of the table, or this value."""
-        return Message(value=get_param(name, value))
+        return RosMessage(value=get_param(name, value))
 
     def create_publisher(self, _kind: Any, topic: str, *_any: Any, **_named: Any) -> RosPublisher:
         """A publisher."""
