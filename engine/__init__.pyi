@@ -13,6 +13,9 @@ from engine.files.units import (
     Ratio as Ratio,
     Speed as Speed,
 )
+from engine.flexbe import (
+    UserData as UserData,
+)
 from engine.interfaces import (
     Argument as Argument,
     Interface as Interface,

@@ -21,7 +21,7 @@ from cobodeck.flexbe_states.init_reading import (
     TopicUse as TopicUse,
 )
 from cobodeck.flexbe_states.ros import (
-    Record as Record,
+    PlainRecord as PlainRecord,
     TopicFile as TopicFile,
     TopicTable as TopicTable,
     load_topics as load_topics,

@@ -17,8 +17,7 @@ from typing import Any, ClassVar, Literal
 
 from cobodeck.flexbe_states.class_reading import FlexbeClass, FlexbeParameter
 from cobodeck.flexbe_states.ros import Bridge, FlexbeState, TopicTable, frozen, thawed
-from engine import Action, Context, Run, RunNews, Until
-from engine.flexbe import UserData
+from engine import Action, Context, Run, RunNews, Until, UserData
 
 _RESERVED = ("error", "timeout", "stopped", "preempted")
 _LINKS = {"signal": ("hears", "acts"), "part": ("publishes", "calls", "acts")}
@@ -108,13 +107,15 @@ class AdaptedState(Action):
         living.hook("on_enter", userdata)
         living.userdata = userdata
         try:
+            if living.bridge.asleep_s:
+                yield Until(ctx.after(living.bridge.waited()))
             while True:
                 with living.bridge.current():
                     living.bridge.deliver()
                 if (outcome := living.hook("execute", userdata)) is not None:
                     break
-                rate = living.state._rate
-                yield None if rate is None else Until(ctx.after(1.0 / rate.hz))
+                pause_s = max(living.bridge.waited(), living.state.period_s)
+                yield Until(ctx.after(pause_s)) if pause_s else None
         finally:
             living.userdata = None
             living.hook("on_exit", userdata)
@@ -132,14 +133,13 @@ class AdaptedState(Action):
         if found is None:
             node = getattr(ctx, "node", None)
             name = str(getattr(node, "path", type(self).__name__)).rpartition("/")[2]
-            bridge = Bridge(ctx, self.table, name, self.is_ros_2)
+            bridge = Bridge(weakref.ref(ctx), self.table, name, self.is_ros_2)
             given = {key: thawed(held) for key, held in self._given.items()}
             with bridge.current():  # a default that is not known here is the class's own affair
                 state = self.flexbe(
                     **{k: v for k, v in given.items() if v is not None or k in self.defaults}
                 )
             found = self._all_living[ctx] = _Living(state, bridge)
-            bridge.ctx = weakref.proxy(ctx)
             ctx.hear_run(found.hear)
             found.hook("on_start")
         return found
@@ -207,7 +207,7 @@ def _names(flexbe: type[FlexbeState], read: FlexbeClass, kind: str) -> tuple[str
     names = read.templates[kind]
     if names is not None and (kind == "outcomes" or not any(name[:1] == "$" for name in names)):
         return names
-    if any(parameter.required for parameter in read.parameters):
+    if names is not None or any(parameter.required for parameter in read.parameters):
         what = kind.replace("_", " ")
         raise NotAState(
             f"its {what} depend on arguments; derive a class from it that gives them, "

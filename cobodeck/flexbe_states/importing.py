@@ -17,7 +17,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from cobodeck.flexbe_states.ros import bridge, stand_in
 from engine.files import FileError, read_bytes, read_text
 
 _MARK = b"flexbe_core"
@@ -115,7 +114,9 @@ def _builtins() -> dict[str, Any]:
 
 
 def _print(*values: Any, sep: str | None = None, **_named: Any) -> None:
-    bridge().note((" " if sep is None else sep).join(map(str, values)))
+    from cobodeck.flexbe_states.ros import current_bridge
+
+    current_bridge().note((" " if sep is None else sep).join(map(str, values)))
 
 
 def _import(
@@ -126,6 +127,8 @@ def _import(
     level: int = 0,
 ) -> ModuleType:
     """The `import` of FlexBE modules."""
+    from cobodeck.flexbe_states.ros import stand_in
+
     package = (globals_ or {}).get("__package__") or ""
     full = importlib.util.resolve_name("." * level + name, package) if level else name
     found = stand_in(full)
@@ -137,6 +140,8 @@ def _import(
 
 
 def _top(name: str) -> ModuleType:
+    from cobodeck.flexbe_states.ros import stand_in
+
     top = stand_in(name.partition(".")[0])
     assert top is not None
     return top

@@ -132,8 +132,10 @@ def topic_uses(node: ast.ClassDef, scope: Scope) -> Iterator[TopicUse]:
         if (link := _MAKERS.get(name)) is not None:
             keys = first.keys if isinstance(first, ast.Dict) else [first]
             yield from (TopicUse(link, _topic(key, scope)) for key in keys if key is not None)
-        elif (link := _METHODS.get(name)) is not None and (topic := _topic(first, scope)):
-            yield TopicUse(link, topic)
+        elif len(call.args) > 1 or name == "has_msg":  # `publish(message)` has no topic
+            link, topic = _METHODS.get(name), _topic(first, scope)
+            if link is not None and topic:
+                yield TopicUse(link, topic)
 
 
 def _topic(node: ast.expr, scope: Scope) -> str | None:

@@ -209,14 +209,17 @@ def _modules(name: str, table: _Table) -> Iterator[ModuleType]:
 
     A module of a package that cannot be imported is left out, and its states are strangers.
     """
-    from cobodeck.flexbe_states import broken_module, flexbe_modules, state_module
+    from cobodeck.flexbe_states import flexbe_modules
 
     flexbe = flexbe_modules(name)
     if name not in flexbe:
         yield _imported(name)
     for inner in flexbe:
+        from cobodeck.flexbe_states import broken_module, state_module
+
+        topics = table.read
         try:
-            yield state_module(inner, table.read)
+            yield state_module(inner, topics)
         except (Exception, SystemExit) as error:  # noqa: BLE001  a user's module may raise anything
             told = _where(error, f"importing {inner}")
             if inner == name:

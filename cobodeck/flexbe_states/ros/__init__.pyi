@@ -1,23 +1,23 @@
 from cobodeck.flexbe_states.ros.bridge import (
+    Blocks as Blocks,
     Bridge as Bridge,
-    bridge as bridge,
+    current_bridge as current_bridge,
 )
 from cobodeck.flexbe_states.ros.flexbe_names import (
     FlexbeState as FlexbeState,
 )
 from cobodeck.flexbe_states.ros.messages import (
-    Message as Message,
+    RosMessage as RosMessage,
     message_class as message_class,
 )
 from cobodeck.flexbe_states.ros.plain_values import (
-    Record as Record,
+    PlainRecord as PlainRecord,
     as_command as as_command,
     as_message as as_message,
     frozen as frozen,
     thawed as thawed,
 )
 from cobodeck.flexbe_states.ros.ros_time import (
-    Blocks as Blocks,
     RosDuration as RosDuration,
     RosTime as RosTime,
 )

@@ -13,12 +13,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from cobodeck.flexbe_states.ros.messages import Message, full
+from cobodeck.flexbe_states.ros.messages import RosMessage, full
 from cobodeck.flexbe_states.ros.plain_values import as_command, as_message
 from cobodeck.flexbe_states.ros.topic_table import TopicTable, plain_topic
 from engine import Context, Stamped
 
 _thread = threading.local()
+LONGEST_SLEEP_S = 1.0
+"""Longest sleep in one hook, s: it is waited out after the hook, which a loop would not see."""
 
 
 @dataclass(slots=True)
@@ -26,7 +28,7 @@ class _Heard:
     """A subscription: what was removed, what was delivered, and to whom."""
 
     signal: str
-    kind: type[Message] | None
+    kind: type[RosMessage] | None
     removed: Stamped | None = None
     delivered: Stamped | None = None
     callback: Callable[..., Any] | None = None
@@ -46,14 +48,20 @@ class _Goal:
 
 @dataclass(eq=False)
 class Bridge:
-    """The run of one state; without `ctx` there is none."""
+    """The run of one state; `run` gives its context, or None where there is no run."""
 
-    ctx: Context | None = None
+    run: Callable[[], Context | None] = lambda: None
     table: TopicTable = field(default_factory=TopicTable)
     name: str = ""
     is_ros_2: bool = False
+    asleep_s: float = 0.0
     _heard: dict[str, _Heard] = field(default_factory=dict)
     _goals: dict[str, _Goal] = field(default_factory=dict)
+
+    @property
+    def ctx(self) -> Context | None:
+        """What the state has of its run; None before and after it."""
+        return self.run()
 
     @contextmanager
     def current(self) -> Iterator[None]:
@@ -70,6 +78,21 @@ class Bridge:
         if self.ctx is not None:
             self.ctx.note(text)
 
+    def sleep(self, seconds: float) -> None:
+        """Let this time, s, pass once the hook has returned.
+
+        Raises:
+            Blocks: it would be more than `LONGEST_SLEEP_S` in one hook.
+        """
+        self.asleep_s += max(float(seconds), 1e-3)
+        if self.asleep_s > LONGEST_SLEEP_S:
+            refuse_to_wait(f"sleeping for more than {LONGEST_SLEEP_S:g} s")
+
+    def waited(self) -> float:
+        """The time, s, for which the last hook wanted to sleep; it counts as past then."""
+        found, self.asleep_s = self.asleep_s, 0.0
+        return found
+
     # -- subscriptions -------------------------------------------------------------------------
 
     def subscribe(
@@ -85,7 +108,7 @@ class Bridge:
             LookupError: it is not in the table.
         """
         entry = self.table.entry("hears", topic)
-        is_message = isinstance(kind, type) and issubclass(kind, Message)
+        is_message = isinstance(kind, type) and issubclass(kind, RosMessage)
         heard = self._heard.setdefault(
             plain_topic(topic), _Heard(entry.signal, kind if is_message else None)
         )
@@ -168,7 +191,7 @@ class Bridge:
         fields = self.table.entry("hears", topic).fields
         if not fields:
             return as_message(sample.value, heard.kind)
-        message = (heard.kind or Message)()
+        message = (heard.kind or RosMessage)()
         for path, source in fields.items():
             *steps, last = path.split(".")
             inner: Any = message
@@ -193,7 +216,7 @@ class Bridge:
         Raises:
             LookupError: it is not in the table.
         """
-        return as_message(self._command(self.table.entry("calls", topic), request)) or Message()
+        return as_message(self._command(self.table.entry("calls", topic), request)) or RosMessage()
 
     def send_goal(self, topic: str, goal: Any) -> None:
         """Command the part of an action.
@@ -216,7 +239,7 @@ class Bridge:
         if entry.fields:
             given = entry.fields.items()
             return method(**{name: as_command(_at(message, path)) for name, path in given})
-        if isinstance(message, Message) and not full(message):
+        if isinstance(message, RosMessage) and not full(message):
             return method()
         return method(as_command(message))
 
@@ -230,7 +253,7 @@ class Bridge:
     def result(self, topic: str) -> Any:
         """The result of a goal, as a message; None before."""
         found = self._result(topic)
-        return None if found is None else as_message(found.value) or Message()
+        return None if found is None else as_message(found.value) or RosMessage()
 
     def take_result(self, topic: str) -> None:
         """Count the result as removed."""
@@ -276,14 +299,27 @@ class Bridge:
         return None if goal is None or newest is goal.before else newest
 
 
-def bridge() -> Bridge:
+class Blocks(RuntimeError):
+    """A state would hold up the run."""
+
+
+def refuse_to_wait(what: str) -> None:
+    """What blocks is refused.
+
+    Raises:
+        Blocks: always.
+    """
+    raise Blocks(f"{what} would hold up the whole run; return None from execute, and look again")
+
+
+def current_bridge() -> Bridge:
     """The bridge of the state whose hook runs; one without a run where none does."""
     return getattr(_thread, "bridge", None) or Bridge()
 
 
 def now_ns() -> int:
     """The present instant of the run, ns of chart time."""
-    ctx = bridge().ctx
+    ctx = current_bridge().ctx
     return 0 if ctx is None else ctx.now
 
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from cobodeck.flexbe_states.ros.bridge import bridge
-from cobodeck.flexbe_states.ros.ros_names import Node
+from cobodeck.flexbe_states.ros.bridge import current_bridge
+from cobodeck.flexbe_states.ros.ros_names import RosNode
 from cobodeck.flexbe_states.ros.ros_time import RosDuration, RosRate
 
 
 class FlexbeState:
     """What `EventState` and the classes above it are here."""
 
-    _node: ClassVar[Node] = Node()
+    _node: ClassVar[RosNode] = RosNode()
     preempt = False
     is_controlled = False
 
@@ -22,8 +22,9 @@ class FlexbeState:
         self._outcomes = list(names.get("outcomes") or ())
         self._input_keys = list(names.get("input_keys") or ())
         self._output_keys = list(names.get("output_keys") or ())
-        self._name = bridge().name
-        self._rate: RosRate | None = None
+        self._name = current_bridge().name
+        self._rate = RosRate()
+        self.period_s = 0.0
         if (rate := more.get("desired_rate")) is not None:
             self.set_rate(rate)
 
@@ -60,6 +61,7 @@ class FlexbeState:
     def set_rate(self, desired_rate: float) -> None:
         """Execute it so many times per second; otherwise in every tick."""
         self._rate = RosRate(desired_rate)
+        self.period_s = 1.0 / desired_rate
 
     def get_registered_input_keys(self) -> list[str]:
         """The keys that it reads."""
@@ -148,7 +150,7 @@ def _note(kind: str, text: Any, *values: Any) -> None:
             shown = shown % values
         except (TypeError, ValueError):
             shown = f"{shown} {values}"
-    bridge().note(f"{kind}{shown}")
+    current_bridge().note(f"{kind}{shown}")
 
 
 class _Proxy:
@@ -186,14 +188,14 @@ class PublisherProxy(_Proxy):
         Raises:
             LookupError: it is not there.
         """
-        bridge().table.entry("publishes", topic)
+        current_bridge().table.entry("publishes", topic)
 
     createPublisher = create_publisher = open_topic
 
     @classmethod
     def publish(cls, topic: str, msg: Any) -> None:
         """Send a message."""
-        bridge().publish(topic, msg)
+        current_bridge().publish(topic, msg)
 
     @classmethod
     def wait_for_any(cls, topic: str, timeout: float = 0.0) -> bool:
@@ -216,7 +218,7 @@ class SubscriberProxy(_Proxy):
     @classmethod
     def open_topic(cls, topic: str, kind: Any = None) -> None:
         """Hear it."""
-        bridge().subscribe(topic, kind)
+        current_bridge().subscribe(topic, kind)
 
     @classmethod
     def subscribe(
@@ -228,67 +230,67 @@ class SubscriberProxy(_Proxy):
         **_: Any,
     ) -> None:
         """Hear it, and have what comes delivered or kept."""
-        bridge().subscribe(topic, msg_type, callback)
+        current_bridge().subscribe(topic, msg_type, callback)
         if buffered:
-            bridge().buffer(topic, on=True)
+            current_bridge().buffer(topic, on=True)
 
     @classmethod
     def set_callback(cls, topic: str, callback: Any, **_named: Any) -> None:
         """Have what comes delivered."""
-        bridge().set_callback(topic, callback)
+        current_bridge().set_callback(topic, callback)
 
     add_callback = set_callback
 
     @classmethod
     def remove_callback(cls, topic: str, *_any: Any) -> None:
         """Have it delivered no more."""
-        bridge().set_callback(topic, None)
+        current_bridge().set_callback(topic, None)
 
     @classmethod
     def enable_buffer(cls, topic: str) -> None:
         """Keep all that comes."""
-        bridge().buffer(topic, on=True)
+        current_bridge().buffer(topic, on=True)
 
     @classmethod
     def disable_buffer(cls, topic: str) -> None:
         """Keep the newest only."""
-        bridge().buffer(topic, on=False)
+        current_bridge().buffer(topic, on=False)
 
     @classmethod
     def get_from_buffer(cls, topic: str) -> Any:
         """The oldest message that is kept."""
-        return bridge().from_buffer(topic)
+        return current_bridge().from_buffer(topic)
 
     @classmethod
     def has_buffer(cls, topic: str) -> bool:
         """Whether a message is kept."""
-        return bridge().has_buffer(topic)
+        return current_bridge().has_buffer(topic)
 
     has_buffered = has_buffer
 
     @classmethod
     def has_msg(cls, topic: str) -> bool:
         """Whether there is a message."""
-        return bridge().has_message(topic)
+        return current_bridge().has_message(topic)
 
     @classmethod
     def get_last_msg(cls, topic: str) -> Any:
         """The newest message; None without one."""
-        return bridge().last_message(topic)
+        return current_bridge().last_message(topic)
 
     peek_at_last_msg = get_last_msg
 
     @classmethod
     def remove_last_msg(cls, topic: str, clear_buffer: bool = False) -> None:
         """Count the newest message as old."""
-        bridge().remove_message(topic)
+        current_bridge().remove_message(topic)
         if clear_buffer:
-            bridge().buffer(topic, on=True)
+            current_bridge().buffer(topic, on=True)
 
     @classmethod
     def unsubscribe_topic(cls, topic: str, *_any: Any, **_named: Any) -> None:
         """Hear it no more."""
-        bridge().unsubscribe(topic)
+        current_bridge().unsubscribe(topic)
 
 
 class ServiceProxy(_Proxy):
@@ -303,34 +305,34 @@ class ServiceProxy(_Proxy):
         Raises:
             LookupError: it is not there.
         """
-        bridge().table.entry("calls", topic)
+        current_bridge().table.entry("calls", topic)
 
     setupService = setup_service = open_topic
 
     @classmethod
     def call(cls, topic: str, request: Any = None, *_any: Any, **_named: Any) -> Any:
         """Call it, and return the answer."""
-        return bridge().call(topic, request)
+        return current_bridge().call(topic, request)
 
     @classmethod
     def call_async(cls, topic: str, request: Any = None, *_any: Any, **_named: Any) -> None:
         """Call it, and keep the answer."""
-        cls._answers[id(bridge()), topic] = bridge().call(topic, request)
+        cls._answers[id(current_bridge()), topic] = current_bridge().call(topic, request)
 
     @classmethod
     def done(cls, topic: str) -> bool:
         """Whether it has answered."""
-        return (id(bridge()), topic) in cls._answers
+        return (id(current_bridge()), topic) in cls._answers
 
     @classmethod
     def result(cls, topic: str) -> Any:
         """The answer."""
-        return cls._answers.pop((id(bridge()), topic), None)
+        return cls._answers.pop((id(current_bridge()), topic), None)
 
     @classmethod
     def remove_client(cls, topic: str) -> None:
         """Forget an answer."""
-        cls._answers.pop((id(bridge()), topic), None)
+        cls._answers.pop((id(current_bridge()), topic), None)
 
 
 class ActionProxy(_Proxy):
@@ -343,42 +345,42 @@ class ActionProxy(_Proxy):
         Raises:
             LookupError: it is not there.
         """
-        bridge().table.entry("acts", topic)
+        current_bridge().table.entry("acts", topic)
 
     setupClient = setup_action_client = setup_client = open_topic
 
     @classmethod
     def send_goal(cls, topic: str, goal: Any, *_any: Any, **_named: Any) -> None:
         """Send a goal."""
-        bridge().send_goal(topic, goal)
+        current_bridge().send_goal(topic, goal)
 
     @classmethod
     def has_result(cls, topic: str) -> bool:
         """Whether the goal has ended."""
-        return bridge().has_result(topic)
+        return current_bridge().has_result(topic)
 
     @classmethod
     def get_result(cls, topic: str, clear: bool = False) -> Any:
         """Its result."""
-        found = bridge().result(topic)
+        found = current_bridge().result(topic)
         if clear:
-            bridge().take_result(topic)
+            current_bridge().take_result(topic)
         return found
 
     @classmethod
     def remove_result(cls, topic: str) -> None:
         """Remove the result."""
-        bridge().take_result(topic)
+        current_bridge().take_result(topic)
 
     @classmethod
     def has_feedback(cls, topic: str) -> bool:
         """Whether there is feedback."""
-        return bridge().feedback(topic) is not None
+        return current_bridge().feedback(topic) is not None
 
     @classmethod
     def get_feedback(cls, topic: str, clear: bool = False) -> Any:
         """The newest feedback."""
-        return bridge().feedback(topic)
+        return current_bridge().feedback(topic)
 
     @classmethod
     def remove_feedback(cls, topic: str) -> None:
@@ -387,19 +389,19 @@ class ActionProxy(_Proxy):
     @classmethod
     def get_state(cls, topic: str) -> int:
         """The state of the goal."""
-        return bridge().status(topic)
+        return current_bridge().status(topic)
 
     get_status = get_state
 
     @classmethod
     def is_active(cls, topic: str) -> bool:
         """Whether the goal goes on."""
-        return bridge().is_active(topic)
+        return current_bridge().is_active(topic)
 
     @classmethod
     def cancel(cls, topic: str) -> None:
         """Give the goal up."""
-        bridge().cancel(topic)
+        current_bridge().cancel(topic)
 
     @classmethod
     def remove_client(cls, topic: str) -> None:

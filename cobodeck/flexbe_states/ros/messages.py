@@ -75,7 +75,7 @@ class MessageType(type):
         return value
 
 
-class Message(metaclass=MessageType):
+class RosMessage(metaclass=MessageType):
     """A message: fields by name; given in order, they are those of a type that is known here."""
 
     def __init__(self, *values: Any, **fields: Any) -> None:
@@ -97,14 +97,14 @@ class Message(metaclass=MessageType):
     def is_unset(self) -> bool:
         """Whether it is a field that nobody has set."""
         return type(self).__name__ == "Unset" and not any(
-            not isinstance(inner, Message) or not inner.is_unset for inner in vars(self).values()
+            not isinstance(inner, RosMessage) or not inner.is_unset for inner in vars(self).values()
         )
 
     def __bool__(self) -> bool:
         return not self.is_unset
 
     def __eq__(self, other: object) -> bool:
-        if isinstance(other, Message):
+        if isinstance(other, RosMessage):
             return full(self) == full(other)
         return self.is_unset and not other
 
@@ -134,14 +134,14 @@ class Message(metaclass=MessageType):
         return f"{type(self).__name__}({inner})"
 
 
-def full(message: Message) -> dict[str, Any]:
+def full(message: RosMessage) -> dict[str, Any]:
     """The fields of a message, those of its type that nobody has set included."""
     for name in FIELDS.get(type(message).__name__, ()):
         getattr(message, name)
     return {
-        name: list(value) if isinstance(value, Message) and "items_" in vars(value) else value
+        name: list(value) if isinstance(value, RosMessage) and "items_" in vars(value) else value
         for name, value in vars(message).items()
-        if not (isinstance(value, Message) and value.is_unset)
+        if not (isinstance(value, RosMessage) and value.is_unset)
     }
 
 
@@ -151,5 +151,5 @@ _classes: dict[tuple[str, str], Any] = {}
 def message_class(name: str, module: str) -> Any:
     """The class of messages of this name; the same one whenever it is asked for."""
     if (module, name) not in _classes:
-        _classes[module, name] = MessageType(name, (Message,), {"__module__": module})
+        _classes[module, name] = MessageType(name, (RosMessage,), {"__module__": module})
     return _classes[module, name]

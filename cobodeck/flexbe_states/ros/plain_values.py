@@ -1,9 +1,9 @@
-"""Values of FlexBE states as charts hold them, and back: what can change becomes a `Record`.
+"""Values of FlexBE states as charts hold them, and back: what can change becomes a `PlainRecord`.
 
 | in a state | in a chart |
 |---|---|
 | list, deque; tuple; set | tuple; tuple; frozenset |
-| dict, message, object with attributes | `Record` |
+| dict, message, object with attributes | `PlainRecord` |
 | numpy number, array | number, tuple of tuples |
 | number, text, enum member, frozen dataclass, named tuple | as it is |
 
@@ -19,13 +19,13 @@ from dataclasses import dataclass, fields, is_dataclass
 from enum import Enum
 from typing import Any
 
-from cobodeck.flexbe_states.ros.messages import Message, full, message_class
+from cobodeck.flexbe_states.ros.messages import RosMessage, full, message_class
 
 _PLAIN = (int, float, str, bytes, Enum, type(None))
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class PlainRecord:
     """A mapping, a message or an object, immutable: `record.x` and `record["x"]`.
 
     Attributes:
@@ -66,7 +66,7 @@ def frozen(value: Any) -> Any:
 def _frozen(value: Any) -> Any:
     if isinstance(value, _PLAIN):
         return value
-    if isinstance(value, Message):
+    if isinstance(value, RosMessage):
         return _record(_name_of(type(value)), full(value))
     if isinstance(value, Mapping):
         return _record("dict", value)
@@ -83,8 +83,8 @@ def _frozen(value: Any) -> Any:
     return _record(_name_of(type(value)), _attributes(value))
 
 
-def _record(kind: str, found: Mapping[Any, Any]) -> Record:
-    return Record(kind, tuple((key, _frozen(inner)) for key, inner in found.items()))
+def _record(kind: str, found: Mapping[Any, Any]) -> PlainRecord:
+    return PlainRecord(kind, tuple((key, _frozen(inner)) for key, inner in found.items()))
 
 
 def _attributes(value: Any) -> dict[str, Any]:
@@ -109,7 +109,7 @@ def _attributes(value: Any) -> dict[str, Any]:
 
 def thawed(value: Any) -> Any:
     """A value of a chart, as a FlexBE state expects it: a copy that it may change."""
-    if isinstance(value, Record):
+    if isinstance(value, PlainRecord):
         inner = {key: thawed(held) for key, held in value.pairs}
         return inner if value.kind == "dict" else _object(value.kind, inner)
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
@@ -119,18 +119,18 @@ def thawed(value: Any) -> Any:
     return value
 
 
-def as_message(value: Any, kind: type[Message] | None = None) -> Any:
+def as_message(value: Any, kind: type[RosMessage] | None = None) -> Any:
     """A value of a signal or of a part, as the message that a state expects.
 
     A mapping, record or dataclass becomes a message with its fields; a number, text or list becomes
     its `data`. A pose or velocity of the robot has the fields of the ROS type.
     """
-    if isinstance(value, Message) or value is None:
+    if isinstance(value, RosMessage) or value is None:
         return value
-    kind = kind or message_class("Message", __name__)
+    kind = kind or message_class("RosMessage", __name__)
     if (shaped := _shaped(value, kind)) is not None:
         return shaped
-    if isinstance(value, Record):
+    if isinstance(value, PlainRecord):
         return kind(**{str(key): thawed(held) for key, held in value.pairs})
     if isinstance(value, Mapping):
         return kind(**{str(key): _inner(held) for key, held in value.items()})
@@ -140,12 +140,12 @@ def as_message(value: Any, kind: type[Message] | None = None) -> Any:
 
 
 def _inner(value: Any) -> Any:
-    if isinstance(value, Record | Mapping) or is_dataclass(value):
+    if isinstance(value, PlainRecord | Mapping) or is_dataclass(value):
         return as_message(value)
     return [_inner(item) for item in value] if isinstance(value, list | tuple) else value
 
 
-def _shaped(value: Any, kind: type[Message]) -> Message | None:
+def _shaped(value: Any, kind: type[RosMessage]) -> RosMessage | None:
     """A pose or a velocity of the robot in a message of a type with a place for it."""
     import math
 
@@ -194,7 +194,7 @@ def as_command(message: Any) -> Any:
         siny = 2.0 * (turn.w * turn.z + turn.x * turn.y)
         yaw = math.atan2(siny, 1.0 - 2.0 * (turn.y**2 + turn.z**2))
         return Pose2(message.position.x, message.position.y, yaw)
-    if isinstance(message, Message) and set(full(message)) == {"data"}:
+    if isinstance(message, RosMessage) and set(full(message)) == {"data"}:
         return frozen(message.data)
     return frozen(message)
 
@@ -209,7 +209,7 @@ def _object(kind: str, attributes: Mapping[str, Any]) -> Any:
     cls: Any = sys.modules.get(module)
     for part in name.split("."):
         cls = getattr(cls, part, None)
-    if not isinstance(cls, type) or issubclass(cls, Message):
+    if not isinstance(cls, type) or issubclass(cls, RosMessage):
         return message_class(name, module)(**attributes)
     made = object.__new__(cls)
     for key, value in attributes.items():

@@ -6,14 +6,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from cobodeck.flexbe_states.ros.bridge import bridge, now_ns
-from cobodeck.flexbe_states.ros.messages import Message
+from cobodeck.flexbe_states.ros.bridge import Blocks, current_bridge, now_ns, refuse_to_wait
+from cobodeck.flexbe_states.ros.messages import RosMessage
 from cobodeck.flexbe_states.ros.ros_time import (
-    Blocks,
     RosDuration,
     RosRate,
     RosTime,
-    refuse_to_wait,
 )
 from cobodeck.flexbe_states.ros.topic_table import plain_topic
 
@@ -33,9 +31,9 @@ class RosPublisher:
     def publish(self, *values: Any, **fields: Any) -> None:
         """Send a message, or the value of one that has a single field."""
         first = values[0] if values else None
-        if not isinstance(first, Message):
-            first = Message(**fields) if first is None else Message(data=first)
-        bridge().publish(self.name, first)
+        if not isinstance(first, RosMessage):
+            first = RosMessage(**fields) if first is None else RosMessage(data=first)
+        current_bridge().publish(self.name, first)
 
     def get_num_connections(self) -> int:
         """The part of the table hears it."""
@@ -49,16 +47,20 @@ class RosSubscriber:
     """`rospy.Subscriber`: its callback is called before `execute`."""
 
     def __init__(
-        self, name: str, data_class: Any = None, callback: Any = None, callback_args: Any = _MISSING,
+        self,
+        name: str,
+        data_class: Any = None,
+        callback: Any = None,
+        callback_args: Any = _MISSING,
         **_named: Any,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.name = name
         arguments = () if callback_args is _MISSING else (callback_args,)
-        bridge().subscribe(name, data_class, callback, arguments)
+        current_bridge().subscribe(name, data_class, callback, arguments)
 
     def unregister(self) -> None:
         """Hear it no more."""
-        bridge().unsubscribe(self.name)
+        current_bridge().unsubscribe(self.name)
 
 
 class RosServiceProxy:
@@ -67,19 +69,20 @@ class RosServiceProxy:
     def __init__(self, name: str, *_any: Any, **_named: Any) -> None:
         self.name = name
 
-    def __call__(self, *values: Any, **fields: Any) -> Any:
+    def call(self, *values: Any, **fields: Any) -> Any:
+        """Call it, and return the answer."""
         first = values[0] if values else None
-        if not isinstance(first, Message):
-            first = Message(**fields) if first is None else Message(data=first)
-        return bridge().call(self.name, first)
+        if not isinstance(first, RosMessage):
+            first = RosMessage(**fields) if first is None else RosMessage(data=first)
+        return current_bridge().call(self.name, first)
 
-    call = __call__
+    __call__ = call
 
     def wait_for_service(self, *_any: Any, **_named: Any) -> None:
         """Nothing has to be waited for."""
 
 
-class Clock:
+class RosClock:
     """The clock of a node of ROS 2."""
 
     def now(self) -> RosTime:
@@ -92,29 +95,29 @@ class RosLogger:
 
     def info(self, text: Any, *_any: Any, **_named: Any) -> None:
         """A note."""
-        bridge().note(str(text))
+        current_bridge().note(str(text))
 
     debug = info
 
     def warning(self, text: Any, *_any: Any, **_named: Any) -> None:
         """A warning."""
-        bridge().note(f"warning: {text}")
+        current_bridge().note(f"warning: {text}")
 
     warn = warning
 
     def error(self, text: Any, *_any: Any, **_named: Any) -> None:
         """An error."""
-        bridge().note(f"error: {text}")
+        current_bridge().note(f"error: {text}")
 
     fatal = error
 
 
-class Node:
+class RosNode:
     """The node of ROS 2 that states find as `_node`."""
 
-    def get_clock(self) -> Clock:
+    def get_clock(self) -> RosClock:
         """The clock of the run."""
-        return Clock()
+        return RosClock()
 
     def get_logger(self) -> RosLogger:
         """Notes in the trace."""
@@ -122,19 +125,19 @@ class Node:
 
     def get_name(self) -> str:
         """The name of the state."""
-        return bridge().name
+        return current_bridge().name
 
     def has_parameter(self, name: str) -> bool:
         """Whether the table has a parameter."""
         return has_param(name)
 
-    def get_parameter(self, name: str) -> Message:
+    def get_parameter(self, name: str) -> RosMessage:
         """A parameter of the table, as its `value`."""
-        return Message(value=get_param(name))
+        return RosMessage(value=get_param(name))
 
-    def declare_parameter(self, name: str, value: Any = None, *_any: Any) -> Message:
+    def declare_parameter(self, name: str, value: Any = None, *_any: Any) -> RosMessage:
         """A parameter of the table, or this value."""
-        return Message(value=get_param(name, value))
+        return RosMessage(value=get_param(name, value))
 
     def create_publisher(self, _kind: Any, topic: str, *_any: Any, **_named: Any) -> RosPublisher:
         """A publisher."""
@@ -157,7 +160,7 @@ def get_param(name: str, default: Any = _MISSING) -> Any:
     Raises:
         KeyError: there is none, and no default.
     """
-    table = bridge().table
+    table = current_bridge().table
     found = table.parameters.get(plain_topic(name), default)
     if found is _MISSING:
         raise KeyError(f"no parameter {name!r}; add to {table.place}: `parameters: {{{name}: …}}`")
@@ -166,12 +169,26 @@ def get_param(name: str, default: Any = _MISSING) -> Any:
 
 def has_param(name: str) -> bool:
     """Whether the table has a parameter, or a state has set it."""
-    return plain_topic(name) in bridge().table.parameters
+    return plain_topic(name) in current_bridge().table.parameters
 
 
 def set_param(name: str, value: Any) -> None:
     """Set a parameter for all states of this process."""
-    bridge().table.parameters[plain_topic(name)] = value
+    current_bridge().table.parameters[plain_topic(name)] = value
+
+
+def delete_param(name: str) -> None:
+    """Remove a parameter.
+
+    Raises:
+        KeyError: there is none.
+    """
+    del current_bridge().table.parameters[plain_topic(name)]
+
+
+def sleep(duration: Any) -> None:
+    """Let a short time, s or a duration, pass once the hook has returned; see `Bridge.sleep`."""
+    current_bridge().sleep(duration.to_sec() if isinstance(duration, RosDuration) else duration)
 
 
 def quaternion_from_euler(roll: float, pitch: float, yaw: float, *_axes: Any) -> list[float]:
@@ -196,7 +213,7 @@ def euler_from_quaternion(quaternion: Sequence[float], *_axes: Any) -> tuple[flo
 def _note(kind: str) -> Callable[..., None]:
     def log(text: Any, *values: Any, **_named: Any) -> None:
         shown = str(text)
-        bridge().note(kind + (shown % values if values and "%" in shown else shown))
+        current_bridge().note(kind + (shown % values if values and "%" in shown else shown))
 
     return log
 
@@ -221,22 +238,26 @@ ROS: Mapping[str, Any] = {
     "Publisher": RosPublisher,
     "Subscriber": RosSubscriber,
     "ServiceProxy": RosServiceProxy,
-    "Node": Node,
+    "Node": RosNode,
     "get_time": lambda: now_ns() * 1e-9,
     "get_rostime": RosTime.now,
-    "sleep": lambda *_: refuse_to_wait("rospy.sleep()"),
+    "sleep": sleep,
     "spin": lambda *_: refuse_to_wait("spin()"),
     "wait_for_message": lambda *_, **__: refuse_to_wait("rospy.wait_for_message()"),
     "wait_for_service": lambda *_, **__: None,
     "get_param": get_param,
     "has_param": has_param,
     "set_param": set_param,
+    "delete_param": delete_param,
+    "get_param_names": lambda: list(current_bridge().table.parameters),
     "is_shutdown": lambda: False,
     "ok": lambda *_, **__: True,
     "init_node": lambda *_, **__: None,
-    "get_name": lambda: bridge().name,
-    "get_caller_id": lambda: bridge().name,
-    "get_published_topics": lambda *_: [[name, ""] for name in bridge().table.topics("hears")],
+    "get_name": lambda: current_bridge().name,
+    "get_caller_id": lambda: current_bridge().name,
+    "get_published_topics": lambda *_: [
+        [name, ""] for name in current_bridge().table.topics("hears")
+    ],
     "Blocks": Blocks,
 }
 """What `rospy`, `rclpy` and the modules in them have."""
@@ -248,6 +269,6 @@ TRANSFORMATIONS: Mapping[str, Any] = {
 CLOCK: Mapping[str, Any] = {
     **dict.fromkeys(("time", "monotonic", "perf_counter"), lambda: now_ns() * 1e-9),
     **dict.fromkeys(("time_ns", "monotonic_ns", "perf_counter_ns"), now_ns),
-    "sleep": lambda *_: refuse_to_wait("time.sleep()"),
+    "sleep": sleep,
 }
 """What `time` has in place of its own."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from cobodeck.flexbe_states.ros.bridge import current_bridge, now_ns
+
 NS = 10**9
 
 
@@ -115,8 +117,6 @@ class RosTime(_Span):
     @classmethod
     def now(cls) -> RosTime:
         """The present instant."""
-        from cobodeck.flexbe_states.ros.bridge import now_ns
-
         return cls(nsecs=now_ns())
 
     @classmethod
@@ -141,32 +141,19 @@ class RosTime(_Span):
 
 
 class RosRate:
-    """A rate; to sleep for it would hold up everything else."""
+    """A rate."""
 
     def __init__(self, hz: float = 10.0, *_others: Any) -> None:
         self.hz = hz
         self.sleep_dur = RosDuration(1.0 / hz)
 
     def sleep(self) -> None:
-        """Refuse: see `refuse_to_wait`."""
-        refuse_to_wait("Rate.sleep()")
+        """Let a period pass once the hook has returned."""
+        current_bridge().sleep(1.0 / self.hz)
 
     def remaining(self) -> RosDuration:
         """Nothing is left to wait for."""
         return RosDuration()
-
-
-class Blocks(RuntimeError):
-    """A state would hold up the run."""
-
-
-def refuse_to_wait(what: str) -> None:
-    """What blocks is refused.
-
-    Raises:
-        Blocks: always.
-    """
-    raise Blocks(f"{what} would hold up the whole run; return None from execute, and look again")
 
 
 def _ns(value: Any) -> int:

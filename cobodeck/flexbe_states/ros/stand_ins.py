@@ -61,7 +61,7 @@ class NotProvided:
             raise AttributeError(name)
         return NotProvided(f"{self._name}.{name}")
 
-    def __call__(self, *_any: Any, **_named: Any) -> Any:
+    def __call__(self, *_any: Any, **_named: Any) -> Any:  # noqa: D102
         raise NotImplementedError(f"{self._name} needs ROS, and is not provided here")
 
     def __mro_entries__(self, _bases: tuple[Any, ...]) -> tuple[type, ...]:

@@ -21,10 +21,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from engine.files import FileError, Finding, did_you_mean
-from engine.files.declared import Item, Name, load_yaml, record
+from engine.files import FileError, Finding, did_you_mean, plain
+from engine.files.declared import Item, Name, Written, load_yaml, record
+
+
+def _anything(item: Item) -> Any:
+    return plain(item.value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +87,9 @@ class TopicFile:
     """By service."""
     acts: Mapping[str, ActedTopic] = field(default_factory=dict)
     """By action."""
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Mapping[str, Annotated[Any, _anything, Written(str | float | bool)]] = field(
+        default_factory=dict
+    )
     """Values of the parameter server, by name."""
 
 
