@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal import FAILED, OK, show, show_json, table
+from cobodeck.terminal import FAILED, OK, json_options, show, show_json, table
 
 if TYPE_CHECKING:
     from cobodeck.record.read import Comparison, Figure, HeaderDifference, Record
@@ -27,7 +27,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("a", type=Path, metavar="A", help="a record, X.mcap or X.mcap.part")
     parser.add_argument("b", type=Path, metavar="B", help="the other one")
     parser.add_argument("--all", action="store_true", help="show figures that are equal as well")
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
     parser.epilog = (
         "Exit code 0: intact, same trace and figures, those of the machine aside; else 1."
     )

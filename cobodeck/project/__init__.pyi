@@ -3,6 +3,7 @@ from cobodeck.project.chart_files import (
     chart_file as chart_file,
     chart_names as chart_names,
     nodes_of as nodes_of,
+    shipped_by_name as shipped_by_name,
 )
 from cobodeck.project.library import (
     errors_in_used as errors_in_used,
