@@ -183,8 +183,6 @@ def _joined(given: Sequence[str]) -> list[str]:
 def _torn_value(given: Sequence[str]) -> str:
     """The option of a value that the shell has split, in brackets or before a unit; or empty."""
     for n, option in enumerate(given[:-1]):
-        if option == "--":
-            break
         value, *after = given[n + 1 :]
         if option not in VALUED:
             continue

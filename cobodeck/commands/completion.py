@@ -27,15 +27,17 @@ SHELLS = {
     "bash": """\
 _cobodeck() {
   local IFS=$'\\n'
-  COMPREPLY=($(cobodeck completion bash -- "${COMP_WORDS[@]:1:COMP_CWORD}" 2>/dev/null))
+  local words=("${COMP_WORDS[@]:1:COMP_CWORD}")
+  COMPREPLY=($(cobodeck completion bash "${words[@]/#/=}" 2>/dev/null))
   [[ ${#COMPREPLY[@]} -eq 1 && $COMPREPLY == */ ]] && compopt -o nospace
   return 0
 }
 complete -F _cobodeck cobodeck""",
     "zsh": """\
 _cobodeck() {
-  local -a found folders
-  found=(${(f)"$(cobodeck completion zsh -- "${(@Q)words[2,CURRENT]}" 2>/dev/null)"})
+  local -a found folders typed
+  typed=("${(@Q)words[2,CURRENT]}")
+  found=(${(f)"$(cobodeck completion zsh "=${(@)^typed}" 2>/dev/null)"})
   folders=(${(M)found:#*/})
   found=(${found:#*/})
   compadd -U -Q -- ${(q)found}
@@ -45,11 +47,14 @@ compdef _cobodeck cobodeck""",
     "fish": """\
 function __cobodeck
   set -l words (commandline -opc) (commandline -ct)
-  cobodeck completion fish -- $words[2..-1] 2>/dev/null
+  cobodeck completion fish "="$words[2..-1] 2>/dev/null
 end
 complete -c cobodeck -f -a '(__cobodeck)'""",
 }
-"""By shell a script that asks `completion SHELL -- WORDS` for what the last word can become."""
+"""By shell a script that asks `completion SHELL =WORD…` for what the last word can become.
+
+The equals sign keeps a word from being an option of `completion`.
+"""
 
 NAMED: Mapping[str, Sequence[str]] = {
     "chart": ("charts", ".yaml", ".mcap"),
@@ -79,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.words:
         show(SHELLS[args.shell])
         return OK
-    *before, last = _whole(args.words)
+    *before, last = _whole([word.removeprefix("=") for word in args.words])
     found = _found(before, last, args)
     cut = max(last.rfind("="), last.rfind(":")) + 1 if args.shell == "bash" else 0
     for one in sorted(set(found)):
@@ -173,11 +178,10 @@ def _files(begun: str, endings: tuple[str, ...]) -> list[str]:
     ]
 
 
-def _charts(_args: argparse.Namespace) -> Iterable[str]:
-    from cobodeck.project import shipped_by_name
-    from engine.files.declared import own_files
+def _charts(args: argparse.Namespace) -> Iterable[str]:
+    from cobodeck.project import names_of_charts
 
-    return {*own_files("chart"), *shipped_by_name()}
+    return names_of_charts(own=args.own)
 
 
 def _states(args: argparse.Namespace) -> Iterable[str]:

@@ -48,7 +48,6 @@ def json_options(parser: argparse.ArgumentParser) -> None:
 @contextmanager
 def answering(words: Sequence[str]) -> Iterator[None]:
     """Keep standard output for the JSON object, if these arguments of a command ask for one."""
-    words = words[: words.index("--")] if "--" in words else words
     options = {word for word in words if word in _HELP or word.startswith("--")}
     as_format = ("--format", "json") in pairwise(words)
     if options & _HELP or not (as_format or any(map(_asks, options))):
