@@ -31,7 +31,8 @@ def report(findings: Sequence[Finding], sources: Sources, form: ReportFormat = "
         return text(findings, sources)
     if form == "json":
         return json_object(findings, sources)
-    return github(findings) if form == "github" else sarif(findings)
+    writers = {"github": github, "sarif": sarif}
+    return writers[form](findings)
 
 
 def text(findings: Sequence[Finding], sources: Sources) -> str:

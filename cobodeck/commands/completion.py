@@ -150,7 +150,7 @@ def _values(
     if action.choices is not None:
         names = [str(choice) for choice in action.choices]
     else:
-        names = [n for kind in takes for n in NAMES.get(kind, lambda _: ())(args)]
+        names = [name for kind in takes if kind in NAMES for name in NAMES[kind](args)]
     if not takes and any(word in _words(action.metavar) for word in PATHS):
         endings = ("",)
     return [name for name in names if name.startswith(begun)] + _files(begun, endings)

@@ -105,8 +105,8 @@ def _checked(args: argparse.Namespace) -> int:
     for told in (*in_code, *replacements(library, known, reached(given, library))):
         complain(told)
     if args.format == "json":
-        told = {"files": [*sources], "findings": [as_json(finding) for finding in findings]}
-        show_json({**told, "in_code": in_code})
+        answer = {"files": [*sources], "findings": [as_json(finding) for finding in findings]}
+        show_json({**answer, "in_code": in_code})
     else:
         show(report(findings, sources, args.format).rstrip("\n"))
     if in_code or any(finding.severity == "error" for finding in findings):
