@@ -57,7 +57,7 @@ BENCHES := engine navigation drives chase arm localization simulation reference 
 bench: .venv/installed-dev
 	@mkdir -p out
 	@for name in $(BENCHES); do \
-	  $(BIN)/cobodeck bench $$name --json > out/$$name.json && mv out/$$name.json cobodeck/bench/results/ || exit 1; done
+	  $(BIN)/cobodeck bench $$name --pretty > out/$$name.json && mv out/$$name.json cobodeck/bench/results/ || exit 1; done
 	@$(BIN)/cobodeck bench --show cobodeck/bench/results/*.json -o cobodeck/bench/curves.svg > out/bench.txt
 	@$(BIN)/cobodeck bench envelope --rounds 1 -o cobodeck/avoidable/envelope.svg > out/envelope.txt
 	@$(MAKE) figures

@@ -6,26 +6,41 @@ that is asked for is imported, so that `validate` starts fast.
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import os
 import re
 import shlex
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from contextlib import nullcontext
+from types import ModuleType
 
 from cobodeck.project import own_files_around
 from cobodeck.setup import keep_compiled_code
 from cobodeck.shadowed import explained, shadows
-from cobodeck.terminal import FAILED, OK, USAGE, Problem, complain, show, show_what_can_be_shown
-from engine.files import FileError, NotFound, did_you_mean, noting, quantity, visible
+from cobodeck.terminal import (
+    FAILED,
+    OK,
+    USAGE,
+    CommandParser,
+    Problem,
+    WrongArguments,
+    answering,
+    complain,
+    place_of,
+    show,
+    show_failure,
+    show_traceback,
+    show_what_can_be_shown,
+    traced,
+)
+from engine.files import FileError, NotFound, did_you_mean, noting, quantity
 from engine.files.declared import no_files, with_own_files
 
 COMMANDS = {
     "validate": "check charts, scenes, robots and profiles",
     "schema": "write the JSON Schema with which editors complete a kind of file",
-    "list": "list states, charts, scenes, users, profiles, robots and all other names",
+    "list": "list states, charts, scenes, users, profiles, robots and more",
     "docs": "write reference pages of states, signals, charts and files",
     "render": "draw a chart, a recorded run or a room",
     "watch": "see charts while you edit them, recorded runs, and runs that go on",
@@ -44,8 +59,10 @@ COMMANDS = {
     "evaluate": "tell statistics of recorded runs, or repeat the paper's evaluation",
     "campaign": "run all combinations of settings, people and seeds",
     "bench": "measure run time against error",
+    "completion": "complete commands, options and names in bash, zsh or fish",
     "doctor": "tell whether this machine is fit",
 }
+TRACEBACK = "--traceback"
 VALUED = ("--in", "--set")
 """Options whose value is YAML, which shells split unless it is in quotes."""
 
@@ -55,28 +72,49 @@ def main(argv: Sequence[str] | None = None) -> int:
     show_what_can_be_shown()
     given = list(sys.argv[1:] if argv is None else argv)
     try:
-        return _dispatch(given)
-    except Problem as problem:
-        complain(str(problem))
-        return problem.code
-    except KeyboardInterrupt:
-        complain("stopped")
-        return 130
+        with answering(given[1:]):
+            return _ended(given, alone=argv is None)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return OK
-    except ImportError as error:
-        told = explained(shadows()) or _needed(error)
-        if told is None:
-            raise
-        complain(told)
+
+
+def _ended(given: list[str], *, alone: bool) -> int:
+    """The exit code, after what is wrong has been told; `alone`: nobody else sees exceptions."""
+    try:
+        return _dispatch(given)
+    except BrokenPipeError:
+        raise
+    except WrongArguments as wrong:  # the parser has told of it
+        show_failure(wrong.message, USAGE)
         return USAGE
-    except OSError as error:
-        complain(f"{error.filename or 'file'}: {error.strerror or error}")
-        return USAGE if isinstance(error, FileNotFoundError) else FAILED
-    except FileError as error:
-        complain(str(error))
-        return USAGE if isinstance(error, NotFound) else FAILED
+    except (Exception, KeyboardInterrupt) as error:
+        message, code = _told(error)
+        if message is None and alone and TRACEBACK not in given:
+            message = f"{place_of(error)}; {TRACEBACK} shows how it came to this"
+        if message is None:
+            raise
+        if TRACEBACK in given:
+            show_traceback(error)
+        complain(message)
+        show_failure(message, code)
+        return code
+
+
+def _told(error: BaseException) -> tuple[str | None, int]:
+    """What a user is told of an exception, and the exit code; None if nobody expected it."""
+    if isinstance(error, Problem):
+        return str(error), error.code
+    if isinstance(error, KeyboardInterrupt):
+        return "stopped", 130
+    if isinstance(error, ImportError):
+        return explained(shadows()) or _needed(error), USAGE
+    if isinstance(error, OSError):
+        code = USAGE if isinstance(error, FileNotFoundError) else FAILED
+        return f"{error.filename or 'file'}: {error.strerror or error}", code
+    if isinstance(error, FileError):
+        return str(error), USAGE if isinstance(error, NotFound) else FAILED
+    return None, FAILED
 
 
 def _needed(error: ImportError) -> str | None:
@@ -102,23 +140,34 @@ def _dispatch(given: list[str]) -> int:
         raise Problem(f"no command {name!r}; {did_you_mean(name, COMMANDS)}")
     if meant := _torn_value(rest):
         raise Problem(f"put KEY=VALUE in quotes: {meant}")
-    module = importlib.import_module(f"cobodeck.commands.{name}")
-    parser = _Parser(f"cobodeck {name}", description=module.__doc__)
-    parser.formatter_class = argparse.RawDescriptionHelpFormatter
-    module.arguments(parser)
-    about = "import no code of projects, neither from this folder nor installed"
-    parser.add_argument("--no-project", dest="own", action="store_false", help=about)
+    module, parser = command_parser(name)
     try:
         args = parser.parse_args(_joined(rest))
-    except SystemExit as end:  # argparse has said what is wrong
-        return int(end.code or OK)
+    except SystemExit as end:
+        if isinstance(end, WrongArguments):
+            raise
+        return OK  # after help
     own = own_files_around() if args.own else no_files
     not_kept = keep_compiled_code()
-    with noting(), with_own_files(own):
+    with noting(), with_own_files(own), traced() if args.traceback else nullcontext():
         code = module.run(args)
     if not_kept and "numba" in sys.modules:
         complain(not_kept)
     return FAILED if code is None else int(code)
+
+
+def command_parser(name: str) -> tuple[ModuleType, CommandParser]:
+    """The module of a command, and the parser of its arguments."""
+    module = importlib.import_module(f"cobodeck.commands.{name.replace('-', '_')}")
+    parser = CommandParser(f"cobodeck {name}", module.__doc__)
+    module.arguments(parser)
+    about = "import no code of projects, neither from this folder nor installed"
+    parser.add_argument("--no-project", dest="own", action="store_false", help=about)
+    about = "with an error, tell also the calls that led to it"
+    parser.add_argument(TRACEBACK, action="store_true", help=about)
+    if name == "completion":
+        parser.set_defaults(commands=COMMANDS, parser_of=lambda one: command_parser(one)[1])
+    return module, parser
 
 
 def _joined(given: Sequence[str]) -> list[str]:
@@ -153,11 +202,6 @@ def _torn_value(given: Sequence[str]) -> str:
 
 def _is_open(text: str) -> bool:
     return sum(map(text.count, "[{")) > sum(map(text.count, "]}"))
-
-
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str) -> NoReturn:
-        super().error(visible(message))
 
 
 def _overview() -> str:

@@ -7,7 +7,7 @@ import os
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any, Literal, get_args
 from urllib.parse import quote
@@ -29,7 +29,9 @@ def report(findings: Sequence[Finding], sources: Sources, form: ReportFormat = "
     """The findings in one of the `FORMATS`."""
     if form == "text":
         return text(findings, sources)
-    writers = {"json": json_list, "github": github, "sarif": sarif}
+    if form == "json":
+        return json_object(findings, sources)
+    writers = {"github": github, "sarif": sarif}
     return writers[form](findings)
 
 
@@ -50,9 +52,9 @@ def summary(findings: Sequence[Finding], files: int) -> str:
     return f"{' and '.join(counts) or 'no errors'} in {_count(files, 'file')}"
 
 
-def json_list(findings: Sequence[Finding]) -> str:
-    """A JSON list with one object per finding."""
-    return _json([as_json(finding) for finding in findings])
+def json_object(findings: Sequence[Finding], files: Iterable[str]) -> str:
+    """A JSON object with the names of the `files` and one object per finding."""
+    return _json({"files": [*files], "findings": [as_json(finding) for finding in findings]})
 
 
 def as_json(finding: Finding) -> dict[str, Any]:

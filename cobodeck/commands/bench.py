@@ -23,6 +23,7 @@ from cobodeck.terminal import (
     Problem,
     ProgressLine,
     is_record,
+    json_options,
     positive,
     show,
     show_json,
@@ -72,7 +73,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", type=Path, metavar="FILE",
         help="time against error, or what was judged, as X.svg, .png, .pdf",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def _variant(text: str) -> tuple[str, float]:
@@ -101,20 +102,27 @@ def run(args: argparse.Namespace) -> int:
         results = [read_result(file) for file in args.show]
     else:
         results = [_measure_logs(args) if args.logs else _measure(args)]
+    if args.json and len(results) > 1:
+        raise Problem("--json shows one file at a time")
     rows = [row for result in results for row in result["rows"]]
     if not args.json:
         show("\n\n".join(map(text, results)))
-    elif len(results) == 1:
-        show_json(results[0])
-    else:
-        raise Problem("--json shows one file at a time")
+    found = _worse(rows, before)
+    if args.json:
+        show_json({**results[0], "worse": found} if before else results[0])
+    elif found:
+        show("\n".join(found))
     if args.output is not None:
         _draw(args, rows)
-    return _compare(args, rows, before)
+    return FAILED if found else OK
 
 
-def _compare(args: argparse.Namespace, rows: Sequence[Any], before: Mapping[Path, Any]) -> int:
-    """Tell what is worse than in these files; 1 if something is."""
+def _worse(rows: Sequence[Any], before: Mapping[Path, Any]) -> list[str]:
+    """What is worse than in these files.
+
+    Raises:
+        Problem: a file has none of these rows.
+    """
     from cobodeck.bench import common, worse
 
     found: list[str] = []
@@ -123,11 +131,8 @@ def _compare(args: argparse.Namespace, rows: Sequence[Any], before: Mapping[Path
         if not number:
             raise Problem(f"{file}: it has none of these rows, so that nothing is compared")
         found += worse(rows, known)
-        if not args.json:
-            show(f"{number} of {len(rows)} rows compared with {file}")
-    for line in found:
-        show(line)
-    return FAILED if found else OK
+        show(f"{number} of {len(rows)} rows compared with {file}")
+    return found
 
 
 def _draw(args: argparse.Namespace, rows: Sequence[Mapping[str, Any]]) -> None:

@@ -12,7 +12,18 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal import FAILED, OK, Problem, pose, scan_mounts, show, show_json, table, word
+from cobodeck.terminal import (
+    FAILED,
+    OK,
+    Problem,
+    json_options,
+    pose,
+    scan_mounts,
+    show,
+    show_json,
+    table,
+    word,
+)
 from engine.files.declared import YAML
 
 if TYPE_CHECKING:
@@ -40,7 +51,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     scan_mounts(parser)
     parser.add_argument("--seed", type=int, default=0, help="of all random numbers; default 0")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="the calibration, X.yaml")
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

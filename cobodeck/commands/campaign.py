@@ -46,6 +46,7 @@ from cobodeck.terminal import (
     ProgressLine,
     complain,
     count,
+    json_options,
     positive,
     show,
     show_json,
@@ -81,7 +82,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--worst", type=count, default=WORST, metavar="N",
         help=f"record and draw so many of the worst runs, 0: none; default {WORST}",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

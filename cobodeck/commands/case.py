@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from cobodeck.terminal import OK, Problem, instant, show, show_json, table
+from cobodeck.terminal import OK, Problem, instant, json_options, show, show_json, table
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,7 +21,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE.py", help="default test_RECORD_Ss.py"
     )
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal import FAILED, OK, show, show_json, table
+from cobodeck.terminal import FAILED, OK, json_options, show, show_json, table
 
 if TYPE_CHECKING:
     from cobodeck.record.read import Comparison, Figure, HeaderDifference, Record
@@ -27,18 +28,38 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("a", type=Path, metavar="A", help="a record, X.mcap or X.mcap.part")
     parser.add_argument("b", type=Path, metavar="B", help="the other one")
     parser.add_argument("--all", action="store_true", help="show figures that are equal as well")
-    parser.add_argument("--json", action="store_true", help="for programs")
+    parser.add_argument(
+        "--tolerance",
+        type=_tolerance,
+        metavar="ABS[,REL]",
+        help="figures that differ by no more than this, in their SI unit or as a share, are equal; "
+        "0: exactly; default 1e-9,1e-9",
+    )
+    json_options(parser)
     parser.epilog = (
         "Exit code 0: intact, same trace and figures, those of the machine aside; else 1."
     )
 
 
+def _tolerance(text: str) -> tuple[float, float]:
+    """`0.01` (also as a share: 0) or `0.01,1e-3`."""
+    try:
+        bounds = [float(part) for part in text.split(",")]
+    except ValueError:
+        bounds = []
+    if len(bounds) not in (1, 2) or not all(0.0 <= bound < math.inf for bound in bounds):
+        raise argparse.ArgumentTypeError(f"{text!r} is not ABS or ABS,REL, two numbers from 0 on")
+    return bounds[0], bounds[1] if bounds[1:] else 0.0
+
+
 def run(args: argparse.Namespace) -> int:
     """Compare."""
-    from cobodeck.record.read import Record, compare
+    from cobodeck.record.read import FigureTolerance, Record, compare
 
     records = (Record(args.a), Record(args.b))
-    found = compare(*records)
+    found = compare(
+        *records, FigureTolerance() if args.tolerance is None else FigureTolerance(*args.tolerance)
+    )
     if args.json:
         show_json(_for_programs(records, found))
     else:

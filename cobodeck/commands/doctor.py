@@ -14,7 +14,7 @@ from pathlib import Path
 
 from cobodeck.fitness import BAD, CheckResult, ask
 from cobodeck.setup import PROFILE
-from cobodeck.terminal import FAILED, OK, profile, show, show_json, table, word
+from cobodeck.terminal import FAILED, OK, json_options, profile, show, show_json, table, word
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,7 +25,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--robot", type=word, metavar="R", help="name or file of a connection")
     profile(parser, PROFILE)
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
     lines = [answer.line for answer in found]
     if args.json:
         keys = ("what", "state", "about")
-        show_json([dict(zip(keys, line, strict=True)) for line in lines])
+        show_json({"checks": [dict(zip(keys, line, strict=True)) for line in lines]})
     else:
         show(table([("what", "is", ""), *lines]))
     return FAILED if any(answer.state == BAD for answer in found) else OK

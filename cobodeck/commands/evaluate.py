@@ -24,6 +24,7 @@ from cobodeck.terminal import (
     Problem,
     ProgressLine,
     complain,
+    json_options,
     positive,
     show,
     show_json,
@@ -84,7 +85,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="report.html, requests.csv, result.json, the figures, and the records they are of; "
         "runs that are kept there are not rerun",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -12,7 +12,16 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from cobodeck.setup import PROFILE
-from cobodeck.terminal import OK, Problem, profile, show, show_json, table, terminal_width
+from cobodeck.terminal import (
+    OK,
+    Problem,
+    json_options,
+    profile,
+    show,
+    show_json,
+    table,
+    terminal_width,
+)
 from engine.draw import value_text
 from engine.files import did_you_mean
 
@@ -30,7 +39,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("kind", choices=tuple(_LISTS), metavar="KIND", help=", ".join(_LISTS))
     parser.add_argument("name", nargs="?", metavar="NAME", help="only what has this name")
     profile(parser, PROFILE)
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -42,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
     if args.name is not None:
         found = _named(args.name, args.kind, found)
     if args.json:
-        show_json(found)
+        show_json({args.kind: found})
     elif args.name is not None:
         show("\n".join(_entry(item, terminal_width() or LONGEST) for item in found))
     elif found:

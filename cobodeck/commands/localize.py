@@ -19,6 +19,7 @@ from cobodeck.terminal import (
     OK,
     Problem,
     ProgressLine,
+    json_options,
     length,
     pose,
     scan_mounts,
@@ -58,7 +59,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--save-map", type=_yaml, metavar="FILE", help="the map from scans, X.yaml")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="the trajectory, for spreadsheets")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="X.svg, .png or .pdf")
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def _yaml(text: str) -> Path:

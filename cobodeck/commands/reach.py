@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal import FAILED, OK, Problem, show, show_json, table
+from cobodeck.terminal import FAILED, OK, Problem, json_options, show, show_json, table
 from engine.files import FileError
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--park", action="store_true", help="find poses in which the arm is folded with its prop"
     )
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="X.svg, .png or .pdf")
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def _lengths(text: str) -> tuple[float, ...]:
@@ -140,7 +140,7 @@ def _park(args: argparse.Namespace) -> int:
     found = ParkingSearch(robot).best()
     name = robot.arm.model.name
     if args.json:
-        show_json([asdict(pose) for pose in found])
+        show_json({"poses": [asdict(pose) for pose in found]})
     elif found:
         show(f"poses of {name} with {robot.prop.name}, quickest first; for `parked` of the prop:")
         show(table([_parked(name, pose) for pose in found]))

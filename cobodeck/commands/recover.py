@@ -9,7 +9,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cobodeck.terminal import FAILED, OK, USAGE, Problem, new_record, show, show_json
+from cobodeck.terminal import FAILED, OK, USAGE, Problem, json_options, new_record, show, show_json
 
 if TYPE_CHECKING:
     from cobodeck.record.read import Record
@@ -26,7 +26,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="Y.mcap",
         help="default X.recovered.mcap, beside it",
     )
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

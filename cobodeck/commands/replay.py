@@ -19,6 +19,7 @@ from cobodeck.terminal import (
     Problem,
     ProgressLine,
     complain,
+    json_options,
     new_record,
     shadow,
     show,
@@ -44,7 +45,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--record", type=new_record, metavar="X.mcap", help="record the replay as well"
     )
     shadow(parser)
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

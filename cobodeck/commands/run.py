@@ -23,6 +23,7 @@ from cobodeck.terminal import (
     Problem,
     complain,
     inputs,
+    json_options,
     live,
     new_record,
     positive,
@@ -96,7 +97,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="run a real robot although " + " or ".join(map(repr, WORDS.values())),
     )
     shadow(parser)
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, redirect_stdout
+from contextlib import contextmanager, nullcontext
 from datetime import datetime
 from functools import partial
 from importlib.util import find_spec
@@ -26,7 +26,7 @@ from cobodeck.terminal import (
     show,
     show_json,
 )
-from engine.files import FileError, in_order, visible
+from engine.files import FileError, in_order
 from engine.files.declared import notes
 from engine.run import Raised
 from hw import missing
@@ -72,7 +72,7 @@ def report_on(
     else:
         show(summary(figures, result.wired.run.ended_by, topics_of(setup)))
     if getattr(args, "explain", False):
-        (complain if args.json else show)(explain(result))
+        show(explain(result))
     wanted = args.record is not None
     lacking = wanted and (not_recorded or (path is None and not _keeps_record(args, clock)))
     failed = figures["outcome"] in FAILURES or figures["errors"]
@@ -185,7 +185,8 @@ def _page(args: argparse.Namespace, setup: Setup, options: Options) -> LivePage 
     from cobodeck.live import LivePage, PageAddress
 
     def say(line: str) -> None:
-        print(visible(line), file=sys.stderr if args.json else sys.stdout, flush=True)
+        show(line)
+        sys.stdout.flush()
 
     return LivePage(setup, options, PageAddress(*args.live), say)
 
@@ -232,24 +233,22 @@ def _run(
     try:
         recorder = _recorder(args, setup, options, clock, began, page)
         progress = ProgressLine("simulate")
-        aside = redirect_stdout(sys.stderr) if args.json else nullcontext()  # states may print
         devices = options.connection is not None
         if page is not None and clock is None:
             from cobodeck.loop import Paced
 
             clock = Paced()
         try:
-            with aside:
-                result = simulate(
-                    setup,
-                    options,
-                    progress.at,
-                    clock,
-                    partial(_looked_after, blocked_s, devices, page),
-                    _show_error,
-                    recorder,
-                    shadow,
-                )
+            result = simulate(
+                setup,
+                options,
+                progress.at,
+                clock,
+                partial(_looked_after, blocked_s, devices, page),
+                _error_once(),
+                recorder,
+                shadow,
+            )
         finally:
             progress.done()
     finally:
@@ -289,5 +288,13 @@ def _looked_after(
         yield
 
 
-def _show_error(error: Raised) -> None:
-    complain(f"at {error.time / 1e9:.2f} s, {error.path or 'a part'}: {error}")
+def _error_once() -> Callable[[Raised], None]:
+    """What tells errors while they occur; the same error in the same node is not told again."""
+    told = set()
+
+    def tell(error: Raised) -> None:
+        if error._replace(time=0) not in told:
+            told.add(error._replace(time=0))
+            complain(f"at {error.time / 1e9:.2f} s, {error.path or 'a part'}: {error}")
+
+    return tell

@@ -10,6 +10,7 @@ from cobodeck.terminal import (
     Problem,
     inputs,
     is_record,
+    json_options,
     kept_file,
     length,
     live,
@@ -38,10 +39,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--user",
         type=word,
-        metavar="NAME|random|route|FILE[#id][@x,y,yaw][:KIND][ at SPEED]",
-        help="X.mcap: the person of a record; :KIND: how they treat the robot, by default "
-        "attentive (`list users`); at SPEED: of random people, 0.5 to 1.5 m/s else; default: "
-        "the scene's",
+        metavar="NAME|FILE",
+        help="NAME, random, route or FILE[#id][@x,y,yaw][:KIND][ at SPEED]; X.mcap: the person of "
+        "a record; :KIND: how they treat the robot, by default attentive (`list users`); "
+        "at SPEED: of random people, 0.5 to 1.5 m/s else; default: the scene's",
     )
     parser.add_argument("--requests", type=positive, metavar="N", help="end after N requests")
     profile(parser, PROFILE)
@@ -97,7 +98,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--frozen-base", action="store_true", help="the base does not move; for trying tests"
     )
     shadow(parser)
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

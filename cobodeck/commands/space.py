@@ -13,7 +13,7 @@ from typing import Any
 
 from cobodeck.checks import FloorReport, floor_report
 from cobodeck.setup import PROFILE, profile_with
-from cobodeck.terminal import FAILED, OK, length, profile, show, show_json, table
+from cobodeck.terminal import FAILED, OK, json_options, length, profile, show, show_json, table
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +31,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     profile(parser, PROFILE)
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="X.svg, .png or .pdf")
-    parser.add_argument("--json", action="store_true", help="for programs")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -29,7 +29,7 @@ from cobodeck.project import (
     strictly,
     wrong_parts,
 )
-from cobodeck.terminal import FAILED, OK, Problem, complain, show
+from cobodeck.terminal import FAILED, OK, Problem, complain, json_options, show, show_json
 from cobodeck.validation import (
     OPEN,
     Explored,
@@ -38,7 +38,7 @@ from cobodeck.validation import (
     explanation,
     schema_notes,
 )
-from engine import FORMATS, report
+from engine import FORMATS, as_json, report
 from engine.chart import Chart, Library
 from engine.files import Finding, Place, SourceFile, in_order
 from engine.machine import Machine, explore
@@ -60,7 +60,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="with --explain: a test, X.py, of these"
     )
-    parser.add_argument("--json", dest="format", action="store_const", const="json")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -69,6 +69,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         Problem: `-o` does not name a new test or goes without `--explain`, or that is not text.
     """
+    args.format = "json" if args.json else args.format
     if args.output is not None and not (args.explain and args.output.suffix == ".py"):
         raise Problem("-o FILE.py goes with --explain: it takes the dead ends as tests")
     if args.output is not None and args.output.exists():
@@ -103,7 +104,11 @@ def _checked(args: argparse.Namespace) -> int:
     given = {name for name, chart in library.items() if Path(chart.file) in charts}
     for told in (*in_code, *replacements(library, known, reached(given, library))):
         complain(told)
-    show(report(findings, sources, args.format).rstrip("\n"))
+    if args.format == "json":
+        answer = {"files": [*sources], "findings": [as_json(finding) for finding in findings]}
+        show_json({**answer, "in_code": in_code})
+    else:
+        show(report(findings, sources, args.format).rstrip("\n"))
     if in_code or any(finding.severity == "error" for finding in findings):
         return FAILED
     if args.format == "text":

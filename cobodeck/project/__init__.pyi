@@ -2,6 +2,7 @@ from cobodeck.project.chart_files import (
     behaviour_of as behaviour_of,
     chart_file as chart_file,
     chart_names as chart_names,
+    names_of_charts as names_of_charts,
     nodes_of as nodes_of,
 )
 from cobodeck.project.library import (

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from cobodeck.project.named_files import head_of
 from cobodeck.project.old_names import OLD_CHARTS
+from cobodeck.project.project import projects
 from cobodeck.project.state_catalogue import CHARTS, Catalogue, shipped_charts
 from cobodeck.terminal import Problem
 from engine.files import did_you_mean
@@ -21,6 +22,13 @@ def chart_names(catalogue: Catalogue) -> dict[str, Path]:
     """All charts by name: those of projects, which go first, and the shipped ones."""
     own = (file for project in catalogue.projects for file in project.yaml_files())
     return _by_name((*own, *shipped_charts()))
+
+
+def names_of_charts(*, own: bool) -> set[str]:
+    """The names of all charts, with `own` also those of projects; no code is imported."""
+    found = projects(tell=lambda _: None) if own else ()
+    files = (file for project in found for file in project.yaml_files())
+    return {name for name, _ in _named((*files, *shipped_charts()))}
 
 
 def chart_file(name_or_path: str, catalogue: Catalogue) -> Path:

@@ -180,9 +180,9 @@ def _ticks(f: Mapping[str, Any]) -> str:
 def _errors(errors: Sequence[Mapping[str, Any]]) -> str:
     if not errors:
         return "none"
-    more = f" (the first of {len(errors)})" if len(errors) > 1 else ""
     first = errors[0]
-    return f"{first['error']} in {first['node'] or 'a part'} at {first['at_s']:.2f} s{more}"
+    where = f"in {first['node'] or 'a part'} at {first['at_s']:.2f} s"
+    return f"1, {where}" if len(errors) == 1 else f"{len(errors)}, the first {where}"
 
 
 ENDED = {

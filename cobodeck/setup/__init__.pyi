@@ -6,6 +6,7 @@ from cobodeck.setup.compiled_code import (
     described as described,
     keep_compiled_code as keep_compiled_code,
 )
+from cobodeck.setup.defaults import PROFILE as PROFILE, SCENE as SCENE, TICK_HZ as TICK_HZ
 from cobodeck.setup.open_scene import (
     RunPlace as RunPlace,
     environment_at as environment_at,
@@ -26,9 +27,6 @@ from cobodeck.setup.run_profile import (
     with_values as with_values,
 )
 from cobodeck.setup.setup import (
-    PROFILE as PROFILE,
-    SCENE as SCENE,
-    TICK_HZ as TICK_HZ,
     Setup as Setup,
     Uses as Uses,
     open_setup as open_setup,

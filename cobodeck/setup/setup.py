@@ -12,6 +12,7 @@ from behaviors import MEASURED, signals
 from behaviors.profile import Profile
 from cobodeck.fitness import require
 from cobodeck.project import PLACE, Catalogue, catalogue, open_chart, reached
+from cobodeck.setup.defaults import PROFILE, SCENE, TICK_HZ
 from cobodeck.setup.open_scene import RunPlace, environment_at, open_place
 from cobodeck.setup.run_profile import blaming_sets, profile_with
 from cobodeck.terminal import FAILED, Problem
@@ -27,9 +28,6 @@ from hw.model import RobotModel, Tracking, load_robot
 from hw.scene import Scene
 from states.environment import Environment
 from states.localization import Localizes
-
-SCENE, PROFILE = "lab_a", "tuned"
-TICK_HZ = 30
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import codecs
 import io
-import json
 import shutil
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
 
 from engine.files import escaped, visible
 
@@ -35,11 +33,6 @@ _LAYOUT = "\n\t"
 def show(text: str = "") -> None:
     """Print a result."""
     print(visible(text, _LAYOUT))
-
-
-def show_json(value: Any) -> None:
-    """Print a result as JSON, for programs."""
-    show(json.dumps(value, indent=2, ensure_ascii=False))
 
 
 def complain(message: str) -> None:

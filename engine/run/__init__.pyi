@@ -7,6 +7,7 @@ from engine.run.command import (
 from engine.run.errors import (
     Raised as Raised,
     raised as raised,
+    seeing_exceptions as seeing_exceptions,
     text_of as text_of,
 )
 from engine.run.run_queue import (

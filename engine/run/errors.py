@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import inspect
 import traceback
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from types import GeneratorType
 from typing import Any, NamedTuple, TypeVar
@@ -61,8 +63,23 @@ def raised(
     where its author will look; without such a frame the line where its generator `waits`, the
     innermost frame outside the engine, else the class.
     """
+    if (see := _seen_by.get()) is not None:
+        see(error)
     file, line = _place(error, cls, waits)
     return Raised(time, path, type(error).__name__, text_of(error), file, line)
+
+
+@contextmanager
+def seeing_exceptions(see: Callable[[BaseException], None]) -> Iterator[None]:
+    """A context in which `see` gets each exception of states and parts before it is a record."""
+    before = _seen_by.set(see)
+    try:
+        yield
+    finally:
+        _seen_by.reset(before)
+
+
+_seen_by: ContextVar[Callable[[BaseException], None] | None] = ContextVar("_seen_by", default=None)
 
 
 def text_of(error: BaseException) -> str:

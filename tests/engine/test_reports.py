@@ -12,7 +12,7 @@ from hypothesis import given, settings, strategies as st
 
 from engine.files.finding import Finding, Place
 from engine.files.source import SourceFile
-from engine.reports import FORMATS, WIDTH, github, json_list, report, sarif, summary, text
+from engine.reports import FORMATS, WIDTH, github, json_object, report, sarif, summary, text
 from tests.repeats import examples
 
 CHART = "chart: chase\nstates:\n  drive: {do: DriveTo, parms: {}}\n"
@@ -132,8 +132,8 @@ def test_any_place_in_any_text_can_be_shown(
 
 def test_json_has_one_object_per_finding_with_all_places() -> None:
     related = ((Place("b.yaml", 1, 1, 6), "first here"),)
-    found = json.loads(json_list([at(3, 24, 29, related=related)]))
-    assert found == [
+    found = json.loads(json_object([at(3, 24, 29, related=related)], ["a.yaml"]))
+    assert found["findings"] == [
         {
             "code": "C01",
             "severity": "error",
@@ -150,8 +150,9 @@ def test_json_has_one_object_per_finding_with_all_places() -> None:
     ]
 
 
-def test_no_findings_are_an_empty_json_list() -> None:
-    assert json.loads(json_list([])) == []
+def test_json_names_the_files_also_without_findings() -> None:
+    found = json.loads(report([], sources("chart: a\n"), "json"))
+    assert found == {"files": ["a.yaml"], "findings": []}
 
 
 def test_github_escapes_what_would_end_a_part_of_the_command() -> None:

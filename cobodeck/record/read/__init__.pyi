@@ -11,6 +11,7 @@ from cobodeck.record.read.reader import (
 from cobodeck.record.read.record_comparison import (
     Comparison as Comparison,
     Figure as Figure,
+    FigureTolerance as FigureTolerance,
     compare as compare,
 )
 from cobodeck.record.read.record_replay import (

@@ -5,6 +5,7 @@ Both are read once, side by side, tick by tick; neither is held in memory.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import zip_longest
@@ -29,6 +30,33 @@ TraceLine = list[Any]
 
 
 @dataclass(frozen=True, slots=True)
+class FigureTolerance:
+    """By how much two numbers may differ and still be equal: by the larger of both bounds.
+
+    `absolute` is in the unit of the figure (SI: m, s, rad, m/s); `relative` is a share of the
+    larger number. Texts are compared exactly. The defaults are above the rounding of sums of
+    doubles and below what any sensor resolves; counts differ by at least 1, more than they allow.
+    """
+
+    absolute: float = 1e-9
+    relative: float = 1e-9
+
+    def covers(self, a: Any, b: Any) -> bool:
+        """Whether two values of JSON are equal, numbers and those in lists within the bounds."""
+        if isinstance(a, list) and isinstance(b, list):
+            return len(a) == len(b) and all(map(self.covers, a, b))
+        if isinstance(a, Mapping) and isinstance(b, Mapping):
+            return a.keys() == b.keys() and all(self.covers(a[key], b[key]) for key in a)
+        if _is_number(a) and _is_number(b):
+            return math.isclose(a, b, rel_tol=self.relative, abs_tol=self.absolute)
+        return encode(a) == encode(b)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+@dataclass(frozen=True, slots=True)
 class Figure:
     """A figure of both runs by its dotted name in JSON; None where a run lacks it."""
 
@@ -36,10 +64,12 @@ class Figure:
     a: Any
     b: Any
 
+    tolerance: FigureTolerance = FigureTolerance()
+
     @property
     def same(self) -> bool:
-        """Whether it is the same in both."""
-        return encode(self.a) == encode(self.b)
+        """Whether it is the same in both, numbers within the tolerance."""
+        return self.tolerance.covers(self.a, self.b)
 
     @property
     def computing(self) -> bool:
@@ -134,8 +164,10 @@ class Comparison:
         return self.traces.same and all(f.same or f.computing for f in self.figures)
 
 
-def compare(a: Record, b: Record) -> Comparison:
+def compare(a: Record, b: Record, tolerance: FigureTolerance = FigureTolerance()) -> Comparison:
     """Compare two records; both are read to their ends, which sets their `result` and `broken`.
+
+    `tolerance` is that of figures; traces are compared exactly.
 
     Raises:
         FileError: one of them cannot be read.
@@ -159,7 +191,7 @@ def compare(a: Record, b: Record) -> Comparison:
         traces.compare(*lines)
         if None not in pair:
             motions.compare(ends[0])
-    figures = tuple(_figures(a.result or {}, b.result or {}))
+    figures = tuple(_figures(a.result or {}, b.result or {}, tolerance))
     headers = tuple(header_differences(a, b))
     return Comparison(headers, figures, traces, motions, tuple(ends), tuple(altered))
 
@@ -197,13 +229,15 @@ def _apart(at_ns: int, a: Pose2 | None, b: Pose2 | None) -> tuple[int, Pose2, Po
 # figures
 
 
-def _figures(a: Mapping[str, Any], b: Mapping[str, Any]) -> Iterator[Figure]:
+def _figures(
+    a: Mapping[str, Any], b: Mapping[str, Any], tolerance: FigureTolerance
+) -> Iterator[Figure]:
     one, other = (
         dict(_flat({name: held for name, held in found.items() if name not in ASKED}))
         for found in (a, b)
     )
     for name in sorted({*one, *other}):
-        yield Figure(name, one.get(name), other.get(name))
+        yield Figure(name, one.get(name), other.get(name), tolerance)
 
 
 def _flat(found: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:

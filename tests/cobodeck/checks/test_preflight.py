@@ -351,7 +351,8 @@ def test_remarks_of_a_connection_are_told(tmp_path: Path) -> None:
 def test_the_doctor_tells_of_this_machine_too(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", "--robot", "mock", "--json"]) == OK
 
-    found = {check["what"]: check for check in json.loads(capsys.readouterr().out)}
+    checks = json.loads(capsys.readouterr().out)["checks"]
+    found = {check["what"]: check for check in checks}
     assert {"connection mock", "real time", "clock"} <= set(found)
     assert found["real time"]["state"] in (FIT, MISSING)
     assert found["clock"]["state"] in (FIT, MISSING)

@@ -126,7 +126,7 @@ def test_the_command_writes_what_fits_and_doctor_takes_it(monkeypatch, log, tmp_
     assert "can be used" in capsys.readouterr().out
     assert load_tracking(path).tracking == "lab"
     assert main(["doctor", "--tracking", str(path), "--json"]) == OK
-    last = json.loads(capsys.readouterr().out)[-1]
+    last = json.loads(capsys.readouterr().out)["checks"][-1]
     assert (last["what"], last["state"]) == ("tracking lab", "ok")
     assert run(monkeypatch, log, "--mounts", path, "--json") == OK
     assert json.loads(capsys.readouterr().out)["fits"]
@@ -138,7 +138,7 @@ def test_doctor_refuses_what_does_not_fit(tmp_path, found, capsys):
     path.write_text(tracking_file(bad, "bad", "").text())
 
     assert main(["doctor", "--tracking", str(path), "--json"]) == FAILED
-    last = json.loads(capsys.readouterr().out)[-1]
+    last = json.loads(capsys.readouterr().out)["checks"][-1]
     assert last["state"] == "bad"
     assert "5 mm and 0.1 deg are allowed" in last["about"]
 

@@ -283,7 +283,7 @@ def test_lists_name_everything_and_say_what_it_is(
     kind: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["list", kind, "--json"]) == OK
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads(capsys.readouterr().out)[kind]
     assert main(["list", kind]) == OK
     shown = capsys.readouterr().out
 
@@ -297,7 +297,7 @@ def test_a_chart_is_listed_with_the_values_that_a_run_uses_and_where_they_come_f
 ) -> None:
     by = ["--profile", "paper", "--set", "chase.room=2 m", "--set", "charts.chase.far=6 m"]
     assert main(["list", "charts", "chase", *by, "--json"]) == OK
-    (chase,) = json.loads(capsys.readouterr().out)
+    (chase,) = json.loads(capsys.readouterr().out)["charts"]
     assert main(["list", "charts", "chase", *by]) == OK
     lines = [line.split("  ")[-1] for line in capsys.readouterr().out.splitlines()]
 
@@ -316,7 +316,8 @@ def test_a_name_that_is_not_in_a_list_is_told(capsys: pytest.CaptureFixture[str]
 
 def test_scenes_are_listed_with_their_places(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list", "scenes", "--json"]) == OK
-    places = {scene["scene"]: scene["places"] for scene in json.loads(capsys.readouterr().out)}
+    scenes = json.loads(capsys.readouterr().out)["scenes"]
+    places = {scene["scene"]: scene["places"] for scene in scenes}
 
     assert places["hall"][:2] == ["south_west", "south_east"]
     assert {"corner", "center"} <= set(places["lab_a"])
@@ -328,7 +329,7 @@ def test_lists_fit_the_terminal_and_leave_nothing_out(
     kind: str, width: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["list", kind, "--json"]) == OK
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads(capsys.readouterr().out)[kind]
 
     shown = listing(found, width)
 

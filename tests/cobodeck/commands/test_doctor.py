@@ -16,7 +16,8 @@ from cobodeck.terminal.console import FAILED, OK
 def test_here_everything_that_is_needed_is_found(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", "--json"]) == OK
 
-    found = {check["what"]: check["state"] for check in json.loads(capsys.readouterr().out)}
+    checks = json.loads(capsys.readouterr().out)["checks"]
+    found = {check["what"]: check["state"] for check in checks}
     assert found["python"] == "ok"
     assert "bad" not in found.values()
 
@@ -52,7 +53,7 @@ def looked_at(
 ) -> dict[str, Any]:
     if arguments not in LOOKED_AT:
         assert main(["doctor", *arguments, "--json"]) == code
-        found = json.loads(capsys.readouterr().out)
+        found = json.loads(capsys.readouterr().out)["checks"]
         LOOKED_AT[arguments] = {check["what"]: (check["state"], check["about"]) for check in found}
     return LOOKED_AT[arguments]
 

@@ -198,7 +198,8 @@ def test_charts_are_listed_with_their_inputs(
 
     assert main(["list", "charts", "--json"]) == OK
 
-    listed = {chart["chart"]: chart["inputs"] for chart in json.loads(capsys.readouterr().out)}
+    charts = json.loads(capsys.readouterr().out)["charts"]
+    listed = {chart["chart"]: chart["inputs"] for chart in charts}
     assert listed["haptic"] == ["since: integer", "deep: Pose3"]
     assert listed["go"] == [
         "goal: Pose2",

@@ -167,7 +167,7 @@ def told(
             found["message"].partition(":")[0],
             [(Path(note["file"]).name, note["line"]) for note in found["related"]],
         )
-        for found in json.loads(capsys.readouterr().out)
+        for found in json.loads(capsys.readouterr().out)["findings"]
     ]
 
 
@@ -318,7 +318,7 @@ def test_a_pose_in_the_old_way_is_a_note_also_where_another_file_names_it(
 
     assert main(["validate", *strict, "--json", str(tmp_path)]) == OK
 
-    (note,) = json.loads(capsys.readouterr().out)
+    (note,) = json.loads(capsys.readouterr().out)["findings"]
     assert (Path(note["file"]).name, note["line"], note["severity"]) == ("held.yaml", 4, "note")
     assert note["hint"] == "write `{x: 0, y: 0, z: 0.15, pitch: 1}`"
 

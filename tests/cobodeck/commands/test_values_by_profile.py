@@ -119,7 +119,7 @@ def test_each_mistake_with_a_value_is_one_finding_in_the_chart(
 
     assert main(["validate", ".", "--json"]) == FAILED
 
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads(capsys.readouterr().out)["findings"]
     errors = [(f["file"], f["line"], f["column"]) for f in found if f["severity"] == "error"]
     assert errors == [("mine.yaml", 2, 45), ("mine.yaml", 5, 34), ("wrong_name.yaml", 4, 33)]
     assert found[-1]["hint"] == "did you mean 'profile.navigation.chase.max_speed'?"

@@ -71,7 +71,9 @@ def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Pat
     listed = run(
         [*cobodeck, "list", "connections", "--json"], elsewhere, PYTHONPATH=str(environment)
     )
-    assert {one["connection"] for one in json.loads(listed)} == set(connection_names())
+    assert {one["connection"] for one in json.loads(listed)["connections"]} == set(
+        connection_names()
+    )
     assert list((environment / "hw" / "drivers" / "can").glob("*.dbc"))
     run([*cobodeck, "new", "own"], elsewhere, PYTHONPATH=str(environment))
     for name in (".gitignore", ".vscode/settings.json"):

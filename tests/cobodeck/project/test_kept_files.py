@@ -56,7 +56,7 @@ def test_its_connection_runs(tmp_path: Path) -> None:
     done = python(tmp_path, "-m", "cobodeck", "run", "cobodeck", *options)
 
     assert done.returncode == OK, done.stderr
-    assert '"errors": []' in done.stdout
+    assert '"errors":[]' in done.stdout
 
 
 def test_its_record_is_drawn_and_replays_equal(

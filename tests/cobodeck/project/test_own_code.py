@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -14,7 +15,7 @@ import pytest
 import cobodeck
 from cobodeck.__main__ import main
 from cobodeck.real.open_connection import open_all
-from cobodeck.terminal.console import FAILED, OK, Problem
+from cobodeck.terminal.console import FAILED, OK, USAGE, Problem
 from hw.connection.connection import ServedPart
 from tests.cobodeck.own_mistakes import (
     CHART,
@@ -83,6 +84,69 @@ def test_a_mistake_is_told_with_its_place_and_what_would_be_right(
     if not mistake.in_run:
         assert mistake.told in told["validate"]
         assert place in told["validate"]
+
+
+RAISES = """
+    def run(self, ctx):
+        yield
+        raise RuntimeError("the lamp is gone")
+"""
+
+
+def test_an_error_of_a_run_is_told_once_however_often_it_comes(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    always(package)
+
+    assert main(SIMULATE) == FAILED
+
+    out, err = capsys.readouterr()
+    assert (out + err).count("the lamp is gone") == 1
+    assert len(err.splitlines()) == 1
+    assert f"{package.name}/states.py:" in err
+    assert re.search(r"^errors +[0-9]+, the first in again at 0\.\d\d s$", out, re.MULTILINE)
+    assert "Traceback" not in out + err
+
+
+def test_the_calls_that_led_to_it_are_told_when_asked_for(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    always(package)
+
+    assert main([*SIMULATE, "--traceback"]) == FAILED
+
+    err = capsys.readouterr().err
+    assert "Traceback (most recent call last)" in err
+    assert 'raise RuntimeError("the lamp is gone")' in err
+
+
+def always(package: Path) -> None:
+    """A chart whose state raises again and again."""
+    states = (
+        "from engine.state import Action\n\n\nclass Breaks(Action):\n"
+        '    """Breaks."""\n\n    outcomes = ("done",)\n'
+    )
+    chart = "chart: go\noutcomes: [done]\nstates:\n"
+    chart += "  again: {do: Breaks, next: {done: .done, error: rest}}\n"
+    chart += "  rest: {watch: Wait, with: {time: 0.05 s}, next: {over: again}}\n"
+    write(package, states + RAISES, chart)
+
+
+def test_an_expected_failure_is_a_line_and_with_traceback_all_calls(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (package / "states.py").write_text("import json\nint('x')\n")
+
+    assert main(["list", "states"]) == USAGE
+    short = capsys.readouterr().err
+    assert main(["list", "states", "--traceback"]) == USAGE
+    long = capsys.readouterr().err
+
+    assert "states.py:2" in short
+    assert "Traceback" not in short
+    assert "ValueError" in long
+    assert "Traceback" in long
+    assert long.endswith(short)
 
 
 def test_a_state_that_never_returns_can_run_and_is_a_finding(

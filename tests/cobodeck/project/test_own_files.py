@@ -66,7 +66,8 @@ def told(capsys: pytest.CaptureFixture[str]) -> Told:
 
 
 def lines_of(text: str) -> dict[str, dict[str, Any]]:
-    return {next(iter(item.values())): item for item in json.loads(text)}
+    (items,) = json.loads(text).values()
+    return {next(iter(item.values())): item for item in items}
 
 
 @pytest.mark.parametrize(

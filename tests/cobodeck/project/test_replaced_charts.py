@@ -96,7 +96,7 @@ def test_it_is_drawn_listed_and_checked(package: Path, told: Told) -> None:
     file = package / "waiting.yaml"
 
     told("render", "cobodeck", "--depth", 1, "-o", "drawn.dot")
-    charts = json.loads(told("list", "charts", "--json")[1])
+    charts = json.loads(told("list", "charts", "--json")[1])["charts"]
     code, out, err = told("validate")
 
     assert "HapticRequest" in Path("drawn.dot").read_text()
@@ -119,7 +119,7 @@ def test_tests_of_charts_see_it(package: Path, folder: Path) -> None:
 
 
 def findings(out: str) -> list[dict[str, Any]]:
-    found: list[dict[str, Any]] = json.loads(out)
+    found: list[dict[str, Any]] = json.loads(out)["findings"]
     return [finding for finding in found if finding["severity"] == "error"]
 
 

@@ -38,7 +38,7 @@ def slow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 def test_all_are_listed_with_what_they_serve(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list", "connections", "--json"]) == OK
 
-    found = {one["connection"]: one for one in json.loads(capsys.readouterr().out)}
+    found = {one["connection"]: one for one in json.loads(capsys.readouterr().out)["connections"]}
     assert set(found) == set(connection_names())
     assert found["mock"]["parts"] == "all"
     for name, one in found.items():

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from cobodeck.__main__ import COMMANDS, main
-from cobodeck.terminal import console
+from cobodeck.terminal import console, show_json
 from cobodeck.terminal.console import FAILED, OK, USAGE
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -60,7 +60,7 @@ def test_a_row_of_a_table_is_one_line_without_commands(text: str, other: str) ->
 
 @given(st.dictionaries(ANYTHING, ANYTHING))
 def test_json_holds_no_commands_and_means_the_same(value: dict[str, str]) -> None:
-    shown = printed(lambda: console.show_json(value))
+    shown = printed(lambda: show_json(value))
 
     assert not obeyed(shown)
     assert json.loads(shown) == json.loads(json.dumps(value))

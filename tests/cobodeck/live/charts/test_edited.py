@@ -277,7 +277,7 @@ def test_findings_are_those_of_validate(tmp_path: Path, capsys: pytest.CaptureFi
     file = tmp_path / "mine.yaml"
     file.write_text(WRONG + "  a: {use: chase, next: {fault: .done}}\n  b: {do: Nothing}\n")
     main(["validate", str(file), "--json", "--no-project"])
-    told = json.loads(capsys.readouterr().out)
+    told = json.loads(capsys.readouterr().out)["findings"]
 
     message = ChartFolder(file, known()).chart(Shown(file, "tuned"), 0)
 

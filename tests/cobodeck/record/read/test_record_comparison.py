@@ -14,8 +14,15 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.record.read.reader import Group, Record, RecordedMessage
-from cobodeck.record.read.record_comparison import Comparison, Figure, Motions, Traces, compare
-from cobodeck.terminal.console import FAILED, OK
+from cobodeck.record.read.record_comparison import (
+    Comparison,
+    Figure,
+    FigureTolerance,
+    Motions,
+    Traces,
+    compare,
+)
+from cobodeck.terminal.console import FAILED, OK, USAGE
 
 ROOT = Path(__file__).parents[4]
 RUNS = {
@@ -191,6 +198,53 @@ def test_one_figure_or_one_record_of_the_trace_is_enough_to_differ() -> None:
     assert not same(Traces(), Figure("contacts", 0, 1))
     assert not same(Traces(), Figure("served", 0, None))
     assert not same(Traces(at_ns=0), Figure("contacts", 0, 0))
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "is_same"),
+    [
+        (2.9e-15, 4.0e-15, True),  # +37.7 %
+        (0.0, 1e-15, True),
+        (0.0, 1e-6, False),
+        (1e6, 1e6 + 1e-4, True),
+        (1e6, 1e6 + 1e-2, False),
+        (3, 3.0, True),
+        (1, 2, False),
+        (True, 1, False),
+        ([1.0, [2.0]], [1.0, [2.0 + 1e-12]], True),
+        ([1.0], [1.0, 1.0], False),
+        ([{"x": 1.0}], [{"x": 1.1}], False),
+        ([{"x": 1.0}], [{"x": 1.0 + 1e-12}], True),
+        (None, 0, False),
+        ("a", "b", False),
+    ],
+)
+def test_figures_that_differ_by_rounding_are_the_same(a: Any, b: Any, is_same: bool) -> None:
+    assert Figure("distance_m", a, b).same is is_same
+    assert Figure("distance_m", b, a).same is is_same
+
+
+def test_how_far_figures_may_differ_can_be_said() -> None:
+    assert not Figure("distance_m", 0.0, 1e-15, FigureTolerance(0.0, 0.0)).same
+    assert Figure("distance_m", 5.0, 5.04, FigureTolerance(0.05, 0.0)).same
+    assert not Figure("distance_m", 5.0, 5.06, FigureTolerance(0.05, 0.0)).same
+    assert Figure("distance_m", 100.0, 101.0, FigureTolerance(0.0, 0.01)).same
+
+
+def test_the_command_takes_the_tolerance_of_figures(shown: Shown) -> None:
+    exact = json.loads(shown("one.mcap", "two.mcap", "--json")[1])["figures"]
+    near = json.loads(shown("one.mcap", "two.mcap", "--json", "--tolerance", "1e9")[1])["figures"]
+
+    assert not exact["distance_m"]["same"]
+    assert near["distance_m"]["same"]
+
+
+@pytest.mark.parametrize("given", ["-1", "nan", "a", "1,2,3", ""])
+def test_a_tolerance_that_is_none_is_refused(
+    given: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["compare", "a.mcap", "b.mcap", f"--tolerance={given}"]) == USAGE
+    assert "is not ABS or ABS,REL" in capsys.readouterr().err
 
 
 class Changed(Record):
