@@ -40,6 +40,7 @@ COMMANDS = {
     "localize": "run the localization on a recorded log",
     "calibrate": "find where tracking, trackers and scanners are, from a log",
     "new": "begin a project of your own",
+    "import-flexbe": "make a project of behaviours of FlexBE",
     "evaluate": "tell statistics of recorded runs, or repeat the paper's evaluation",
     "campaign": "run all combinations of settings, people and seeds",
     "bench": "measure run time against error",
@@ -101,7 +102,7 @@ def _dispatch(given: list[str]) -> int:
         raise Problem(f"no command {name!r}; {did_you_mean(name, COMMANDS)}")
     if meant := _torn_value(rest):
         raise Problem(f"put KEY=VALUE in quotes: {meant}")
-    module = importlib.import_module(f"cobodeck.commands.{name}")
+    module = importlib.import_module(f"cobodeck.commands.{name.replace('-', '_')}")
     parser = _Parser(f"cobodeck {name}", description=module.__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     module.arguments(parser)

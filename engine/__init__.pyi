@@ -18,6 +18,7 @@ from engine.interfaces import (
     Interface as Interface,
     NoOutcome as NoOutcome,
     interface as interface,
+    python_name as python_name,
     resolved as resolved,
 )
 from engine.literals import (
@@ -55,6 +56,7 @@ from engine.state import (
     Yielded as Yielded,
 )
 from engine.state_class import (
+    RESERVED_OUTCOMES as RESERVED_OUTCOMES,
     StateError as StateError,
 )
 from engine.state_code import (
@@ -62,6 +64,7 @@ from engine.state_code import (
     mistakes_in_code as mistakes_in_code,
 )
 from engine.types import (
+    ANY as ANY,
     Key as Key,
     Type as Type,
     builtin_types as builtin_types,

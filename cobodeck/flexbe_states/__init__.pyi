@@ -9,3 +9,6 @@ from cobodeck.flexbe_states.docstrings import (
     ReadDocstring as ReadDocstring,
     read_docstring as read_docstring,
 )
+from cobodeck.flexbe_states.old_syntax import (
+    python_tree as python_tree,
+)
