@@ -13,6 +13,9 @@ from engine.files.units import (
     Ratio as Ratio,
     Speed as Speed,
 )
+from engine.flexbe import (
+    UserData as UserData,
+)
 from engine.interfaces import (
     Argument as Argument,
     Interface as Interface,
@@ -50,6 +53,7 @@ from engine.state import (
     On as On,
     Outcome as Outcome,
     Run as Run,
+    RunNews as RunNews,
     Stamped as Stamped,
     State as State,
     Until as Until,

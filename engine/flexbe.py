@@ -7,16 +7,47 @@ the state.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any, ClassVar
 
 from engine.state import Action, Context, Run
 
 
 class UserData:
-    """The inputs of a state, as attributes; its outputs are attributes that it sets."""
+    """The inputs of a state, as attributes or by `[key]`; its outputs are those that it sets.
 
-    def __init__(self, inputs: dict[str, Any]) -> None:
+    With `writable`, an attempt to set any other key is an error.
+    """
+
+    def __init__(self, inputs: dict[str, Any], writable: Collection[str] | None = None) -> None:
         self.__dict__.update(inputs)
+        self.__dict__["_writable"] = writable
+
+    def __setattr__(self, key: str, value: Any) -> None:
+        writable = self.__dict__["_writable"]
+        if writable is not None and key not in writable:
+            known = ", ".join(writable) or "none"
+            raise LookupError(f"userdata.{key} is set, and is not among its output keys: {known}")
+        self.__dict__[key] = value
+
+    def __getattr__(self, key: str) -> Any:
+        if key.startswith("__"):
+            raise AttributeError(key)
+        raise AttributeError(f"userdata.{key} was never set, and is not among the input keys")
+
+    def __getitem__(self, key: str) -> Any:
+        if key not in self:
+            raise KeyError(f"userdata[{key!r}] was never set, and is not among the input keys")
+        return self.__dict__[key]
+
+    __setitem__ = __setattr__
+
+    def __contains__(self, key: object) -> bool:
+        return key != "_writable" and key in self.__dict__
+
+    def keys(self) -> list[str]:
+        """The keys that have values."""
+        return [key for key in self.__dict__ if key in self]
 
     def outputs(self, names: tuple[str, ...]) -> dict[str, Any]:
         """The values of the outputs `names`.

@@ -12,13 +12,14 @@ import typing
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any
+from typing import Any, Literal
 
 from engine.files.declared import is_name
 from engine.state import LONGEST_S, Action, Monitor, State
 from engine.state_class import RESERVED_OUTCOMES, StateError, require_declarations
 from engine.types import Type, bind, from_annotation, substituted
 
+What = Literal["signal", "part"]
 _REQUIRED: Any = inspect.Parameter.empty
 
 
@@ -51,6 +52,7 @@ class Interface:
         optional: those of `reads` that nothing has to give.
         named_by: the parameters that name outcomes, signals or parts, known before a run.
         faults: see `State.faults`.
+        stands_for: see `State.stands_for`.
         is_open: whether names or types in it depend on the node that names the class.
     """
 
@@ -69,6 +71,9 @@ class Interface:
     is_open: bool = field(init=False, compare=False)
     optional: tuple[str, ...] = ()
     faults: Callable[..., Iterable[tuple[str, str]]] = field(default=State.faults, compare=False)
+    stands_for: Callable[[str, What], tuple[str, ...]] = field(
+        default=State.stands_for, compare=False
+    )
 
     @property
     def needed(self) -> tuple[str, ...]:
@@ -118,12 +123,15 @@ def interface(cls: type[State]) -> Interface:
         about=inspect.cleandoc(cls.__doc__ or ""),
         make=cls,
         faults=cls.faults,
+        stands_for=cls.stands_for,
     )
     _require_ages(cls)
     if unknown := sorted(found.named_by - found.parameters.keys()):
         raise StateError(f"{name}: '${unknown[0]}' stands for no parameter of __init__")
     for signal in (key[1:] for key in found.reads if key[0] == "$"):
         kind = found.parameters[signal].type
+        if cls.stands_for.__func__ is not State.stands_for.__func__:  # type: ignore[attr-defined]
+            continue
         if "signal" not in (kind.name, "" if kind.item is None else kind.item.name):
             raise StateError(f"{name}.reads: annotate {signal!r} as a signal, like `Key[float]`")
     return found
@@ -146,10 +154,14 @@ def resolved(
     values = {name: given.get(name, of.parameters[name].default) for name in of.named_by}
     bound = types or {}
 
-    def names(templates: Iterable[str]) -> tuple[str, ...]:
-        return tuple(name for template in templates for name in _names(template, values))
+    def meant(template: str, what: What) -> tuple[str, ...]:
+        """Signals or parts: what a parameter gives may stand for other names."""
+        given = _names(template, values)
+        if template[0] != "$" or given == (template,):
+            return given
+        return tuple(name for value in given for name in of.stands_for(value, what))
 
-    outcomes = names(of.outcomes)
+    outcomes = tuple(name for template in of.outcomes for name in _names(template, values))
     _require_outcomes(outcomes)
     ages = {key: values[age[1:]] if isinstance(age, str) else age for key, age in of.reads.items()}
     return replace(
@@ -162,9 +174,9 @@ def resolved(
             for template, produced in of.outputs.items()
             for outcome in _names(template, values)
         },
-        reads={name: age for key, age in ages.items() for name in _names(key, values)},
-        optional=names(of.optional),
-        commands=names(of.commands),
+        reads={name: age for key, age in ages.items() for name in meant(key, "signal")},
+        optional=tuple(name for key in of.optional for name in meant(key, "signal")),
+        commands=tuple(dict.fromkeys(name for key in of.commands for name in meant(key, "part"))),
     )
 
 

@@ -30,8 +30,8 @@ attributes stands for its value, text or a list, at the node that gives it.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Mapping
-from typing import Any, ClassVar, Generic, NamedTuple, Protocol, overload
+from collections.abc import Callable, Generator, Iterable, Mapping
+from typing import Any, ClassVar, Generic, Literal, NamedTuple, Protocol, overload
 
 from engine.types import Key as Key, V
 
@@ -91,6 +91,8 @@ class On:
             raise ValueError(f"On(…, older={older}): a silence, in s, is 0 or more, or left out")
 
 
+RunNews = Literal["paused", "resumed", "over"]
+"""What a state can hear of its run; `over` comes once, after the last tick."""
 Yielded = Until | On | str | None  # text is a note shown to observers
 Outcome = str | tuple[str, Mapping[str, Any]]  # alone, or with its outputs by name
 Run = Generator[Yielded, None, Outcome]
@@ -155,6 +157,10 @@ class Context(Protocol):
         """Put a note for people in the trace; nothing depends on it."""
         ...
 
+    def hear_run(self, tell: Callable[[RunNews], None]) -> None:
+        """Have `tell` called from now on, also after this state, when the run takes such a turn."""
+        ...
+
 
 class State:
     """What `Action` and `Monitor` share; charts name only subclasses of those two."""
@@ -175,6 +181,14 @@ class State:
         where all are known.
         """
         return ()
+
+    @classmethod
+    def stands_for(cls, name: str, _what: Literal["signal", "part"]) -> tuple[str, ...]:
+        """The signals or parts that a parameter means by this value, if it names some.
+
+        Override it where such values are names of something else, as of a topic.
+        """
+        return (name,)
 
     def run(self, ctx: Context) -> Run:
         """Do the work; the outcome is the return value."""

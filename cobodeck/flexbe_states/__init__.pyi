@@ -1,3 +1,7 @@
+from cobodeck.flexbe_states.adapted import (
+    AdaptedState as AdaptedState,
+    outcome_name as outcome_name,
+)
 from cobodeck.flexbe_states.class_reading import (
     HOOKS as HOOKS,
     FlexbeClass as FlexbeClass,
@@ -9,6 +13,24 @@ from cobodeck.flexbe_states.docstrings import (
     ReadDocstring as ReadDocstring,
     read_docstring as read_docstring,
 )
+from cobodeck.flexbe_states.importing import (
+    flexbe_modules as flexbe_modules,
+    import_flexbe as import_flexbe,
+)
+from cobodeck.flexbe_states.init_reading import (
+    TopicUse as TopicUse,
+)
 from cobodeck.flexbe_states.old_syntax import (
     python_tree as python_tree,
+)
+from cobodeck.flexbe_states.ros import (
+    Record as Record,
+    TopicFile as TopicFile,
+    TopicTable as TopicTable,
+    load_topics as load_topics,
+    names_in_table as names_in_table,
+)
+from cobodeck.flexbe_states.state_modules import (
+    broken_module as broken_module,
+    state_module as state_module,
 )

@@ -12,7 +12,15 @@ import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-_MARKS = {"--": "parameters", ">#": "inputs", "#>": "outputs", "<=": "outcomes"}
+_MARKS = {
+    "--": "parameters",
+    ">#": "inputs",
+    "#<": "inputs",  # so some write them
+    "#>": "outputs",
+    "<#": "outputs",
+    "<=": "outcomes",
+}
+_KINDS = tuple(dict.fromkeys(_MARKS.values()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +45,7 @@ class ReadDocstring:
     def as_text(self) -> str:
         """The text, then what each name means, for lists and editors."""
         lines = [self.about] if self.about else []
-        for kind in _MARKS.values():
+        for kind in _KINDS:
             named: Mapping[str, Described] = getattr(self, kind)
             told = [f"{name}: {said.text}" for name, said in named.items() if said.text]
             if told:
@@ -48,7 +56,7 @@ class ReadDocstring:
 def read_docstring(text: str | None) -> ReadDocstring:
     """The parts of a docstring; a line without a mark goes on with what stands above it."""
     about: list[str] = []
-    found: dict[str, dict[str, Described]] = {kind: {} for kind in _MARKS.values()}
+    found: dict[str, dict[str, Described]] = {kind: {} for kind in _KINDS}
     last: tuple[str, str] | None = None
     for raw in inspect.cleandoc((text or "").expandtabs(4)).splitlines():
         line = raw.strip()

@@ -26,6 +26,7 @@ KINDS = (
     "connection",
     "tracking",
     "campaign",
+    "topics",
 )
 ROOT = Path(__file__).parent.parent.parent
 SHIPPED = ("charts", "hw", "cobodeck/campaign")

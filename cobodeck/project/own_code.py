@@ -60,6 +60,7 @@ def mistakes_in(module: ModuleType) -> Iterator[str]:
 
 def doubts_in(module: ModuleType) -> Iterator[str]:
     """What can run in a module without mistakes and is hardly meant, each with its place."""
+    yield from getattr(module, "DOUBTS", ())
     for cls in state_classes(module):
         found = doubts_in_code(interface(cls))  # type: ignore[arg-type]  # classes can be hashed
         yield from (f"{file}:{line}: {what}" for file, line, what in found)
@@ -91,7 +92,7 @@ def strangers(module: ModuleType) -> dict[str, str]:
                 found[name] = (
                     f"it is in {value.__module__}; name that module in pyproject.toml, too"
                 )
-    return found
+    return found | getattr(module, "STRANGERS", {})
 
 
 def line_of(module: ModuleType, table: str, name: str = "") -> str:

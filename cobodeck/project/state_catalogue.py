@@ -9,13 +9,14 @@ module may also have `SIGNALS` (a tuple of signals), `TYPES` (types by the name 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from cobodeck.project.named_files import kind_of
 from cobodeck.project.old_names import OLD_CHARTS, OLD_STATES
 from cobodeck.project.own_code import doubts_in, line_of, mistakes_in, state_classes, strangers
 from cobodeck.project.part_check import place_of
@@ -29,6 +30,7 @@ from hw import PARTS, Pose2
 
 if TYPE_CHECKING:
     from behaviors.profile import Profile
+    from cobodeck.flexbe_states import TopicTable
 
 MODULES = (
     "states.watching.states",
@@ -153,7 +155,10 @@ def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
     shipped = [_imported(name) for name in MODULES]
     for project in added:
         project.make_importable()
-    modules = [_imported(name) for project in added for name in project.modules]
+    table = _Table(added)
+    modules = [
+        module for project in added for name in project.modules for module in _modules(name, table)
+    ]
     mistakes = [mistake for module in modules for mistake in mistakes_in(module)]
     classes: dict[str, type[State]] = {}
     for module in (*shipped, *modules):
@@ -182,6 +187,42 @@ def catalogue(start: Path | None = None, *, own: bool = True) -> Catalogue:
         modules=tuple(modules),
         doubts=tuple(doubt for module in modules for doubt in doubts_in(module)),
     )
+
+
+class _Table:
+    """The tables of topics of projects, read when the first FlexBE state wants them."""
+
+    def __init__(self, added: Iterable[Project]) -> None:
+        self._projects = tuple(added)
+
+    @cached_property
+    def read(self) -> TopicTable:
+        """All of them together."""
+        from cobodeck.flexbe_states import load_topics
+
+        files = (file for project in self._projects for file in project.yaml_files())
+        return load_topics(file for file in files if kind_of(file) == "topics")
+
+
+def _modules(name: str, table: _Table) -> Iterator[ModuleType]:
+    """The module of this name, and those of FlexBE states in it if it is a package.
+
+    A module of a package that cannot be imported is left out, and its states are strangers.
+    """
+    from cobodeck.flexbe_states import broken_module, flexbe_modules, state_module
+
+    flexbe = flexbe_modules(name)
+    if name not in flexbe:
+        yield _imported(name)
+    for inner in flexbe:
+        topics = table.read
+        try:
+            yield state_module(inner, topics)
+        except (Exception, SystemExit) as error:  # noqa: BLE001  a user's module may raise anything
+            told = _where(error, f"importing {inner}")
+            if inner == name:
+                raise Problem(told) from None
+            yield broken_module(inner, told)
 
 
 def places_of(scenes: Iterable[str]) -> KnownPlaces:

@@ -37,6 +37,7 @@ def declaration(kind: str) -> type:
     """The dataclass that declares the keys of a kind of file."""
     from behaviors.profile import ProfileFile
     from cobodeck.campaign import CampaignFile
+    from cobodeck.flexbe_states import TopicFile
     from hw.connection import ConnectionFile
     from hw.model import ArmShape, CalibrationFile, PropFile, RobotFile, TrackingFile
     from hw.people.walking import UserFile
@@ -53,6 +54,7 @@ def declaration(kind: str) -> type:
         "tracking": TrackingFile,
         "calibration": CalibrationFile,
         "campaign": CampaignFile,
+        "topics": TopicFile,
     }
     return declared[kind]
 

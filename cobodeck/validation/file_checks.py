@@ -41,6 +41,7 @@ class FileChecker:
             "connection": self._connection,
             "tracking": self._tracking,
             "campaign": self._campaign,
+            "topics": self._topics,
         }
 
     def findings(self, file: Path, kind: str) -> tuple[Finding, ...]:
@@ -146,6 +147,13 @@ class FileChecker:
         from cobodeck.campaign import CellRunner
 
         return CellRunner(self._known)
+
+    def _topics(self, file: Path) -> None:
+        """Check that the signals and parts of a table exist."""
+        from cobodeck.flexbe_states import names_in_table
+
+        known = self._known
+        load_yaml(file, lambda item: names_in_table(item, known.signal_names, known.parts))
 
     def _arm(self, file: Path) -> None:
         from hw.model import load_arm

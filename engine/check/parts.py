@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from itertools import chain, product
 
 from engine.chart import Reference, mark_of
 from engine.check.callee import Callee
 from engine.check.checked_chart import CheckedChart, PlacedNode
+from engine.interfaces import What
+from engine.state import State
 
 MOST_NOTES = 7  # maximum number of further nodes that one finding names
 
@@ -117,7 +119,8 @@ def _check_known(checked: CheckedChart) -> None:
         _check_names(checked, nodes, "part", interface.commands, scope.parts)
         for template in interface.commands if scope.parts is not None else ():
             if template[0] == "$":
-                _check_named_parts(checked, nodes, template[1:], scope.parts or ())
+                known, means = scope.parts or (), interface.stands_for
+                _check_named_parts(checked, nodes, template[1:], known, means)
 
 
 def _check_names(
@@ -139,7 +142,11 @@ def _check_names(
 
 
 def _check_named_parts(
-    checked: CheckedChart, nodes: Sequence[PlacedNode], parameter: str, known: Collection[str]
+    checked: CheckedChart,
+    nodes: Sequence[PlacedNode],
+    parameter: str,
+    known: Collection[str],
+    means: Callable[[str, What], tuple[str, ...]] = State.stands_for,
 ) -> None:
     """N12: the parts that a parameter of these nodes names exist."""
     for placed in nodes:
@@ -149,8 +156,10 @@ def _check_named_parts(
         if declared is not None and isinstance(declared.default, str):
             value, what = declared.default, declared.name
             at = checked.chart.declared_mark("parameters", what, "default")
-        for name in value if isinstance(value, list) else [value]:
-            if isinstance(name, str) and name not in known:
+        given = value if isinstance(value, list) else [value]
+        texts = [name for name in given if isinstance(name, str)]
+        for name in (part for text in texts for part in means(text, "part")):
+            if name not in known:
                 message, hint = f"{what}: there is no part {name!r}", checked.near(name, known)
                 checked.error("N12", message, at, hint)
 

@@ -348,6 +348,7 @@ class ChartRun:
         if not self.paused:
             self.paused = True
             self._paused_until = self.board.now
+            self.life.tell("paused")
             self.life.hold()
 
     def resume(self) -> None:
@@ -355,6 +356,7 @@ class ChartRun:
         if self.paused:
             self.paused = self.stepping = False
             self.queue.notice(self.queue.nodes)
+            self.life.tell("resumed")
 
     def step_once(self) -> None:
         """In a pause, let this tick take place; the pause goes on with the next one."""
@@ -379,6 +381,7 @@ class ChartRun:
         for key in self.machine.chart.outputs.get(outcome, ()):
             self.results[key] = life.data[self.machine.root.cells[key]]
         self.queue.drop(life.root)
+        life.tell("over")
         life.hold()
 
     def forget_routes(self) -> None:
@@ -409,6 +412,7 @@ class ChartRun:
         """
         self.over = self.life.early = True
         self.life.close_all()
+        self.life.tell("over")
         self.life.hold()
 
     def take_late(self) -> None:

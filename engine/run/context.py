@@ -10,7 +10,9 @@ from engine.machine import RUNNING, LeafNode
 from engine.run.errors import escaped
 from engine.run.trace import RawRecord
 from engine.signals import Board, EventReader, MeasuredSlot
-from engine.state import ALWAYS_NS, NEVER_NS, Stamped
+from engine.state import ALWAYS_NS, NEVER_NS, RunNews, Stamped
+
+Listeners = list[tuple[LeafNode, Callable[[RunNews], None]]]
 
 
 class Part(Protocol):
@@ -37,7 +39,18 @@ class Ages(dict[str, int]):
 class LeafContext:
     """The `Context` of one leaf of a run."""
 
-    __slots__ = ("_add", "_ages", "_bits", "_board", "_parts", "_path", "_readers", "node")
+    __slots__ = (
+        "__weakref__",
+        "_add",
+        "_ages",
+        "_bits",
+        "_board",
+        "_listeners",
+        "_parts",
+        "_path",
+        "_readers",
+        "node",
+    )
 
     def __init__(
         self,
@@ -45,9 +58,11 @@ class LeafContext:
         board: Board,
         parts: Mapping[str, Part],
         add: Callable[[RawRecord], None],
+        listeners: Listeners | None = None,
     ) -> None:
         interface = node.interface
         self.node = node
+        self._listeners = listeners if listeners is not None else []
         self._add = add
         self._path = node.path
         self._board = board
@@ -126,6 +141,10 @@ class LeafContext:
     def note(self, text: str) -> None:
         """Put a note in the trace."""
         self._add(("note", self._board.now, self.node, escaped(text)))
+
+    def hear_run(self, tell: Callable[[RunNews], None]) -> None:
+        """Have `tell` called when the run is paused, resumed or over."""
+        self._listeners.append((self.node, tell))
 
     def bits(self, names: tuple[str, ...]) -> int:
         """Bit mask of the measured signals that these depend on; see `Board.bits`."""

@@ -25,11 +25,11 @@ from engine.machine import (
     Writes,
 )
 from engine.run.command import Command
-from engine.run.context import LeafContext, Part
+from engine.run.context import LeafContext, Listeners, Part
 from engine.run.errors import Newest, Raised, raised
 from engine.run.trace import KEPT, Trace
 from engine.signals import Board
-from engine.state import NEVER_NS
+from engine.state import NEVER_NS, RunNews
 
 BEGUN = Token("begun")
 
@@ -48,6 +48,7 @@ class Life:
         errors: the newest exceptions that states and parts have raised, and their `total`.
         commands: what the operator wants done at the start of the next tick.
         breaks: what the entry of a node with a breakpoint wants done then, by path.
+        listeners: who hears of a pause, a resumption and the end, and the states that asked for it.
         notes: the last text that each state has yielded, or its last error, by path.
     """
 
@@ -65,6 +66,7 @@ class Life:
         self.interrupt: KeyboardInterrupt | None = None
         self.errors: Newest[Raised] = Newest()
         self.notes: dict[str, str] = {}
+        self.listeners: Listeners = []
         self.root: RunNode
 
     def adopt(self, nodes: Mapping[str, RunNode]) -> None:
@@ -74,7 +76,7 @@ class Life:
             if isinstance(node, BoxNode):
                 self.data |= {cell: cell.initial for cell in node.box.cells.values()}
             elif isinstance(node, LeafNode) and not hasattr(node, "context"):
-                node.context = LeafContext(node, self.board, self.parts, self.add)
+                node.context = LeafContext(node, self.board, self.parts, self.add, self.listeners)
 
     # -- starting ------------------------------------------------------------------------------
 
@@ -249,6 +251,17 @@ class Life:
         for node in reversed(list(self.entered)):
             if isinstance(node, LeafNode):
                 self.close_leaf(node)
+
+    def tell(self, news: RunNews) -> None:
+        """Tell the states that listen what becomes of the run, even if one of them raises."""
+        listeners = list(self.listeners)
+        if news == "over":
+            self.listeners.clear()
+        for node, listener in listeners:
+            try:
+                listener(news)
+            except BaseException as error:  # noqa: BLE001
+                self.report(node, error)
 
     def hold(self) -> None:
         """Stop every part, even if one of them raises."""

@@ -78,7 +78,8 @@ def test_the_docstring_describes_each_name() -> None:
         ("EventState.__init__(self, outcomes=('a',))", ("a",)),
         ("super().__init__(['a'] + ['b'])", ("a", "b")),
         ("super().__init__(outcomes=outcomes)", None),
-        ("super().__init__(outcomes=list('ab'))", None),
+        ("super().__init__(outcomes=sorted('ab'))", None),
+        ("super().__init__(outcomes=['a'] + outcomes)", None),
         ("super().__init__(**given)", None),
         ("super().__init__()", ()),
         ("mine = ['x']; super().__init__(outcomes=mine)", ("x",)),
@@ -130,3 +131,44 @@ def test_python_2_is_read_and_told() -> None:
 def test_what_is_not_python_is_an_error_with_its_line() -> None:
     with pytest.raises(FileError, match=r"^bad\.py:2\b.*this is not Python 3"):
         read_state_classes("x = 1\nclass (:\n", "bad.py")
+
+
+def test_names_that_parameters_give_are_known_in_a_derived_class() -> None:
+    found = read(
+        state(
+            "super().__init__(outcomes=['no'] + outcomes, input_keys=keys)", "self, outcomes, keys"
+        )
+        + "class B(A):\n  def __init__(self, more=()):\n    super().__init__(['yes'], keys=['k'])\n"
+    )
+    assert found["A"].templates["outcomes"] == ("no", "$outcomes")
+    assert found["A"].input_keys is None
+    assert (found["B"].outcomes, found["B"].input_keys) == (("no", "yes"), ("k",))
+
+
+TALKER = """
+class Talker(EventState):
+    def __init__(self, topic, scan='/scan'):
+        super().__init__(outcomes=['done'])
+        self._topic = topic
+        self._pub = ProxyPublisher({self._topic: String})
+        self._sub = ProxySubscriberCached({scan: LaserScan, '/odom': Odometry})
+        self._act = ProxyActionClient({'/ns' + '/go': Go})
+        self._srv = ProxyServiceCaller({f'/{topic}/clear': Empty})
+
+class Hello(Talker):
+    def __init__(self):
+        super().__init__('/hello')
+"""
+
+
+def test_topics_are_read_with_the_parameters_that_name_them() -> None:
+    found = read(TALKER)
+    assert set(found["Talker"].topics) == {
+        ("publishes", "$topic"),
+        ("hears", "$scan"),
+        ("hears", "/odom"),
+        ("acts", "/ns/go"),
+        ("calls", None),
+    }
+    assert ("publishes", "/hello") in found["Hello"].topics
+    assert ("hears", "/scan") in found["Hello"].topics

@@ -1,0 +1,34 @@
+from cobodeck.flexbe_states.ros.bridge import (
+    Bridge as Bridge,
+    bridge as bridge,
+)
+from cobodeck.flexbe_states.ros.flexbe_names import (
+    FlexbeState as FlexbeState,
+)
+from cobodeck.flexbe_states.ros.messages import (
+    Message as Message,
+    message_class as message_class,
+)
+from cobodeck.flexbe_states.ros.plain_values import (
+    Record as Record,
+    as_command as as_command,
+    as_message as as_message,
+    frozen as frozen,
+    thawed as thawed,
+)
+from cobodeck.flexbe_states.ros.ros_time import (
+    Blocks as Blocks,
+    RosDuration as RosDuration,
+    RosTime as RosTime,
+)
+from cobodeck.flexbe_states.ros.stand_ins import (
+    NotProvided as NotProvided,
+    stand_in as stand_in,
+)
+from cobodeck.flexbe_states.ros.topic_table import (
+    TopicFile as TopicFile,
+    TopicTable as TopicTable,
+    load_topics as load_topics,
+    names_in_table as names_in_table,
+    topics_from as topics_from,
+)
