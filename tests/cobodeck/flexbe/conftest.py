@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
+from cobodeck.flexbe import Behaviour, Conversion, convert, yaml_of
 from engine.chart.load import Library, load_files
 from engine.files.source import read
 from engine.machine.machine import Machine
 from engine.machine.scripted_states import LeafScript
 from engine.operator.operator import Operator
 from engine.run.chart_run import ChartRun
-from cobodeck.flexbe import Behaviour, Conversion, convert, yaml_of
 from tests.cobodeck.flexbe.known import CLASSES, USERDATA, VARIABLES
 from tests.cobodeck.flexbe.states import INTERFACES, TYPES
 

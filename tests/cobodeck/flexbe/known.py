@@ -12,7 +12,8 @@ from cobodeck.flexbe_states import FlexbeClass
 
 def writer(name: str, *keys: str) -> FlexbeClass:
     """A state class of which nothing is known but the keys that it writes."""
-    return FlexbeClass(name, ("EventState",), "", 1, None, None, keys)
+    said = {"outcomes": None, "input_keys": None, "output_keys": keys}
+    return FlexbeClass(name, ("EventState",), "", 1, templates=said)
 
 
 CLASSES = {
@@ -41,7 +42,5 @@ VARIABLES = {
     "joints_arm_with_gripper": "['arm_joint_%d' % i for i in range(5)]",
 }
 USERDATA = {
-    "detect_pipes": {
-        "_state_machine": {"index": "-1", "test_pregrasp": "[0, 1.57, 0.77, 0.38, 0]"}
-    }
+    "detect_pipes": {"_state_machine": {"index": "-1", "test_pregrasp": "[0, 1.57, 0.77, 0.38, 0]"}}
 }
