@@ -11,7 +11,7 @@ from cobodeck.flexbe.behaviour import Json
 from cobodeck.flexbe.converting.ready_states import FUNCTION, ready_state
 from cobodeck.flexbe.converting.state_classes import StateClass, StateClasses, bare, lists_outcomes
 from cobodeck.flexbe.converting.told import ChartTold
-from cobodeck.flexbe.converting.values import Unknown, Values
+from cobodeck.flexbe.converting.values import ExpressionValues, Unknown
 from cobodeck.flexbe.names import identifier, key_name, outcome_name
 
 
@@ -24,7 +24,11 @@ class Arguments:
     """Arguments of the states of one behaviour."""
 
     def __init__(
-        self, values: Values, parameters: Mapping[str, Any], classes: StateClasses, told: ChartTold
+        self,
+        values: ExpressionValues,
+        parameters: Mapping[str, Any],
+        classes: StateClasses,
+        told: ChartTold,
     ) -> None:
         self.values, self.parameters, self.classes, self.told = values, parameters, classes, told
 

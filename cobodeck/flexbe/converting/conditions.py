@@ -12,10 +12,10 @@ NO_CONDITION = "no_condition"
 MOST = 256
 """Combinations that are looked at one by one."""
 
-Rule = dict[str, Any]
+_Rule = dict[str, Any]
 
 
-def uncovered_rules(rules: Sequence[Rule], can_end: Mapping[str, Iterable[str]]) -> list[Rule]:
+def uncovered_rules(rules: Sequence[_Rule], can_end: Mapping[str, Iterable[str]]) -> list[_Rule]:
     """Rules for the combinations of outcomes that no rule matches.
 
     FlexBE then waits for ever. Where there are more than `MOST` combinations, the rules are for
@@ -36,7 +36,7 @@ def uncovered_rules(rules: Sequence[Rule], can_end: Mapping[str, Iterable[str]])
     return found
 
 
-def _of_one_state(ends: Mapping[str, list[str]], conditions: Iterable[Any]) -> list[Rule]:
+def _of_one_state(ends: Mapping[str, list[str]], conditions: Iterable[Any]) -> list[_Rule]:
     """Rules that cover everything: one state's outcomes, unless each has a condition alone."""
     alone = {pair for wanted in conditions if len(wanted) == 1 for pair in wanted}
     for name, outcomes in ends.items():

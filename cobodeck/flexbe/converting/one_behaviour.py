@@ -16,7 +16,7 @@ from cobodeck.flexbe.converting.conditions import NO_CONDITION, uncovered_rules
 from cobodeck.flexbe.converting.scopes import Data, Scope
 from cobodeck.flexbe.converting.state_classes import StateClasses, Use, bare, type_name
 from cobodeck.flexbe.converting.told import Told
-from cobodeck.flexbe.converting.values import Values
+from cobodeck.flexbe.converting.values import ExpressionValues
 from cobodeck.flexbe.converting.writers import Writers
 from cobodeck.flexbe.names import identifier, key_name, outcome_name, unique
 
@@ -46,7 +46,7 @@ class OneBehaviour:
         given = behaviour.json.get("parameters", {})
         self.parameters = {identifier(name): value for name, value in given.items()}
         self.told = shared.told.of(behaviour.name)
-        values = Values(behaviour.variables, given)
+        values = ExpressionValues(behaviour.variables, given)
         self.arguments = Arguments(values, self.parameters, shared.classes, self.told)
         self.data = Data()
         self.initial: dict[str, Any] = {}

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cobodeck.flexbe.converting.values import Unknown, Values
+from cobodeck.flexbe.converting.values import ExpressionValues, Unknown
 from cobodeck.flexbe.names import key_name, outcome_name
 from engine import python_name
 
@@ -45,7 +45,7 @@ class ReadyState:
 
 
 def ready_state(
-    kind: str, arguments: Mapping[str, Any], outcomes: Sequence[str], values: Values
+    kind: str, arguments: Mapping[str, Any], outcomes: Sequence[str], values: ExpressionValues
 ) -> ReadyState | None:
     """The translation of a state of the class `kind`; None if there is no safe one."""
     argument = FUNCTION.get(kind, "")
@@ -118,7 +118,7 @@ def _renamed(outcomes: Sequence[str]) -> str:
 class _Translation(ast.NodeTransformer):
     """Puts `self.x` of parameters and known values into an expression, and finds what is unsafe."""
 
-    def __init__(self, values: Values, bound: set[str]) -> None:
+    def __init__(self, values: ExpressionValues, bound: set[str]) -> None:
         self.values, self.bound = values, bound
         self.used: dict[str, None] = {}
         self.unsafe: list[str] = []

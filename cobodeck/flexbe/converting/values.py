@@ -52,7 +52,7 @@ class Unknown(Exception):
     """An expression whose value only a run of the behaviour's code would tell."""
 
 
-class Values:
+class ExpressionValues:
     """Values of expressions in one behaviour.
 
     `used`: the parameters whose defaults went into the last value.
