@@ -12,7 +12,7 @@ from cobodeck.flexbe.names import (
     unique as unique,
 )
 from cobodeck.flexbe.reading import (
-    Found as Found,
+    FoundBehaviours as FoundBehaviours,
     found_in as found_in,
     read_json as read_json,
     read_python as read_python,

@@ -10,8 +10,8 @@ from typing import Any
 from cobodeck.flexbe.behaviour import Json
 from cobodeck.flexbe.converting.ready_states import FUNCTION, ready_state
 from cobodeck.flexbe.converting.state_classes import StateClass, StateClasses, bare, lists_outcomes
-from cobodeck.flexbe.converting.told import ChartTold
-from cobodeck.flexbe.converting.values import ExpressionValues, Unknown
+from cobodeck.flexbe.converting.told import ChartFindings
+from cobodeck.flexbe.converting.values import ExpressionValues, NotKnown
 from cobodeck.flexbe.names import identifier, key_name, outcome_name
 
 
@@ -28,7 +28,7 @@ class Arguments:
         values: ExpressionValues,
         parameters: Mapping[str, Any],
         classes: StateClasses,
-        told: ChartTold,
+        told: ChartFindings,
     ) -> None:
         self.values, self.parameters, self.classes, self.told = values, parameters, classes, told
 
@@ -107,7 +107,7 @@ class Arguments:
         expression = value["expr"]
         try:
             found = self.values.of(expression)
-        except Unknown:
+        except NotKnown:
             self.told.left(path, "give the value of", expression)
             return expression.replace("$", "")
         if self.values.used:

@@ -11,7 +11,7 @@ from cobodeck.flexbe.behaviour import Behaviour, Json
 from cobodeck.flexbe.converting.arguments import is_expression
 from cobodeck.flexbe.converting.one_behaviour import OneBehaviour
 from cobodeck.flexbe.converting.state_classes import StateClass, StateClasses, Use, bare
-from cobodeck.flexbe.converting.told import Left, Told
+from cobodeck.flexbe.converting.told import Findings, Left
 from cobodeck.flexbe.names import identifier, outcome_name, unique
 from cobodeck.flexbe_states import FlexbeClass
 from engine import Interface
@@ -53,7 +53,7 @@ class _Conversion:
     ) -> None:
         self.behaviours = {behaviour.name: behaviour for behaviour in behaviours}
         self.classes = StateClasses(behaviours, known, taken)
-        self.told = Told()
+        self.told = Findings()
         self.charts: dict[str, dict[str, Any]] = {}
         self.outputs: dict[str, tuple[str, ...]] = {}  # of embedded behaviours
         self._under_way: set[str] = set()

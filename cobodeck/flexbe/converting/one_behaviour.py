@@ -13,11 +13,11 @@ from typing import Any, Protocol
 from cobodeck.flexbe.behaviour import ROOT, Behaviour, Json
 from cobodeck.flexbe.converting.arguments import Arguments
 from cobodeck.flexbe.converting.conditions import NO_CONDITION, uncovered_rules
-from cobodeck.flexbe.converting.scopes import Data, Scope
+from cobodeck.flexbe.converting.scopes import ChartData, ContainerScope
 from cobodeck.flexbe.converting.state_classes import StateClasses, Use, bare, type_name
-from cobodeck.flexbe.converting.told import Told
+from cobodeck.flexbe.converting.told import Findings
 from cobodeck.flexbe.converting.values import ExpressionValues
-from cobodeck.flexbe.converting.writers import Writers
+from cobodeck.flexbe.converting.writers import KeyWriters
 from cobodeck.flexbe.names import identifier, key_name, outcome_name, unique
 
 Ends = dict[str, None]
@@ -27,7 +27,7 @@ class Shared(Protocol):
     """What the behaviours of one import share."""
 
     classes: StateClasses
-    told: Told
+    told: Findings
     outputs: dict[str, tuple[str, ...]]
 
     def embedded(self, state: Json) -> tuple[str, dict[str, Any] | None]:
@@ -48,7 +48,7 @@ class OneBehaviour:
         self.told = shared.told.of(behaviour.name)
         values = ExpressionValues(behaviour.variables, given)
         self.arguments = Arguments(values, self.parameters, shared.classes, self.told)
-        self.data = Data()
+        self.data = ChartData()
         self.initial: dict[str, Any] = {}
 
     def chart(self) -> dict[str, Any]:
@@ -108,8 +108,13 @@ class OneBehaviour:
         return {} if found is None else {word: found}
 
     def scope(
-        self, name: str, path: str, container: Json, given: Mapping[str, str], at: Scope | None
-    ) -> Scope:
+        self,
+        name: str,
+        path: str,
+        container: Json,
+        given: Mapping[str, str],
+        at: ContainerScope | None,
+    ) -> ContainerScope:
         """What names mean in a container, whose first values are noted."""
         scope = self.data.scope(path, container, given, at)
         for key, expression in self.behaviour.userdata.get(name, {}).items():
@@ -118,7 +123,7 @@ class OneBehaviour:
                 self.initial[real] = self.arguments.plain(path, {"expr": expression})
         return scope
 
-    def box(self, scope: Scope) -> tuple[dict[str, Any], Ends]:
+    def box(self, scope: ContainerScope) -> tuple[dict[str, Any], Ends]:
         """A container's form with its children, and the outcomes it can end with."""
         names = self.children(scope)
         keeps = scope.container["kind"] == "concurrency"
@@ -126,7 +131,7 @@ class OneBehaviour:
             self.told.note(
                 scope.path, "a priority container pauses all beside it; here they go on beside it"
             )
-        writers = Writers(self.containers, self.shared.classes, self.shared.outputs)
+        writers = KeyWriters(self.containers, self.shared.classes, self.shared.outputs)
         children: dict[str, dict[str, Any]] = {}
         can_end: dict[str, Ends] = {}
         ends: Ends = {}
@@ -153,7 +158,7 @@ class OneBehaviour:
         when = self.when(scope, names, can_end)
         return {"any": children, "when": when}, {rule["outcome"]: None for rule in when}
 
-    def children(self, scope: Scope) -> dict[str, str]:
+    def children(self, scope: ContainerScope) -> dict[str, str]:
         """The names that the states of a container have in a chart."""
         names: dict[str, str] = {}
         for state in scope.container["states"]:
@@ -181,7 +186,7 @@ class OneBehaviour:
         return found
 
     def when(
-        self, scope: Scope, names: Mapping[str, str], can_end: Mapping[str, Ends]
+        self, scope: ContainerScope, names: Mapping[str, str], can_end: Mapping[str, Ends]
     ) -> list[dict[str, Any]]:
         """The conditions of a concurrency container that can come true, in order."""
         rules: list[dict[str, Any]] = []
@@ -204,7 +209,7 @@ class OneBehaviour:
         return [*rules, *further]
 
     def node(
-        self, state: Json, path: str, scope: Scope, alone: frozenset[str]
+        self, state: Json, path: str, scope: ContainerScope, alone: frozenset[str]
     ) -> tuple[dict[str, Any], Ends]:
         """A child of a container, and the outcomes it can end with.
 
@@ -226,7 +231,7 @@ class OneBehaviour:
         return node, ends
 
     def inner(
-        self, state: Json, path: str, scope: Scope, alone: frozenset[str]
+        self, state: Json, path: str, scope: ContainerScope, alone: frozenset[str]
     ) -> tuple[dict[str, Any], Ends]:
         """A container inside another."""
         container = self.containers[state["container"]]
@@ -249,7 +254,7 @@ class OneBehaviour:
         return node | box, ends
 
     def embedded(
-        self, state: Json, path: str, scope: Scope, alone: frozenset[str]
+        self, state: Json, path: str, scope: ContainerScope, alone: frozenset[str]
     ) -> tuple[dict[str, Any], Ends]:
         """Another behaviour."""
         name, chart = self.shared.embedded(state)
@@ -271,7 +276,7 @@ class OneBehaviour:
         return node, dict.fromkeys(chart["outcomes"])
 
     def leaf(
-        self, state: Json, path: str, scope: Scope, alone: frozenset[str]
+        self, state: Json, path: str, scope: ContainerScope, alone: frozenset[str]
     ) -> tuple[dict[str, Any], Ends]:
         """A state of a class."""
         cls, given = self.arguments.class_of(state, path)

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from cobodeck.flexbe.converting.values import ExpressionValues, Unknown
+from cobodeck.flexbe.converting.values import ExpressionValues, NotKnown
 from cobodeck.flexbe.names import key_name, outcome_name
 from engine import python_name
 
@@ -157,7 +157,7 @@ class _Translation(ast.NodeTransformer):
             return node
         try:
             return ast.parse(repr(self.values.of(node.id)), mode="eval").body
-        except Unknown:
+        except NotKnown:
             self.unsafe.append(node.id)
             return node
 

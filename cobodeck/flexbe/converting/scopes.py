@@ -14,7 +14,7 @@ from cobodeck.flexbe.names import identifier, unique
 
 
 @dataclass(frozen=True, slots=True)
-class Scope:
+class ContainerScope:
     """A container in its place: its path and what the names of data mean in it.
 
     Attributes:
@@ -32,7 +32,7 @@ class Scope:
         return f"{self.path}/{name}" if self.path else name
 
 
-class Data:
+class ChartData:
     """The keys of one chart, and which of them somebody reads."""
 
     def __init__(self) -> None:
@@ -41,8 +41,8 @@ class Data:
         self._bindings: list[tuple[dict[str, str], str, str]] = []
 
     def scope(
-        self, path: str, container: Json, given: Mapping[str, str], at: Scope | None
-    ) -> Scope:
+        self, path: str, container: Json, given: Mapping[str, str], at: ContainerScope | None
+    ) -> ContainerScope:
         """What names mean in a container; `given` is what it is remapped to around it."""
         outer, seen = (at.keys, at.seen) if at else ({}, {})
         keys = {
@@ -57,14 +57,14 @@ class Data:
                 self.taken[own] = None
                 keys[key] = own
         renamed = {key: real for key, real in keys.items() if seen.get(key, key) != real}
-        return Scope(path, container, keys, {**seen, **renamed})
+        return ContainerScope(path, container, keys, {**seen, **renamed})
 
-    def reads(self, inputs: dict[str, str], key: str, outer: str, scope: Scope) -> None:
+    def reads(self, inputs: dict[str, str], key: str, outer: str, scope: ContainerScope) -> None:
         """Give the key `outer` to the input `key`."""
         self.read.add(scope.keys[outer])
         self.bind(inputs, key, outer, scope)
 
-    def bind(self, entries: dict[str, str], key: str, outer: str, scope: Scope) -> None:
+    def bind(self, entries: dict[str, str], key: str, outer: str, scope: ContainerScope) -> None:
         """Add an entry to `in` or `out`; it goes again if nobody reads what it means."""
         entries[key] = outer
         self._bindings.append((entries, key, scope.keys.get(outer, outer)))

@@ -20,22 +20,22 @@ class Left:
 
 
 @dataclass(slots=True)
-class Told:
+class Findings:
     """Both, in the order in which they are found."""
 
     left: list[Left] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def of(self, chart: str) -> ChartTold:
+    def of(self, chart: str) -> ChartFindings:
         """That of one chart."""
-        return ChartTold(self, chart)
+        return ChartFindings(self, chart)
 
 
 @dataclass(frozen=True, slots=True)
-class ChartTold:
+class ChartFindings:
     """What is told of one chart."""
 
-    all: Told
+    all: Findings
     chart: str
 
     def left(self, path: str, what: str, code: str = "") -> None:

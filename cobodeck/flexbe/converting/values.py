@@ -48,7 +48,7 @@ _NAMED = {
 }
 
 
-class Unknown(Exception):
+class NotKnown(Exception):
     """An expression whose value only a run of the behaviour's code would tell."""
 
 
@@ -67,15 +67,15 @@ class ExpressionValues:
         """The value of an expression.
 
         Raises:
-            Unknown: it cannot be told.
+            NotKnown: it cannot be told.
         """
         self.used, self._within = {}, []
         try:
             return self._value(ast.parse(expression, mode="eval").body, {})
-        except Unknown:
+        except NotKnown:
             raise
         except Exception as error:  # noqa: BLE001  whatever Python says of 1 + "a"
-            raise Unknown(str(error)) from None
+            raise NotKnown(str(error)) from None
 
     def parameter(self, expression: str) -> str | None:
         """The name of the parameter, if the expression is one: `self.name`."""
@@ -85,7 +85,7 @@ class ExpressionValues:
     def _value(self, node: ast.expr, local: Mapping[str, Any]) -> Any:
         found = self._compound(node, local)
         if isinstance(found, str | list) and len(found) > MOST:
-            raise Unknown("too long")
+            raise NotKnown("too long")
         return found
 
     def _compound(self, node: ast.expr, local: Mapping[str, Any]) -> Any:
@@ -109,7 +109,7 @@ class ExpressionValues:
                 return self._listed(item, over, local)
             case ast.Call(func=function, args=given, keywords=[]):
                 return _FUNCTIONS[ast.unparse(function)](*(self._value(g, local) for g in given))
-        raise Unknown(type(node).__name__)
+        raise NotKnown(type(node).__name__)
 
     def _computed(self, node: ast.expr, local: Mapping[str, Any]) -> Any:
         match node:
@@ -119,7 +119,7 @@ class ExpressionValues:
                 return _SUMS[type(op)](*_small(self._value(left, local), self._value(right, local)))
             case ast.Compare(left=left, ops=[compared], comparators=[right]):
                 return _SUMS[type(compared)](self._value(left, local), self._value(right, local))
-        raise Unknown(type(node).__name__)
+        raise NotKnown(type(node).__name__)
 
     def _named(self, name: str, local: Mapping[str, Any]) -> Any:
         if name in local:
@@ -130,7 +130,7 @@ class ExpressionValues:
             self.used[parameter] = None
             return self._text(self.parameters[parameter], local)
         if name not in self.variables or name in self._within:
-            raise Unknown(name)
+            raise NotKnown(name)
         self._within.append(name)
         found = self._value(ast.parse(self.variables[name], mode="eval").body, {})
         self._within.pop()
@@ -149,7 +149,7 @@ class ExpressionValues:
 
     def _listed(self, item: ast.expr, over: ast.comprehension, local: Mapping[str, Any]) -> Any:
         if not isinstance(over.target, ast.Name) or over.ifs:
-            raise Unknown("a comprehension")
+            raise NotKnown("a comprehension")
         name, items = over.target.id, self._value(over.iter, local)[:MOST]
         return [self._value(item, {**local, name: one}) for one in items]
 
@@ -157,9 +157,9 @@ class ExpressionValues:
 def _small(left: Any, right: Any) -> tuple[Any, Any]:
     """Both sides, unless repeating or formatting one would make a long text or list."""
     if isinstance(left, str) and re.search(r"%[^%a-z]*\d{4}", left):
-        raise Unknown("too long")
+        raise NotKnown("too long")
     for sequence, times in ((left, right), (right, left)):
         repeats = isinstance(sequence, str | list) and isinstance(times, int)
         if repeats and len(sequence) * times > MOST:
-            raise Unknown("too long")
+            raise NotKnown("too long")
     return left, right

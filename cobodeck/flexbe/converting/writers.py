@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from cobodeck.flexbe.behaviour import Json
-from cobodeck.flexbe.converting.scopes import Scope
+from cobodeck.flexbe.converting.scopes import ContainerScope
 from cobodeck.flexbe.converting.state_classes import StateClasses, bare
 from cobodeck.flexbe.names import identifier
 
 
-class Writers:
+class KeyWriters:
     """The writers in one concurrency container in its place."""
 
     def __init__(
@@ -22,7 +22,7 @@ class Writers:
         self._containers, self._classes, self._outputs = containers, classes, outputs
         self._owned: set[str] = set()
 
-    def alone(self, state: Json, scope: Scope) -> frozenset[str]:
+    def alone(self, state: Json, scope: ContainerScope) -> frozenset[str]:
         """The chart's keys that a child writes, and that one before it in the container does."""
         written = {scope.keys.get(key, key) for key in self._written(state)}
         twice = frozenset(written & self._owned)

@@ -1,5 +1,5 @@
 from cobodeck.flexbe.reading.found_files import (
-    Found as Found,
+    FoundBehaviours as FoundBehaviours,
     found_in as found_in,
 )
 from cobodeck.flexbe.reading.json_reading import (

@@ -22,7 +22,7 @@ _LEFT_OUT = frozenset((".git", "__pycache__", "build", "devel", "install", "log"
 
 
 @dataclass(slots=True)
-class Found:
+class FoundBehaviours:
     """What was found.
 
     Attributes:
@@ -36,13 +36,13 @@ class Found:
     wrong: list[str] = field(default_factory=list)
 
 
-def found_in(path: Path) -> Found:
+def found_in(path: Path) -> FoundBehaviours:
     """What is in a file or, at any depth, in a folder.
 
     Raises:
         FileError: the file is no behaviour, or there is none in the folder.
     """
-    found = Found()
+    found = FoundBehaviours()
     if not path.is_dir():
         found.behaviours.append(_behaviour(path, _text(path), ()))
         return found
@@ -65,7 +65,7 @@ def _files(folder: Path) -> Iterator[Path]:
             yield file
 
 
-def _add(found: Found, file: Path) -> None:
+def _add(found: FoundBehaviours, file: Path) -> None:
     text = _text(file)
     taken = [behaviour.name for behaviour in found.behaviours]
     if is_neutral(text) if file.suffix == ".json" else is_behaviour(text):

@@ -10,7 +10,7 @@ from cobodeck.flexbe.converting import Conversion, StateClass
 from cobodeck.flexbe.writing.chart_text import yaml_of
 from cobodeck.flexbe.writing.state_modules import ready_module, stub_module
 
-Files = dict[str, str]
+ProjectFiles = dict[str, str]
 """Texts by path in the project."""
 _PYPROJECT = """\
 [build-system]
@@ -109,7 +109,9 @@ def test_every_outcome_is_walked(file):
 '''
 
 
-def files_of_project(name: str, behaviours: Iterable[Behaviour], conversion: Conversion) -> Files:
+def files_of_project(
+    name: str, behaviours: Iterable[Behaviour], conversion: Conversion
+) -> ProjectFiles:
     """All files, by their paths; `name` is that of the package."""
     by_name = {behaviour.name: behaviour for behaviour in behaviours}
     stubs = [cls for cls in conversion.classes.values() if cls.ready is None]
