@@ -56,6 +56,7 @@ COMMANDS = {
     "localize": "run the localization on a recorded log",
     "calibrate": "find where tracking, trackers and scanners are, from a log",
     "new": "begin a project of your own",
+    "import-flexbe": "make a project of behaviours of FlexBE",
     "evaluate": "tell statistics of recorded runs, or repeat the paper's evaluation",
     "campaign": "run all combinations of settings, people and seeds",
     "bench": "measure run time against error",

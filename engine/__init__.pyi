@@ -21,6 +21,7 @@ from engine.interfaces import (
     Interface as Interface,
     NoOutcome as NoOutcome,
     interface as interface,
+    python_name as python_name,
     resolved as resolved,
 )
 from engine.literals import (
@@ -59,6 +60,7 @@ from engine.state import (
     Yielded as Yielded,
 )
 from engine.state_class import (
+    RESERVED_OUTCOMES as RESERVED_OUTCOMES,
     StateError as StateError,
 )
 from engine.state_code import (
@@ -69,6 +71,7 @@ from engine.state_text import (
     docstring_parts as docstring_parts,
 )
 from engine.types import (
+    ANY as ANY,
     Key as Key,
     Type as Type,
     builtin_types as builtin_types,

@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise Problem(f"{folder} is there already; choose an empty or new folder", FAILED)
     template = TEMPLATES / ("robot" if args.robot else "project")
-    with _all_or_nothing(folder):
+    with all_or_nothing(folder):
         _copy(template, folder, name)
         from cobodeck.commands.schema import schema_of
 
@@ -67,7 +67,7 @@ def _copy(template: Path, folder: Path, name: str) -> None:
 
 
 @contextmanager
-def _all_or_nothing(folder: Path) -> Iterator[None]:
+def all_or_nothing(folder: Path) -> Iterator[None]:
     """On any exception inside, restore the folder: absent or empty, as before."""
     was_there = folder.exists()
     try:

@@ -20,6 +20,9 @@ from cobodeck.flexbe_states.importing import (
 from cobodeck.flexbe_states.init_reading import (
     TopicUse as TopicUse,
 )
+from cobodeck.flexbe_states.old_syntax import (
+    python_tree as python_tree,
+)
 from cobodeck.flexbe_states.ros import (
     PlainRecord as PlainRecord,
     TopicFile as TopicFile,

@@ -1,11 +1,15 @@
-"""Names of FlexBE, as names that charts allow."""
+"""Names of FlexBE, as names that charts and Python allow."""
 
 from __future__ import annotations
 
+import keyword
 import re
 from collections.abc import Iterable
 
-from engine.state_class import RESERVED_OUTCOMES
+from engine import RESERVED_OUTCOMES
+
+_TAKEN_KEYS = frozenset(("self", "ctx"))
+"""Names of arguments that every state has."""
 
 
 def identifier(name: str) -> str:
@@ -14,10 +18,29 @@ def identifier(name: str) -> str:
     return f"_{found}" if found[0].isdigit() else found
 
 
+def key_name(name: str) -> str:
+    """The name of an argument or a key; charts write `for` where Python has `for_`."""
+    found = identifier(name)
+    if keyword.iskeyword(found.removesuffix("_")):
+        return found.removesuffix("_")
+    return f"{found}_key" if found in _TAKEN_KEYS else found
+
+
 def outcome_name(name: str) -> str:
     """An outcome; the engine's own ones get an underscore."""
     found = identifier(name)
     return f"{found}_" if found in RESERVED_OUTCOMES else found
+
+
+def class_name(name: str) -> str:
+    """A name for a Python class."""
+    found = identifier(name).lstrip("_") or "State"
+    found = f"State{found}" if found[0].isdigit() else found
+    return f"{found}State" if keyword.iskeyword(found) or found in _IMPORTED else found
+
+
+_IMPORTED = frozenset(("Action", "Any", "Context", "Outcome", "Run"))
+"""What the generated modules import."""
 
 
 def unique(name: str, taken: Iterable[str]) -> str:

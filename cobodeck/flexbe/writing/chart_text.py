@@ -1,25 +1,42 @@
-"""Charts as YAML that the engine reads as it was."""
+"""Charts as YAML that the engine reads as it was, with the authors' comments above."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import yaml
 
+from cobodeck.flexbe.behaviour import Comment
 
-def text(chart: Mapping[str, Any]) -> str:
-    """A chart as YAML."""
-    return yaml.dump(dict(chart), Dumper=_Dumper, sort_keys=False, width=100, allow_unicode=True)
+
+def yaml_of(chart: Mapping[str, Any], comments: Iterable[Comment] = (), head: str = "") -> str:
+    """A chart as YAML.
+
+    `head` and the comments, each after the path of its container, come first, as comments.
+    """
+    lines = [*head.splitlines()]
+    for comment in comments:
+        mark = "Important: " if comment.important else ""
+        where = f"{comment.path}: " if comment.path else ""
+        lines += f"{where}{mark}{comment.text}".splitlines()
+    above = "".join(f"# {_printable(line)}".rstrip() + "\n" for line in lines)
+    return above + yaml.dump(
+        dict(chart), Dumper=_Dumper, sort_keys=False, width=100, allow_unicode=True
+    )
+
+
+def _printable(line: str) -> str:
+    return "".join(letter if letter.isprintable() else " " for letter in line)
 
 
 class _Dumper(yaml.SafeDumper):
     """Writes what the engine reads: only `true`, `false`, `null` and numbers are not text."""
 
-    yaml_implicit_resolvers: Mapping[str, Any] = {}
+    yaml_implicit_resolvers: dict[Any, Any] = {}
 
-    def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:
+    def increase_indent(self, flow: bool = False, indentless: bool = False) -> None:  # noqa: ARG002
         """Indent lists in mappings."""
         super().increase_indent(flow, False)
 
@@ -41,7 +58,7 @@ class _Dumper(yaml.SafeDumper):
         style = None if data.isprintable() else '"'
         return self.represent_scalar("tag:yaml.org,2002:str", data, style)
 
-    def ignore_aliases(self, data: Any) -> bool:
+    def ignore_aliases(self, data: Any) -> bool:  # noqa: ARG002
         """Charts have none."""
         return True
 

@@ -68,46 +68,18 @@ class ExampleState(Action):
         return "done"
 
 
-class OperatorDecision(Action):
+class OperatorDecisionState(Action):
     """Asks the operator; suggests an outcome, which the chart's autonomy holds or lets go."""
 
-    def __init__(self, hint: str, suggestion: str) -> None:
+    outcomes = ("$outcomes",)
+
+    def __init__(self, outcomes: tuple[str, ...], hint: str, suggestion: str) -> None:
         self.hint = hint
         self.suggestion = suggestion
 
     def run(self, ctx: Context) -> Run:
         yield self.hint
         return self.suggestion
-
-
-class FocusOrSkip(OperatorDecision):
-    """Whether to look at something first."""
-
-    outcomes = ("focus", "skip")
-
-
-class CloseOrEnd(OperatorDecision):
-    """Whether to go closer."""
-
-    outcomes = ("close", "end")
-
-
-class CloseGripperOrMoveBack(OperatorDecision):
-    """Whether to grasp."""
-
-    outcomes = ("close_gripper", "move_back")
-
-
-class OpenGripperOrMoveBack(OperatorDecision):
-    """Whether to let go."""
-
-    outcomes = ("open_gripper", "move_back")
-
-
-class MoveBackOrEnd(OperatorDecision):
-    """Whether to go back."""
-
-    outcomes = ("move_back", "end")
 
 
 class GetJointsFromSrdfState(Action):

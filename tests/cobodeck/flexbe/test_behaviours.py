@@ -13,7 +13,7 @@ from engine.chart.chart import AUTONOMY
 from engine.check.all_checks import check
 from engine.machine.exploration import explore
 from engine.machine.vertices import Leaf
-from tests.flexbe.conftest import NAMES, Play
+from tests.cobodeck.flexbe.conftest import NAMES, Play
 
 every_behaviour = pytest.mark.parametrize("name", NAMES)
 
@@ -63,7 +63,7 @@ def edges_in(behaviours, name):
 @every_behaviour
 def test_it_loads_and_is_checked_without_errors(converted, library, name):
     assert not library.findings
-    findings = [f for f in check(library, converted.interfaces) if f.place.file == f"{name}.yaml"]
+    findings = [f for f in check(library, converted.interfaces()) if f.place.file == f"{name}.yaml"]
     assert [f.message for f in findings if f.severity == "error"] == []
     assert [f.message for f in findings if f.severity == "warning"] == WARNINGS.get(name, [])
 
@@ -249,6 +249,20 @@ def test_what_is_left_to_do_is_told(converted):
         "LookAt can never end with 'failed'",
         "action_give: give: outcome 'continue' can never come; left out",
     ]
-    code = [note for note in converted.notes if "write a class" in note]
-    assert len(code) == 7
-    assert not [note for note in converted.notes if "is not known" in note]
+    assert not [left for left in converted.left if left.what == "give the value of"]
+    code = {left.code for left in converted.left}
+    assert code == {
+        "lambda p: self.update_pose(p, self.pose_offset)",
+        "lambda p: self.update_pose(p, self.close_offset)",
+        "lambda x: 'Good, enjoy your ' + str(x)",
+        'lambda x: "Hi. I\'m giving you this " + str(x)',
+    }
+
+
+def test_safe_code_is_translated(converted):
+    ready = {name: cls.ready.body for name, cls in converted.classes.items() if cls.ready}
+    assert ready == {
+        "IncrementIndex": 'x = input_value\nreturn "done", {"output_value": freeze(x + 1)}',
+        "IsObjectInHand": 'x = input_value\nreturn "true" if x else "false"',
+        "GetId": 'x = input_value\nreturn "done", {"output_value": freeze(x[0].ID)}',
+    }

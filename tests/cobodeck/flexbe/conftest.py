@@ -9,18 +9,17 @@ from typing import Any
 
 import pytest
 
+from cobodeck.flexbe import Behaviour, Conversion, convert, yaml_of
 from engine.chart.load import Library, load_files
 from engine.files.source import read
 from engine.machine.machine import Machine
 from engine.machine.scripted_states import LeafScript
 from engine.operator.operator import Operator
 from engine.run.chart_run import ChartRun
-from tests.flexbe.convert import Conversion, convert
-from tests.flexbe.known import KNOWN
-from tests.flexbe.states import INTERFACES, TYPES
-from tests.flexbe.writing import text
+from tests.cobodeck.flexbe.known import CLASSES, USERDATA, VARIABLES
+from tests.cobodeck.flexbe.states import INTERFACES, TYPES
 
-DATA = Path(__file__).resolve().parents[2] / "../shared/data/flexbe"
+DATA = Path(__file__).resolve().parents[3] / "../shared/data/flexbe"
 CHARTS = Path(__file__).parent / "charts"
 HZ = 10
 NAMES = ("action_follow", "action_give", "detect_pipes", "example_3", "example_4")
@@ -36,7 +35,11 @@ def behaviours() -> dict[str, Any]:
 
 @pytest.fixture(scope="session")
 def converted(behaviours: Mapping[str, Any]) -> Conversion:
-    return convert(behaviours, KNOWN)
+    read = [
+        Behaviour(name, json, userdata=USERDATA.get(name, {}), variables=VARIABLES)
+        for name, json in behaviours.items()
+    ]
+    return convert(read, CLASSES)
 
 
 @pytest.fixture(scope="session")
@@ -47,13 +50,13 @@ def library(converted: Conversion) -> Library:
 @pytest.fixture(scope="session")
 def machine(converted: Conversion, library: Library) -> Callable[[str], Machine]:
     """Makes a machine of a converted chart."""
-    return lambda name: Machine(library[name], library, converted.interfaces)
+    return lambda name: Machine(library[name], library, converted.interfaces())
 
 
 def library_of(conversion: Conversion) -> Library:
     library = Library()
     for name, chart in conversion.charts.items():
-        library.add(read(text(chart).encode(), f"{name}.yaml"))
+        library.add(read(yaml_of(chart).encode(), f"{name}.yaml"))
     return library
 
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from hypothesis import given, settings, strategies as st
 
+from cobodeck.flexbe import Behaviour, convert, identifier, yaml_of
 from engine.check.all_checks import check
 from engine.files.declared.values import is_name
 from engine.files.source import read
 from engine.machine.machine import Machine
-from tests.flexbe.conftest import Play, library_of
-from tests.flexbe.convert import Known, convert
-from tests.flexbe.names import identifier
-from tests.flexbe.writing import text
+from tests.cobodeck.flexbe.conftest import Play, library_of
+from tests.cobodeck.flexbe.known import writer
 from tests.repeats import examples
 
 
@@ -19,7 +18,8 @@ def state(name, transitions, **more):
     """A state of the class `Log`, unless `more` says otherwise."""
     kind = {} if more.keys() & {"container", "behavior"} else {"class": "Log"}
     autonomy = dict.fromkeys(transitions, "Autonomy.Inherit")
-    rest = {"name": name, "args": {}, "pos": [], "transitions": transitions, "autonomy": autonomy}
+    given = {} if "container" in more else {"args": {}, "pos": []}
+    rest = {"name": name, **given, "transitions": transitions, "autonomy": autonomy}
     return kind | rest | more
 
 
@@ -35,17 +35,19 @@ def behaviour(root, parameters=None, **containers):
     }
 
 
-def charts(known=None, **behaviours):
+def charts(known=(), userdata=None, **behaviours):
     """The conversion; its charts are without errors."""
-    conversion = convert(behaviours, known)
-    findings = check(library_of(conversion), conversion.interfaces)
+    first = {"_state_machine": userdata or {}}
+    read = [Behaviour(name, json, userdata=first) for name, json in behaviours.items()]
+    conversion = convert(read, {cls.name: cls for cls in known})
+    findings = check(library_of(conversion), conversion.interfaces())
     assert [f.message for f in findings if f.severity == "error"] == []
     return conversion
 
 
 def play(conversion, name="b"):
     library = library_of(conversion)
-    started = Play(Machine(library[name], library, conversion.interfaces))
+    started = Play(Machine(library[name], library, conversion.interfaces()))
     started.tick()
     return started
 
@@ -104,7 +106,7 @@ def test_an_identifier_is_one_that_charts_allow(name):
     )
 )
 def test_what_is_written_is_what_the_engine_reads(values):
-    source = read(text({"with": values}).encode(), "<text>")
+    source = read(yaml_of({"with": values}).encode(), "<text>")
     assert not source.findings
     found = source.value["with"]
     assert found == values
@@ -121,7 +123,7 @@ def test_a_class_is_known_by_all_its_uses():
         state("a", {"done": "b"}, args={"text": "x", "size": 1}),
         state("b", {"done": "done"}, args={"text": "y", "size": "big", "loud": True}),
     )
-    found = charts(b=behaviour(root)).interfaces["Log"]
+    found = charts(b=behaviour(root)).interfaces()["Log"]
     assert found.outcomes == ("done",)
     kinds = {name: (str(a.type), a.required) for name, a in found.parameters.items()}
     assert kinds == {
@@ -131,7 +133,7 @@ def test_a_class_is_known_by_all_its_uses():
     }
 
 
-def test_a_class_with_several_sets_of_outcomes_is_several():
+def test_outcomes_that_are_an_argument_stay_one():
     ask = {"class": "Decision"}
     root = machine(
         state("a", {"go": "b", "stay": "b"}, args={"outcomes": ["go", "stay"], "hint": "?"}, **ask),
@@ -142,9 +144,11 @@ def test_a_class_with_several_sets_of_outcomes_is_several():
     )
     conversion = charts(b=behaviour(root))
     nodes = conversion.charts["b"]["states"]
-    assert [node["do"] for node in nodes.values()] == ["GoOrStay", "UpOrDown", "GoOrStay"]
-    assert nodes["a"]["with"] == {"hint": "?"}
-    assert conversion.interfaces["UpOrDown"].outcomes == ("up", "down")
+    assert [node["do"] for node in nodes.values()] == ["Decision"] * 3
+    assert nodes["a"]["with"] == {"outcomes": ["go", "stay"], "hint": "?"}
+    run = play(conversion)
+    assert run.end(("a", "stay")) == ["b"]
+    assert run.end(("b", "down")) == ["c"]
 
 
 def test_python_code_becomes_a_class_of_its_own():
@@ -156,33 +160,32 @@ def test_python_code_becomes_a_class_of_its_own():
         "with": {"loud": True, "gain": "$gain"},
         "next": {"done": ".done"},
     }
-    assert conversion.notes == (
-        "b: scale_it: write a class ScaleIt that does what this did: "
+    assert list(map(str, conversion.left)) == [
+        "b: scale_it: write ScaleIt, which is to do what this did: "
         "lambda x: self.near(x) * self.gain",
-    )
+    ]
 
 
 def test_expressions_are_parameters_known_values_or_told():
     arguments = {
         "a": {"expr": "self.gain"},
-        "b": {"expr": "Logger.HINT"},
+        "b": {"expr": "Logger.REPORT_HINT"},
         "c": {"expr": "message"},
         "d": {"x": 1},
     }
     root = machine(state("s", {"done": "done"}, args=arguments))
-    known = Known(values={"Logger.HINT": "hint"})
-    conversion = charts(known, b=behaviour(root, {"gain": 2.0}))
+    conversion = charts(b=behaviour(root, {"gain": 2.0}))
     given = conversion.charts["b"]["states"]["s"]["with"]
     assert given == {"a": "$gain", "b": "hint", "c": "message", "d": "{'x': 1}"}
-    assert conversion.notes == (
-        "b: s: the value of message is not known",
-        "b: s: a mapping is no argument; give its parts, not {'x': 1}",
-    )
+    assert list(map(str, conversion.left)) == [
+        "b: s: give the value of: message",
+        "b: s: a mapping is no value of a chart; it is text now: {'x': 1}",
+    ]
 
 
 # -- data ------------------------------------------------------------------------------------------
 
-WRITES = Known(outputs={"Set": ("Key",)})
+WRITES = (writer("Set", "Key"), writer("Get"))
 
 
 def put(name, key, then):
@@ -243,8 +246,7 @@ def test_remapping_renames_keys_through_all_levels():
 
 def test_first_values_of_userdata_are_initial():
     root = machine(get("get", "key", "put"), put("put", "key", "done"))
-    known = Known(WRITES.outputs, {}, {"b": {"key": 7}})
-    conversion = charts(known, b=behaviour(root))
+    conversion = charts(WRITES, {"key": "7"}, b=behaviour(root))
     assert conversion.charts["b"]["data"] == {"key": {"type": "any", "initial": 7}}
     assert play(conversion).script.inputs["get"] == {"Value": 7}
 
@@ -339,9 +341,103 @@ def test_what_a_chart_cannot_say_is_told():
         state("in", {"done": "go"}, container="inner", autonomy={"done": "Autonomy.High"}),
         state("go", {"done": "done"}, behavior="ElsewhereSM"),
     )
-    assert convert({"b": behaviour(root, inner=inner)}).notes == (
+    conversion = charts(b=behaviour(root, inner=inner))
+    assert conversion.notes == (
         "b: in: the autonomy of a container is left out; set that of its states",
-        "b: in: a priority container; taken as a state machine",
-        "b: in/a: arguments without a name are left out: [1]",
-        "b: the embedded behaviour ElsewhereSM is not here",
+        "b: in: a priority container pauses all beside it; here they go on beside it",
     )
+    assert list(map(str, conversion.left)) == ["b: the embedded behaviour ElsewhereSM is not here"]
+    assert conversion.charts["b"]["states"]["in"]["states"]["a"]["with"] == {"argument_1": 1}
+    assert conversion.charts["Elsewhere"]["outcomes"] == ["done"]
+
+
+def test_a_class_with_several_sets_of_outcomes_is_several():
+    root = machine(
+        state("a", {"up": "b", "down": "b"}),
+        state("b", {"done": "a", "failed": "done"}),
+    )
+    nodes = charts(b=behaviour(root)).charts["b"]["states"]
+    assert [node["do"] for node in nodes.values()] == ["LogUpOrDown", "LogDoneOrFailed"]
+
+
+def test_combinations_that_no_condition_names_have_an_outcome_of_their_own():
+    inner = concurrency(
+        [["done", [["a", "done"], ["b", "done"]]]],
+        state("a", {"done": "done", "failed": "done"}),
+        state("b", {"done": "done"}),
+    )
+    root = machine(state("in", {"done": "done"}, container="inner"))
+    conversion = charts(b=behaviour(root, inner=inner))
+    assert conversion.charts["b"]["outcomes"] == ["done", "no_condition"]
+    run = play(conversion)
+    run.end(("in/a", "failed"))
+    assert run.run.outcome is None
+    run.end(("in/b", "done"))
+    assert run.run.outcome == "no_condition"
+
+
+def test_concurrent_writers_of_one_key_are_told_and_the_first_is_kept():
+    inner = concurrency(
+        [["done", [["a", "done"]]], ["done", [["b", "done"]]]],
+        put("a", "key", "done"),
+        put("b", "key", "done"),
+        output_keys=["key"],
+    )
+    root = machine(
+        state("in", {"done": "get"}, container="inner", remapping={"key": "key"}),
+        get("get", "key", "done"),
+    )
+    conversion = charts(WRITES, b=behaviour(root, inner=inner))
+    assert [left.path for left in conversion.left] == ["in/b"]
+    run = play(conversion)
+    run.end(("in/a", "done"), Key=3)
+    assert run.run.active == ["get"]
+    run.tick()
+    assert run.script.inputs["get"] == {"Value": 3}
+
+
+def test_outputs_of_an_embedded_behaviour_arrive_and_default_keys_keep_their_defaults():
+    used = behaviour(
+        machine(
+            get("get", "start", "put"),
+            put("put", "found", "done"),
+            input_keys=["start"],
+            output_keys=["found"],
+        )
+    )
+    root = machine(
+        state(
+            "go",
+            {"done": "get"},
+            behavior="pkg__GoSM",
+            args={"default_keys": ["start"], "parameters": {"expr": "{'x': self.y}"}},
+            remapping={"found": "here"},
+        ),
+        get("get", "here", "done"),
+    )
+    conversion = charts(WRITES, {"start": "[1, None]"}, go=used, b=behaviour(root))
+    run = play(conversion)
+    assert run.script.inputs["go/get"] == {"Value": (1, None)}
+    run.end(("go/get", "done"))
+    run.end(("go/put", "done"), Key="x")
+    run.tick()
+    assert run.script.inputs["get"] == {"Value": "x"}
+
+
+def test_a_target_that_is_not_there_ends_the_chart_and_an_empty_container_is_a_state():
+    root = machine(
+        state("a", {"done": "nowhere", "no": "in"}),
+        state("in", {"done": "done"}, container="inner"),
+    )
+    conversion = charts(b=behaviour(root, inner=machine()))
+    assert conversion.charts["b"]["outcomes"] == ["done", "nowhere"]
+    assert conversion.charts["b"]["states"]["in"]["do"] == "inContainer"
+    run = play(conversion)
+    run.end(("a", "done"))
+    assert run.run.outcome == "nowhere"
+
+
+def test_a_behaviour_that_embeds_itself_is_told():
+    root = machine(state("again", {"done": "done"}, behavior="BSM"))
+    conversion = charts(b=behaviour(root))
+    assert [left.what for left in conversion.left] == ["b embeds itself, which no chart can"]

@@ -8,8 +8,8 @@ from engine.chart.chart import AUTONOMY
 from engine.check.all_checks import check
 from engine.machine.exploration import explore
 from engine.machine.vertices import Box, Leaf
-from tests.flexbe.conftest import HZ, Play, written_library, written_machine
-from tests.flexbe.states import INTERFACES, TYPES, Pose, Trajectory
+from tests.cobodeck.flexbe.conftest import HZ, Play, written_library, written_machine
+from tests.cobodeck.flexbe.states import INTERFACES, TYPES, Pose, Trajectory
 
 written = pytest.mark.parametrize("name", ["detect_pipes", "example_3"])
 

@@ -1,0 +1,79 @@
+"""Make a project of behaviours of FlexBE: charts, stubs of their states, tests, a list of work.
+
+Reads generated Python (*_sm.py of FlexBE 1 to 4), behaviours as JSON, or all in a folder; none of
+it is run. With --neutral it prints the behaviour as JSON and writes nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from cobodeck.commands.new import activation, all_or_nothing, package_name
+from cobodeck.flexbe import convert, files_of_project, found_in, summary
+from cobodeck.project import catalogue
+from cobodeck.terminal import FAILED, OK, Problem, complain, show, show_json
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("path", type=Path, metavar="PATH", help="X_sm.py, X.json, or a folder")
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="the project to make")
+    parser.add_argument("--neutral", action="store_true", help="print the behaviour as JSON")
+    parser.add_argument("--json", action="store_true", help="report as JSON, for programs")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read, convert, write, and say what is left.
+
+    Raises:
+        Problem: there is nowhere to write, or something is there already.
+    """
+    found = found_in(args.path)
+    if args.neutral:
+        read = {behaviour.name: behaviour.json for behaviour in found.behaviours}
+        show_json(read if args.path.is_dir() else next(iter(read.values())))
+        return _told(found.wrong)
+    folder: Path | None = args.output
+    if folder is None:
+        raise Problem("name the folder of the new project with -o DIR")
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise Problem(f"{folder} is there already; choose an empty or new folder", FAILED)
+    name = package_name(folder)
+    conversion = convert(found.behaviours, found.classes, catalogue(own=False).interfaces)
+    files = files_of_project(name, found.behaviours, conversion)
+    with all_or_nothing(folder):
+        for path, text in files.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_text(text, encoding="utf-8")
+    figures = summary(found.behaviours, conversion)
+    if args.json:
+        left = [
+            {"chart": left.chart, "path": left.path, "what": left.what, "code": left.code}
+            for left in conversion.left
+        ]
+        report: dict[str, Any] = {"project": str(folder), "files": list(files), **figures}
+        show_json(report | {"work": left, "different": conversion.notes, "wrong": found.wrong})
+    else:
+        _show(folder, figures)
+    return _told(found.wrong)
+
+
+def _show(folder: Path, figures: Any) -> None:
+    show(
+        f"{folder}: {figures['charts']} charts of {figures['behaviours']} behaviours with "
+        f"{figures['states']} states of {figures['classes']} classes: "
+        f"{figures['translated']} translated, {figures['stubs']} stubs."
+    )
+    show(f"{figures['left']} things are left to do in charts; WORK.md has them. Go on with")
+    activate = activation()
+    if activate is not None:
+        show(f"  . {activate}")
+    show(f"  cd {folder} && cobodeck validate && pytest")
+
+
+def _told(wrong: list[str]) -> int:
+    for what in wrong:
+        complain(what)
+    return FAILED if wrong else OK

@@ -1,0 +1,279 @@
+"""Generated behaviours of FlexBE 1 to 4, read from their text; nothing of them is run.
+
+`_Reader` walks `__init__` for parameters and embedded behaviours, and `create` for containers,
+userdata, private variables and the states that are added. Whatever is no literal is kept as the
+text of the expression, as `ast.unparse` writes it.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+from cobodeck.flexbe.behaviour import ROOT, Behaviour, Comment, ManualBlock
+from cobodeck.flexbe_states import python_tree
+from engine.files import FileError, mistake
+
+KINDS = {
+    "OperatableStateMachine": "statemachine",
+    "StateMachine": "statemachine",
+    "ConcurrencyContainer": "concurrency",
+    "PriorityContainer": "priority",
+}
+_OF_STATE = ("transitions", "autonomy", "remapping")
+_MANUAL = re.compile(r"^[ \t]*#[ \t]*\[(/?)(MANUAL_\w+)\]")
+_COMMENT = re.compile(r"^\s*#\s+([!OoX?])\s+-?\d+\s+-?\d+(?:\s+(/.*?))?\s*$")
+
+
+def is_behaviour(text: str) -> bool:
+    """Whether Python code looks like a behaviour: a class of one with a `create`."""
+    return bool(re.search(r"^class\s+\w+\s*\([^)]*Behavior", text, re.MULTILINE)) and bool(
+        re.search(r"^\s+def\s+create\s*\(", text, re.MULTILINE)
+    )
+
+
+def read_python(text: str, file: str, name: str) -> Behaviour:
+    """The behaviour in a module.
+
+    Raises:
+        FileError: it is not Python, or there is no behaviour in it.
+    """
+    manual = tuple(_manual_blocks(text))
+    tree = _tree(text, file)
+    cls = _behaviour_class(tree)
+    if cls is None:
+        wanted = "a class derived from Behavior with a method `create`"
+        raise mistake(file, "there is no FlexBE behaviour here", 1, f"wanted: {wanted}")
+    reader = _Reader(file)
+    for function in cls.body:
+        if isinstance(function, ast.FunctionDef) and function.name == "__init__":
+            reader.read_init(function)
+        elif isinstance(function, ast.FunctionDef) and function.name == "create":
+            reader.read_create(function.body)
+            for variable in _changed(function):
+                reader.variables.pop(variable, None)
+    if ROOT not in reader.containers:
+        hint = f"`create` makes none named {ROOT}"
+        raise mistake(file, "the behaviour has no state machine", cls.lineno, hint)
+    return Behaviour(
+        name=name,
+        json=reader.json(),
+        class_name=cls.name,
+        about=ast.get_docstring(cls) or "",
+        file=file,
+        userdata=reader.userdata,
+        variables=reader.variables,
+        comments=tuple(_comments(text)),
+        manual=manual,
+        is_python=True,
+    )
+
+
+def _tree(text: str, file: str) -> ast.Module:
+    """The tree; where code in manual blocks is no Python 3, that of the rest."""
+    try:
+        return python_tree(text, file)[0]
+    except FileError as error:
+        try:
+            return python_tree(_without_manual_blocks(text), file)[0]
+        except FileError:
+            raise error from None
+
+
+def _manual_blocks(text: str) -> Iterator[ManualBlock]:
+    tag, begin, lines = "", 0, text.splitlines()
+    for number, line in enumerate(lines, 1):
+        found = _MANUAL.match(line)
+        if found is None:
+            continue
+        if found[1] and found[2] == tag:
+            code = "\n".join(lines[begin : number - 1])
+            if code.strip():
+                yield ManualBlock(tag, code.rstrip(), begin + 1)
+            tag = ""
+        elif not found[1]:
+            tag, begin = found[2], number
+
+
+def _without_manual_blocks(text: str) -> str:
+    """The text with the lines of manual blocks left empty."""
+    lines, tag = [], ""
+    for line in text.splitlines():
+        found = _MANUAL.match(line)
+        if found is not None:
+            tag = "" if found[1] else found[2]
+        lines.append("" if tag and found is None else line)
+    return "\n".join(lines) + "\n"
+
+
+def _comments(text: str) -> Iterator[Comment]:
+    """The comments of the drawing, which stand in `__init__`: a head, then lines of text."""
+    head: re.Match[str] | None = None
+    found: list[str] = []
+    for line in [*text.splitlines(), ""]:
+        following = _COMMENT.match(line)
+        is_text = line.strip().startswith("#") and following is None
+        if head is not None and is_text and not _MANUAL.match(line):
+            found += line.strip()[1:].strip().split("|n")
+            continue
+        if head is not None and found:
+            yield Comment((head[2] or "").strip("/"), "\n".join(found), head[1] == "!")
+        head, found = following, []
+
+
+def _behaviour_class(tree: ast.Module) -> ast.ClassDef | None:
+    """The first class with a `create`; one that derives from `Behavior` comes before others."""
+    found: list[tuple[bool, int, ast.ClassDef]] = []
+    for node in tree.body:
+        if isinstance(node, ast.ClassDef) and any(
+            isinstance(item, ast.FunctionDef) and item.name == "create" for item in node.body
+        ):
+            derives = any("Behavior" in ast.unparse(base) for base in node.bases)
+            found.append((not derives, len(found), node))
+    return min(found)[2] if found else None
+
+
+class _Reader:
+    """What is found on the way through one class."""
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.behaviors: list[list[Any]] = []
+        self.parameters: dict[str, Any] = {}
+        self.containers: dict[str, dict[str, Any]] = {}
+        self.userdata: dict[str, dict[str, str]] = {}
+        self.variables: dict[str, str] = {}
+
+    def json(self) -> dict[str, Any]:
+        """The neutral JSON."""
+        return {
+            "behaviors": self.behaviors,
+            "parameters": self.parameters,
+            "containers": self.containers,
+            "root": None,
+        }
+
+    def read_init(self, function: ast.FunctionDef) -> None:
+        """Parameters and embedded behaviours, in the order of the text."""
+        for node in (node for statement in function.body for node in ast.walk(statement)):
+            if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
+                continue
+            if node.func.attr == "add_parameter" and len(node.args) > 1:
+                self.parameters[str(_plain(node.args[0]))] = _plain(node.args[1])
+            elif node.func.attr == "add_behavior" and len(node.args) > 1:
+                self.behaviors.append([ast.unparse(node.args[0]), _plain(node.args[1])])
+
+    def read_create(self, body: list[ast.stmt]) -> None:
+        """The statements of `create`."""
+        for statement in body:
+            if isinstance(statement, ast.Assign) and len(statement.targets) == 1:
+                self._assignment(statement.targets[0], statement.value)
+            elif isinstance(statement, ast.With):
+                self._filled(statement)
+
+    def _assignment(self, target: ast.expr, value: ast.expr) -> None:
+        if isinstance(target, ast.Name):
+            kind = KINDS.get(_last_name(value.func)) if isinstance(value, ast.Call) else None
+            if kind is not None and isinstance(value, ast.Call):
+                self._container(target.id, kind, value)
+            else:
+                self.variables[target.id] = ast.unparse(value)
+        elif isinstance(target, ast.Attribute) and isinstance(target.value, ast.Attribute):
+            machine = target.value.value
+            if target.value.attr == "userdata" and isinstance(machine, ast.Name):
+                self.userdata.setdefault(machine.id, {})[target.attr] = ast.unparse(value)
+
+    def _container(self, name: str, kind: str, call: ast.Call) -> None:
+        container: dict[str, Any] = {"kind": kind, "states": []}
+        names = ("outcomes", "input_keys", "output_keys", "conditions")
+        for key, argument in zip(names, call.args, strict=False):
+            container[key] = _plain(argument)
+        for keyword in call.keywords:
+            if keyword.arg is not None:
+                container[keyword.arg] = _plain(keyword.value)
+        self.containers[name] = container
+
+    def _filled(self, statement: ast.With) -> None:
+        """The states that are added within `with container:`."""
+        opened = statement.items[0].context_expr
+        container = self.containers.get(opened.id) if isinstance(opened, ast.Name) else None
+        if container is None:
+            self.read_create(statement.body)
+            return
+        for node in (node for inner in statement.body for node in _calls(inner)):
+            if _last_name(node.func) == "add" and len(node.args) > 1:
+                container["states"].append(self._state(node))
+
+    def _state(self, call: ast.Call) -> dict[str, Any]:
+        label, of = call.args[0], call.args[1]
+        name = _plain(label)
+        state: dict[str, Any] = {"name": name if isinstance(name, str) else ast.unparse(label)}
+        if isinstance(of, ast.Name) and of.id in self.containers:
+            state["container"] = of.id
+        elif isinstance(of, ast.Call):
+            embeds = _last_name(of.func) == "use_behavior" and bool(of.args)
+            given = of.args[2:] if embeds else of.args
+            state["behavior" if embeds else "class"] = ast.unparse(
+                of.args[0] if embeds else of.func
+            )
+            state["args"] = {key.arg: _plain(key.value) for key in of.keywords if key.arg}
+            state["pos"] = [_plain(argument) for argument in given]
+        else:
+            raise mistake(self.file, f"the state {name!r} is {ast.unparse(of)}", call.lineno)
+        further = dict(zip(_OF_STATE, call.args[2:], strict=False))
+        further |= {key.arg: key.value for key in call.keywords if key.arg in _OF_STATE}
+        for key in _OF_STATE:
+            if key in further:
+                state[key] = _levels(further[key]) if key == "autonomy" else _plain(further[key])
+        return state
+
+
+def _changed(function: ast.FunctionDef) -> set[str]:
+    """The variables that are given a value more than once, or may be changed in place."""
+    found, stored = set(), Counter[str]()
+    for node in ast.walk(function):
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            stored[node.id] += 1
+        elif isinstance(node, ast.AugAssign | ast.Delete | ast.For) or (
+            isinstance(node, ast.Subscript | ast.Attribute) and not isinstance(node.ctx, ast.Load)
+        ):
+            found |= {inner.id for inner in ast.walk(node) if isinstance(inner, ast.Name)}
+        elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+            called = node.value.func
+            if isinstance(called, ast.Attribute) and isinstance(called.value, ast.Name):
+                found.add(called.value.id)
+    return found | {name for name, times in stored.items() if times > 1}
+
+
+def _calls(statement: ast.stmt) -> Iterator[ast.Call]:
+    """The calls that are statements of their own, also those in an `if` or a loop."""
+    if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Call):
+        yield statement.value
+    for inner in ast.iter_child_nodes(statement):
+        if isinstance(inner, ast.stmt):
+            yield from _calls(inner)
+
+
+def _levels(node: ast.expr) -> Any:
+    if not isinstance(node, ast.Dict):
+        return _plain(node)
+    pairs = zip(node.keys, node.values, strict=True)
+    return {str(_plain(key)): ast.unparse(value) for key, value in pairs if key is not None}
+
+
+def _plain(node: ast.expr) -> Any:
+    """A literal as JSON has it, or `{"expr": …}`."""
+    try:
+        return json.loads(json.dumps(ast.literal_eval(node)))
+    except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
+        return {"expr": ast.unparse(node)}
+
+
+def _last_name(node: ast.expr) -> str:
+    if isinstance(node, ast.Attribute):
+        return node.attr
+    return node.id if isinstance(node, ast.Name) else ""

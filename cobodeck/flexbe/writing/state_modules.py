@@ -1,0 +1,95 @@
+"""The Python module of a project's states: translated ones, and stubs of those nobody has."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from cobodeck.flexbe.converting import StateClass, code_of
+from engine import Argument, Type, python_name
+
+_HEAD = '''\
+"""{about}"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from engine import {names}
+'''
+_NOT_WRITTEN = """
+
+def _not_written(state: Action) -> Any:
+    name = type(state).__name__
+    raise NotImplementedError(f"{name} is a stub; write its `run`, or script it in a test")
+"""
+_PYTHON = {"number": "float", "boolean": "bool", "text": "str"}
+ABOUT_STUBS = "States that still have to be written: each is a stub that ends with an error."
+ABOUT_READY = "States that were code in the behaviours, translated."
+
+
+def stub_module(classes: Iterable[StateClass]) -> str:
+    """The text of the module of stubs."""
+    head = _HEAD.format(about=ABOUT_STUBS, names="Action, Context, Run") + _NOT_WRITTEN
+    return "\n\n".join([head, *("\n".join(_stub(cls)) + "\n" for cls in classes)])
+
+
+def ready_module(classes: Iterable[StateClass]) -> str:
+    """The text of the module of translated states."""
+    head = _HEAD.format(about=ABOUT_READY, names="Action, Context, Outcome, freeze")
+    texts = []
+    for cls in classes:
+        assert cls.ready is not None
+        texts.append(code_of(cls.name, cls.ready, _docstring(cls)) + "\n")
+    return "\n\n".join([head, *texts])
+
+
+def _stub(cls: StateClass) -> Iterator[str]:
+    yield f"class {cls.name}(Action):"
+    yield textwrap.indent(_docstring(cls), "    ", lambda _line: True).rstrip()
+    yield ""
+    interface = cls.interface()
+    outcomes = "".join(f"{json.dumps(outcome)}, " for outcome in interface.outcomes)
+    yield f"    outcomes = ({outcomes.rstrip()})" if outcomes else "    outcomes = ()"
+    if cls.outputs():
+        keys = ", ".join(f"{json.dumps(key)}: Any" for key in cls.outputs())
+        yield f"    outputs = {{outcome: {{{keys}}} for outcome in outcomes}}"
+    if interface.parameters:
+        given = ", ".join(_argument(name, arg) for name, arg in interface.parameters.items())
+        yield ""
+        yield f"    def __init__(self, *, {given}) -> None:"
+        for name in map(python_name, interface.parameters):
+            yield f"        self.{name} = {name}"
+    inputs = "".join(f", {python_name(key)}: Any = None" for key in cls.inputs())
+    yield ""
+    yield f"    def run(self, ctx: Context{inputs}) -> Run:"
+    yield "        yield"
+    yield "        return _not_written(self)"
+
+
+def _argument(name: str, argument: Argument) -> str:
+    kind = _annotation(argument.type)
+    if argument.required:
+        return f"{python_name(name)}: {kind}"
+    return f"{python_name(name)}: {kind if kind == 'Any' else f'{kind} | None'} = None"
+
+
+def _annotation(kind: Type) -> str:
+    return "tuple[str, ...]" if kind.name == "list" else _PYTHON.get(kind.name, "Any")
+
+
+def _docstring(cls: StateClass) -> str:
+    """What the class was, where it is used first, and the code that it replaces."""
+    lines = [f"{cls.flexbe} of FlexBE."]
+    if cls.ready is None:
+        lines = [f"In place of {cls.flexbe} of FlexBE; still to be written."]
+    about: Any = cls.known.about.about if cls.known is not None else ""
+    lines += ["", *str(about).splitlines()] if about else []
+    lines += ["", f"First used by {cls.state}."] if cls.state else []
+    for code in cls.code:
+        what = "Translated from" if cls.ready is not None else "It is to do what this did"
+        lines += ["", f"{what}: {code}"]
+    text = "\n".join(lines).replace("\\", "\\\\").replace('"', "'")
+    return f'"""{text}\n"""' if len(lines) > 1 else f'"""{text}"""'

@@ -1,0 +1,136 @@
+"""`cobodeck import-flexbe` makes a project that is right, and refuses what is wrong."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cobodeck.__main__ import main
+from cobodeck.flexbe import read_json
+from engine.chart import load_files
+from tests.cobodeck.flexbe.generated import generated
+from tests.cobodeck.flexbe.test_convert import behaviour, machine, state
+from tests.cobodeck.flexbe.test_reading import everything
+
+NEXT = {"done": "done"}
+
+
+def nasty():
+    """Names and values that mean something to YAML, Python or the engine."""
+    calculate = {"expr": "lambda x: [x + self.speed, len(joints)]"}
+    root = machine(
+        state("true", {"yes": "no?", "timeout": "class"}, args={"class_": "5 s", "x": "$y"}),
+        state("no?", {"done": "Follow"}, **{"class": "Follow"}, args={"text": 'say "\\\\"'}),
+        state("Follow", {"done": "class"}, **{"class": "CalculationState"})
+        | {"args": {"calculation": calculate}}
+        | {"remapping": {"input_value": "in", "output_value": "in"}},
+        state("class", NEXT, args={"lambda_": {"a": 1}, "y": [1, [None, "off"]]}),
+        outcomes=("done", "null"),
+        input_keys=["in"],
+        output_keys=["out", "in"],
+    )
+    return behaviour(root, {"speed": 0.5, "path": "none", "ends": None})
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    found = tmp_path / "given"
+    found.mkdir()
+    create = "joints = ['a', 'b']\n_state_machine.userdata.out = {'a': (1, 2)}"
+    manual = {"FUNC": "\tdef near(self):\n\t\tprint 'near'"}
+    comments = "# ! 1 2 /in\n# Take care"
+    text = generated(nasty(), "NastySM", create=create, manual=manual, comments=comments)
+    (found / "nasty_sm.py").write_text(text)
+    (found / "x__everything.json").write_text(json.dumps(everything()))
+    return found
+
+
+def test_the_project_has_charts_states_comments_and_manual_code(folder, tmp_path):
+    project = tmp_path / "mine"
+    assert main(["import-flexbe", str(folder), "-o", str(project)]) == 0
+    names = sorted(file.stem for file in (project / "mine" / "charts").iterdir())
+    assert names == ["Other", "everything", "nasty"]
+    library = load_files(sorted((project / "mine" / "charts").glob("*.yaml")))
+    assert [str(finding) for finding in library.findings] == []
+    assert "Take care" in (project / "mine/charts/nasty.yaml").read_text().splitlines()[0]
+    assert "print 'near'" in (project / "MANUAL_CODE.md").read_text()
+    assert "`lambda z: z`" in (project / "WORK.md").read_text()
+    for module in ("stubs", "ready"):
+        ast.parse((project / "mine" / f"{module}.py").read_text())
+
+
+@pytest.mark.slow
+def test_the_project_works_on_its_own(folder, tmp_path):
+    project = tmp_path / "mine"
+    assert main(["import-flexbe", str(folder), "-o", str(project)]) == 0
+    root = Path(__file__).resolve().parents[3]
+    around = os.environ | {"PYTHONPATH": str(root)}
+    for command in (["cobodeck", "validate"], ["pytest", "-q"]):
+        done = subprocess.run(
+            [sys.executable, "-m", *command],
+            cwd=project,
+            env=around,
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_neutral_prints_the_behaviour_as_json(folder, capsys):
+    assert main(["import-flexbe", str(folder / "nasty_sm.py"), "--neutral"]) == 0
+    printed = capsys.readouterr().out
+    assert json.loads(printed) == read_json(json.dumps(nasty()), "x", "x").json
+
+
+def test_the_report_is_json(folder, tmp_path, capsys):
+    project = tmp_path / "mine"
+    assert main(["import-flexbe", str(folder), "-o", str(project), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    figures = {key: report[key] for key in ("behaviours", "charts", "translated", "wrong")}
+    assert figures == {"behaviours": 2, "charts": 3, "translated": 1, "wrong": []}
+    assert {"chart", "path", "what", "code"} == report["work"][0].keys()
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "told"),
+    [
+        ("a_sm.py", b"def f(:", "a_sm.py:1:"),
+        ("a_sm.py", b"x = 1", "no FlexBE behaviour here"),
+        ("a_sm.py", b"\x00\x01\xff", "a_sm.py:1:"),
+        ("a.json", b'{"containers": {', "this is not JSON"),
+        ("a.json", b"[1]", "it is not an object"),
+    ],
+)
+def test_what_is_no_behaviour_is_refused_and_nothing_written(tmp_path, capsys, name, data, told):
+    (tmp_path / name).write_bytes(data)
+    assert main(["import-flexbe", str(tmp_path / name), "-o", str(tmp_path / "mine")]) == 1
+    assert told in capsys.readouterr().err
+    assert not (tmp_path / "mine").exists()
+
+
+def test_a_folder_without_behaviours_is_refused(tmp_path, capsys):
+    (tmp_path / "empty").mkdir()
+    assert main(["import-flexbe", str(tmp_path / "empty"), "-o", str(tmp_path / "mine")]) == 1
+    assert "no FlexBE behaviour in this folder" in capsys.readouterr().err
+    assert main(["import-flexbe", str(tmp_path / "none.json"), "-o", str(tmp_path / "mine")]) == 2
+
+
+def test_what_is_there_is_never_overwritten(folder, tmp_path, capsys):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "kept").write_text("kept")
+    assert main(["import-flexbe", str(folder), "-o", str(tmp_path / "mine")]) == 1
+    assert "is there already" in capsys.readouterr().err
+    assert [file.name for file in (tmp_path / "mine").iterdir()] == ["kept"]
+
+
+def test_a_broken_file_beside_others_is_told_and_the_others_are_made(folder, tmp_path, capsys):
+    (folder / "broken_sm.py").write_text("class A(Behavior):\n  def create(self):\n ?\n")
+    assert main(["import-flexbe", str(folder), "-o", str(tmp_path / "mine")]) == 1
+    assert "broken_sm.py:3:" in capsys.readouterr().err
+    assert (tmp_path / "mine" / "mine" / "charts" / "nasty.yaml").exists()
