@@ -58,6 +58,7 @@ ESTIMATE = "base.localization"
 """Signal with the estimate that `base.pose` and `base.pose_sigma` come from if not measured."""
 
 _STEP = "at each step of the simulation; of a robot, whenever its driver hears of it"
+_ELSE = "where it does not measure it, it is estimated of all other sensors"
 _CHANGE = "at the start, and on change"
 
 MEASURED = (
@@ -65,7 +66,7 @@ MEASURED = (
              about="room, robot and limits"),
     Measured("settings", Settings, constant=True, comes="once, at the start",
              about="values of the behaviours"),
-    Measured("base.pose", Pose2, part="base", comes=_STEP,
+    Measured("base.pose", Pose2, part="base", comes=f"{_STEP}; {_ELSE}",
              about="where the robot is: map_from_base"),
     Measured("base.twist", Twist2, part="base", comes=_STEP,
              about="velocity in the base frame"),
@@ -78,7 +79,8 @@ MEASURED = (
     Measured("base.scan", Scan, part="lidar", comes="once per turn of each scanner",
              about="one turn of a scanner, in its own frame"),
     Measured("base.odometry", Odometry, part="odometry",
-             comes="or by a base that counts itself, at the rate of the wheels", about="what the wheels say: odom_from_base"),
+             comes="or by a base that counts itself, at the rate of the wheels",
+             about="what the wheels say: odom_from_base"),
     Measured("base.imu", ImuReading, part="imu", comes="at the rate of the sensor",
              about="rates of turn and accelerations, in the base frame"),
     Measured("rover.tracker", TrackerPose, part="rover_trackers",

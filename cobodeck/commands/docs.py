@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from cobodeck.manual import manual_pages, markdown_text
+from cobodeck.manual import NAMES, manual_pages, markdown_text
 from cobodeck.project import catalogue
 from cobodeck.terminal import OK, Problem, show, table
 
@@ -20,17 +20,17 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """List the pages, or write them."""
-    pages = list(manual_pages(catalogue(own=args.own)))
-    if args.output is None:
-        rows = [(page.name, f"{len(page.entries)} entries", page.title) for page in pages]
+    folder: Path | None = args.output
+    if folder is None:
+        rows = [(f"{name}.md", about) for name, about in NAMES.items()]
         show(f"{table(rows)}\n\n`cobodeck docs -o DIR` writes them as Markdown.")
         return OK
-    folder: Path = args.output
     if folder.exists() and not folder.is_dir():
         raise Problem(f"{folder} is a file; -o names a folder")
+    pages = [(page.name, markdown_text(page)) for page in manual_pages(catalogue(own=args.own))]
     folder.mkdir(parents=True, exist_ok=True)
-    for page in pages:
-        file = folder / f"{page.name}.md"
-        file.write_text(markdown_text(page), encoding="utf-8")
+    for name, text in pages:
+        file = folder / f"{name}.md"
+        file.write_text(text, encoding="utf-8")
         show(str(file))
     return OK

@@ -13,7 +13,7 @@ from typing import Any
 from cobodeck.commands.new import activation, all_or_nothing, package_name
 from cobodeck.flexbe import convert, files_of_project, found_in, summary
 from cobodeck.project import catalogue
-from cobodeck.terminal import FAILED, OK, Problem, complain, show, show_json
+from cobodeck.terminal import FAILED, OK, Problem, complain, json_options, show, show_json
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,7 +21,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("path", type=Path, metavar="PATH", help="X_sm.py, X.json, or a folder")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="the project to make")
     parser.add_argument("--neutral", action="store_true", help="print the behaviour as JSON")
-    parser.add_argument("--json", action="store_true", help="report as JSON, for programs")
+    json_options(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -9,8 +9,11 @@ from cobodeck.manual.file_entries import (
     EXAMPLES as EXAMPLES,
     file_page as file_page,
 )
-from cobodeck.manual.markdown_text import (
+from cobodeck.manual.in_markdown import (
     markdown_text as markdown_text,
+)
+from cobodeck.manual.on_terminal import (
+    terminal_text as terminal_text,
 )
 from cobodeck.manual.page import (
     ManualPage as ManualPage,
@@ -29,7 +32,4 @@ from cobodeck.manual.signal_entries import (
 )
 from cobodeck.manual.state_entries import (
     state_page as state_page,
-)
-from cobodeck.manual.terminal_text import (
-    terminal_text as terminal_text,
 )

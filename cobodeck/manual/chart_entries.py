@@ -88,7 +88,8 @@ def _inside(chart: Chart, known: Catalogue) -> list[PageBlock]:
 def _file(chart: Chart, known: Catalogue) -> str:
     """The path from the folder of the project, or of what is shipped, on."""
     file = Path(chart.file).resolve()
-    for base in (CHARTS.parent, *(project.folder for project in known.projects)):
+    folders = [project.folder for project in known.projects if project.folder is not None]
+    for base in (CHARTS.parent, *folders):
         if file.is_relative_to(base.resolve()):
             return file.relative_to(base.resolve()).as_posix()
     return file.name

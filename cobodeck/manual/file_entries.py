@@ -27,9 +27,9 @@ _ABOUT = (
     "these kinds only maps have no such key. A project's own files are found by it, whatever they "
     "are called. Numbers may have units: `20 cm`, `30 deg`; a bare number is in SI units, an angle "
     "in rad. A key without a default that is not required may be left out. In the names of keys "
-    "`NAME` stands for a name of your own and `[]` for each item of a list. `cobodeck validate FILE` tells every mistake with "
-    "its place; `cobodeck schema KIND -o FILE` writes the schema with which editors complete "
-    "keys.",
+    "`NAME` stands for a name of your own and `[]` for each item of a list. `cobodeck validate "
+    "FILE` tells every mistake with its place; `cobodeck schema KIND -o FILE` writes the schema "
+    "with which editors complete keys.",
 )
 ABOUTS = {
     "chart": "A state chart: what to do and what to watch for.",

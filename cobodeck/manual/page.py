@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 
@@ -49,7 +50,7 @@ class ManualPage:
     entries: tuple[PageEntry, ...]
 
 
-def table_of(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> tuple[PageTable, ...]:
+def table_of(head: tuple[str, ...], rows: Sequence[Sequence[str]]) -> tuple[PageTable, ...]:
     """A table without the columns in which nothing is said; none if there are no rows."""
     kept = [n for n in range(len(head)) if any(row[n] for row in rows)]
     if not rows:

@@ -35,8 +35,13 @@ _PAGES: Mapping[str, Callable[[Catalogue], ManualPage]] = {
     "charts": _charts,
     "files": lambda _: file_page(),
 }
-NAMES = tuple(_PAGES)
-"""The names of the pages."""
+NAMES = {
+    "states": "what charts can do and watch for",
+    "signals": "what states read",
+    "charts": "what charts can use",
+    "files": "the keys of every kind of file",
+}
+"""The pages by name, each with what is in it."""
 
 
 def manual_pages(known: Catalogue) -> Iterator[ManualPage]:

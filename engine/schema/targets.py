@@ -117,8 +117,9 @@ def of_class(of: Interface) -> Target:
     outputs = {key: kind for named in of.outputs.values() for key, kind in named.items()}
     bindable = sorted(of.parameters.keys() - of.named_by - of.inputs.keys())
     target = Target(form, of.name, of.about, of.outcomes, of.parameters, of.inputs, outputs)
-    told = {"meanings": of.meanings, "output_meanings": of.output_meanings}
-    return replace(target, bindable=bindable, **told)
+    return replace(
+        target, bindable=bindable, meanings=of.meanings, output_meanings=of.output_meanings
+    )
 
 
 def of_chart(chart: Chart, types: Mapping[str, Type]) -> Target:

@@ -18,6 +18,13 @@ class Cb3(Peer):
 
     It starts at `joints` (rad), by default folded like the robot's body; it sends its joints to
     `tells`. A protective stop cannot be unlocked for `unlock` s. `hw.fakes.ur.cb3` has its faults.
+
+    Args:
+        host: the address to serve at.
+        tells: the world that gets its joints.
+        joints: where it starts, rad; by default folded.
+        unlock: how long a protective stop cannot be unlocked, s.
+        opening: of the run.
     """
 
     sources = ("cb3",)
@@ -47,6 +54,17 @@ class VrClient(Peer):
     does. `hw.fakes.unity.vr_application` has its faults; `faults` are those that come by
     themselves, each with the time in s since the robot was first shown: `[[6.0, lost], [8.0,
     none]]`.
+
+    Args:
+        host: the address of the VR link.
+        port: of the VR link.
+        tells: the world that hosts the user.
+        opening: of the run.
+        clock_offset: by how much its clock is ahead of ours, s.
+        answers: whether it answers questions for its clock.
+        by_fields: whether it writes field by field, as Unity does.
+        faults: faults that come by themselves, each with the time since the robot was first shown,
+            s.
     """
 
     sources = ("vr_client",)

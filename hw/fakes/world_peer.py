@@ -36,6 +36,12 @@ class WorldPeer:
 
     `truth` is constant between two calls of `advance`; its times are those of the run. `finished`:
     the person has finished. `late` counts steps of the world that were more than 50 ms late.
+
+    Args:
+        port: of UDP.
+        opening: of the run.
+        host: the address to bind.
+        now: the time of the run, ns.
     """
 
     def __init__(self, port: int, opening: RunInfo, host: str = "127.0.0.1", *, now: Any) -> None:

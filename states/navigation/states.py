@@ -84,7 +84,7 @@ class DriveTo(_Drives):
     walking user. For `haptic` the safety chain gets the goal, from which a touch will be served.
     `clearance` names another subsystem whose `inflation` and, where there is no room for more,
     `user_radius` are kept instead; Escape's are from a place nearer to walls than the inflation.
-    A first pose is waited for (`FIRST_POSE_S`).
+    A first pose is waited for, up to 2 s.
 
     Args:
         goal: where to drive, map_from_base.
@@ -149,7 +149,7 @@ class Follow(Action):
     """Drive after the user, facing them, to stay within `distance`, until something else ends it.
 
     It rests within `distance`, which is at least Chase's `user_radius`, and sets off again once
-    they are farther away by `slack`. First poses are waited for (`FIRST_POSE_S`).
+    they are farther away by `slack`. First poses are waited for, up to 2 s.
 
     Args:
         distance: how near to stay.

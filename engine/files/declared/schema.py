@@ -16,6 +16,7 @@ import re
 import textwrap
 import typing
 from collections.abc import Iterable, Mapping
+from functools import cache
 from types import UnionType
 from typing import Any, Literal, Union
 
@@ -200,7 +201,8 @@ def _without_required(schema: Schema) -> Schema:
     return found
 
 
-def meanings_of(kind: type) -> dict[str, str]:
+@cache
+def meanings_of(kind: type) -> Mapping[str, str]:
     """The text after each field of a dataclass, by the field's name."""
     (tree,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
     assert isinstance(tree, ast.ClassDef)

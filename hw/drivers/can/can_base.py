@@ -53,6 +53,14 @@ STANDING_NS = 1_000_000_000
 class CanBase:
     """Four drives and a bumper; see `Hardware`.
 
+    Args:
+        model: of the base.
+        bus: of python-can: `interface`, `channel`, `bitrate`.
+        wheels: mounting and scaling of the drives: `nodes`, `signs`, `gear`, `unit`, `increments`,
+            `silence`, `without` (`hw.drivers.can.wheel_setting`).
+        bumper: whether its board is on the bus.
+        clock: ns.
+
     Raises:
         OSError: the bus does not open, another master is on it, or a drive does not answer.
         ValueError: an invalid entry.

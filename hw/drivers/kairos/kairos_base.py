@@ -68,6 +68,16 @@ class KairosBase:
     Odometry counts from the first message on, and continues across a lost connection. A lost
     connection is reopened; its fault stays, and only zero is sent.
 
+    Args:
+        model: of the base.
+        host: the computer of the robot.
+        port: of rosbridge.
+        ros: 1 or 2: how message types are named.
+        namespace: before all topics.
+        topics: those with other names on this robot: `cmd_vel`, `odom`, `emergency_stop`.
+        stops: its own time-out `timeout`, s, and the `ramp` of its drives, m/s2, as measured on it;
+            by default 0.5 and 0.6.
+
     Raises:
         OSError: there is no server, or no odometry within 2 s.
         ValueError: an unknown topic, or a body faster than its stop allows.

@@ -40,6 +40,15 @@ KEYS = {"topic", "upside_down"}
 class RosLidar:
     """The scanners by their names in the robot file, each with its topic. Gives `base.scan`.
 
+    Args:
+        host: the computer of the robot.
+        scanners: by name the `topic` of each, and `upside_down: true` where it is.
+        now: the time of the run, ns.
+        opening: of the run.
+        port: of rosbridge.
+        ros: 1 or 2: how message types are named.
+        delay: from the last beam to receipt, s, if known.
+
     Raises:
         ValueError: a scanner that the robot file does not name.
     """

@@ -72,6 +72,14 @@ class S300:
 
     `health` says by name why a scanner gives nothing, or None; `fault` is the first of these.
 
+    Args:
+        scanners: by name the `host` and `port` of each, or its `device`, and `upside_down: true`
+            where it is.
+        now: the time of the run, ns.
+        opening: of the run.
+        baud: of the RS-422 line.
+        delay: between line and program, s, if known.
+
     Raises:
         ValueError: a scanner that the robot file does not name, or without an address.
     """

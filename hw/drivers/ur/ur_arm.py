@@ -58,6 +58,13 @@ class UrArm:
     acknowledged: then a new worker is started, and the arm stands until a new trajectory. `late`
     counts joints that arrived more than 24 ms after those before.
 
+    Args:
+        host: the address of the controller.
+        opening: of the run.
+        now: the time of the run, ns.
+        tells: the safety chain, which gets the joints too.
+        servo: how it follows set-points: `lookahead`, s, and `gain`; by default 0.03 and 500.
+
     Raises:
         OSError: the client library is missing, or the arm cannot be reached.
     """

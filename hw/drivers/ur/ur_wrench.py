@@ -44,6 +44,11 @@ class UrWrench:
 
     A controller that says nothing for 0.2 s is a fault, which stops the robot.
 
+    Args:
+        host: the address of the controller.
+        opening: of the run.
+        now: the time of the run, ns.
+
     Raises:
         ValueError: the robot has no UR arm.
     """

@@ -22,6 +22,16 @@ class CanNodes(Peer):
 
     The line is closed by hand at the relay `by_hand` s after a touch is over; None: only by
     `fault("unlatch")`. The drives `lacks` objects; `rtr`: they take remote requests.
+
+    Args:
+        bus: as for `CanBase`.
+        wheels: as for `CanBase`.
+        tells: the world that the wheels move.
+        by_hand: how long after a touch the line is closed by hand, s; none: only by a fault that
+            says so.
+        bumper: whether its board is on the bus.
+        rtr: whether the drives take remote requests.
+        lacks: objects that the drives lack.
     """
 
     sources = ("drives",)

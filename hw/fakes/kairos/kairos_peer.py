@@ -17,6 +17,15 @@ class Kairos(Peer):
     `tells` is the world that its wheels move; without one it drives in a plane of its own. Its
     scanners are mounted `upside_down`, like the real ones, or not; `stop` is the topic that tells
     of its emergency stop.
+
+    Args:
+        host: the address to serve at.
+        opening: of the run.
+        port: of rosbridge.
+        ros: 1 or 2: how message types are named.
+        upside_down: how its scanners are mounted.
+        stop: the topic that tells of its emergency stop.
+        tells: the world that its wheels move.
     """
 
     sources = ("drives", "scanners")

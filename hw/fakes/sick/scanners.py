@@ -21,6 +21,11 @@ class S300Peer(Peer):
 
     `tells` is the world whose scans they send; without one they send those of `base.scan`
     datagrams at their `control`.
+
+    Args:
+        scanners: by name the `host` and `port` at which each serves.
+        tells: the world whose scans they send.
+        beyond: how many bytes of a telegram its length does not count.
     """
 
     sources = ("scanners",)

@@ -299,14 +299,15 @@ def test_a_chart_is_listed_with_the_values_that_a_run_uses_and_where_they_come_f
     assert main(["list", "charts", "chase", *by, "--json"]) == OK
     (chase,) = json.loads(capsys.readouterr().out)["charts"]
     assert main(["list", "charts", "chase", *by]) == OK
-    lines = [line.split("  ")[-1] for line in capsys.readouterr().out.splitlines()]
+    shown = " ".join(capsys.readouterr().out.split())
 
     found = {name: (one["value"], one["origin"]) for name, one in chase["parameters"].items()}
     assert found["near"] == ("3 m", "paper: chase.near")
     assert found["room"] == ("2 m", "--set chase.room=2 m")
     assert found["far"] == ("6 m", "--set charts.chase.far=6 m")
     assert found["patience"] == ("20 s", "")
-    assert {"near: 3 m (paper: chase.near)", "patience: 20 s"} <= set(lines)
+    assert "near length; default 3 m; from paper: chase.near: …" in shown
+    assert "patience duration; default 20 s: Give up" in shown
 
 
 def test_a_name_that_is_not_in_a_list_is_told(capsys: pytest.CaptureFixture[str]) -> None:

@@ -47,6 +47,8 @@ def test_a_wheel_simulates_validates_and_begins_projects_elsewhere(tmp_path: Pat
         (licence,) = (name for name in content.namelist() if name.endswith("/LICENSE"))
         assert content.read(licence) == (ROOT / "LICENSE").read_bytes()
         assert "cobodeck/docs/first-hour.md" in content.namelist()
+        assert "cobodeck/docs/reference/states.md" in content.namelist()
+        assert "cobodeck/manual/examples/chart.yaml" in content.namelist()
     run([*pip, "install", "--no-deps", "--target", str(environment), str(wheel)], tmp_path)
 
     elsewhere = tmp_path / "elsewhere"

@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterator
 
 from cobodeck.manual.page import PageBlock, PageEntry, PageTable, YamlCode
+from cobodeck.manual.wording import REQUIRED
 
 INDENT = "    "
 NARROWEST = 40
@@ -36,7 +37,7 @@ def _table(table: PageTable, width: int) -> Iterator[str]:
     column = min(max(len(row[0]) for row in table.rows), width // 3) + 2
     inner = INDENT + "  "
     for row in table.rows:
-        short = ", ".join(filter(None, row[1:-1]))
+        short = "; ".join(_told(table.head[n], row[n]) for n in range(1, len(row) - 1) if row[n])
         name = f"{inner}{row[0]:{column}}"
         if len(row[0]) + 2 > column:
             yield name.rstrip()
@@ -44,6 +45,13 @@ def _table(table: PageTable, width: int) -> Iterator[str]:
         following = " " * len(f"{inner}{'':{column}}")
         told = ": ".join(filter(None, (short, row[-1]))) if len(row) > 1 else ""
         yield from _wrapped(told, name, width, following) if told else (name.rstrip(),)
+
+
+def _told(head: str, text: str) -> str:
+    """A cell between name and meaning, with what it is where its text does not tell."""
+    if head in ("default", "initial") and text != REQUIRED:
+        return f"{head} {text}"
+    return f"{head} {text}" if head in ("from", "with") else text
 
 
 def _wrapped(text: str, first: str, width: int, following: str | None = None) -> list[str]:
