@@ -69,7 +69,7 @@ def test_the_charts_of_the_project_have_no_mistake_for_the_server(
         assert server.open(file.name, file.read_text(encoding="utf-8")) == []
 
 
-def test_own_states_are_offered_first(server: LanguageServer, own: dict[str, Any]) -> None:
+def test_own_states_are_offered_beside_ours(server: LanguageServer, own: dict[str, Any]) -> None:
     offered = Seen(server, "watch.yaml", STATE.format("watch: ‸")).offered
     assert own["monitor"] in offered
     assert "WaitFor" in offered
@@ -96,6 +96,21 @@ def test_hovers_tell_meaning_units_and_default(server: LanguageServer, own: dict
     assert f"Default: {own['default']}." in hover
     if own["value"].endswith(" m"):
         assert "A length, in mm, cm, m, km" in hover
+
+
+def test_an_input_that_is_missing_is_underlined(server: LanguageServer) -> None:
+    led = "next: {arrived: .done, no_path: .done, stuck: .done, lost: .done, error: .done}"
+    seen = Seen(server, "input.yaml", STATE.format(f"do: DriveTo\n    {led}"))
+    assert [(word, said) for word, said in seen.underlined if '"in"' in said or '"goal"' in said]
+
+
+def test_the_outline_has_the_nodes(server: LanguageServer, project: Path) -> None:
+    (chart,) = [f for f in project.glob("*.yaml") if "\nchart:" in f.read_text("utf-8")]
+    server.open(chart.name, chart.read_text(encoding="utf-8"))
+    asked = {"textDocument": {"uri": server.uri(chart.name)}}
+    names = {symbol["name"] for symbol in server.ask("textDocument/documentSymbol", asked)}
+    assert {"chart", "outcomes"} <= names
+    assert names & {"person", "patrol"}
 
 
 def test_a_used_chart_is_offered_and_explained(server: LanguageServer, own: dict[str, Any]) -> None:

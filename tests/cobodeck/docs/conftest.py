@@ -15,7 +15,7 @@ from engine.files.declared import with_own_files
 from tests.cobodeck.docs.author_pages import forget_modules, new_project, shown_charts, write_blocks
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def author_project(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """The project of the pages, in its folder; its modules are forgotten at the end."""
     root = new_project(tmp_path_factory.mktemp("authors"))
@@ -27,13 +27,13 @@ def author_project(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     forget_modules()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def author_catalogue(author_project: Path) -> Catalogue:
     """What charts in that project can name."""
     return catalogue(author_project)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def author_library(author_project: Path, author_catalogue: Catalogue) -> Library:
     """All charts of the pages, read once, and those that they use."""
     with with_own_files(own_files_around(author_project)):
