@@ -199,6 +199,11 @@ class ArmModel:
 
     def faults(self) -> Iterator[Fault]:
         """The fault of a calibration that is another arm's, by key."""
+        if self.model.dh is None:
+            for key in ("calibration", "urdf"):
+                if getattr(self, key) is not None:
+                    yield key, f"is for UR arms; {self.model.name} is described by its own URDF"
+            return
         if self.calibration is None:
             return
         off = self.model.dh.misfit(self.calibration)

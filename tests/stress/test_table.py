@@ -44,7 +44,7 @@ EXEMPT = {
     "hw/sim/hand/loose_items.py": "carries items along with the arm's frames",
     "hw/sim/physics/robot_body.py": "MuJoCo computes; cases by hand are in `tests/hw/sim/physics`",
     "hw/sim/mock.py": "gives a body that stands where it is",
-    "states/arm/description/urdf.py": CONVERTS,
+    "hw/model/urdf/urdf.py": CONVERTS,
     "states/arm/description/urdf_arm.py": CONVERTS,
     "states/arm/planning/parking.py": "searches joints by the arm's checker",
 }

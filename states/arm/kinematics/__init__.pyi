@@ -38,7 +38,6 @@ from states.arm.kinematics.kinematics import (
     deviation as deviation,
     fastest_point as fastest_point,
     forward as forward,
-    inverted as inverted,
     jacobian as jacobian,
     link_frames as link_frames,
     pose_matrix as pose_matrix,
@@ -46,9 +45,12 @@ from states.arm.kinematics.kinematics import (
 )
 from states.arm.kinematics.model import (
     Manipulator as Manipulator,
-    matrix as matrix,
 )
 from states.arm.kinematics.newton import (
     ALONG_STEPS as ALONG_STEPS,
     descended as descended,
+)
+from states.arm.kinematics.numeric import (
+    SLOWER as SLOWER,
+    followed as followed,
 )
