@@ -64,6 +64,15 @@ def free(robot: RobotModel) -> Iterator[CheckResult]:
         yield CheckResult("arm", BAD, contact, said=f"robot {robot.name}: {contact}", code=FAILED)
 
 
+def numeric(robot: RobotModel) -> Iterator[CheckResult]:
+    """That the inverse kinematics of an arm by URDF are slow."""
+    if robot.arm is None or robot.arm.model.dh is not None:
+        return
+    from states.arm.kinematics import slowness
+
+    yield CheckResult(f"arm {robot.arm.model.name}", FIT, slowness(robot.arm.model))
+
+
 def reach(robot: RobotModel, profile: Profile) -> Iterator[CheckResult]:
     """Time, torque, momentum and power of a reach to a level DEEP."""
     if robot.arm is None:

@@ -189,8 +189,8 @@ class Prop:
         return arm in self.poses or ANY in self.poses
 
     def for_any(self) -> Prop:
-        """This prop as if it suited any arm, to look for parked poses."""
-        return replace(self, poses={ANY: self.parked})
+        """This prop as if it suited any arm, folded nohow, to look for parked poses."""
+        return replace(self, poses={ANY: ()}, paper_poses={})
 
     def also(self, arm: str, poses: Mapping[str, Joints]) -> Prop:
         """This prop, folded on this arm as in `poses` (by prop) unless its own file says how."""
@@ -200,7 +200,7 @@ class Prop:
 
     def on(self, arm: str) -> Prop:
         """This prop on an arm that it suits, with the parked poses of that arm."""
-        parked = self.poses.get(arm) or self.poses[ANY]
+        parked = self.poses[arm if arm in self.poses else ANY]
         paper = self.paper_poses.get(arm) or self.paper_poses.get(ANY) or parked
         return replace(self, parked=parked, parked_paper=paper)
 

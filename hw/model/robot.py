@@ -309,6 +309,8 @@ class RobotModel:
         if held.mass > self.payload:
             weighs = f"{held.name} weighs {held.mass:g} kg"
             yield "prop", f"{weighs}; the payload is {self.payload:g} kg"
+        if not held.parked:  # such a pose is only looked for
+            return
         try:
             self.arm.check(held.parked)
         except ValueError as refused:
@@ -432,5 +434,5 @@ def _unparked(held: Prop, arm: str) -> Iterator[Fault]:
         yield (
             "prop",
             f"{held.name} does not say how an arm {arm} is folded with it; "
-            "`cobodeck reach --park` finds poses for its key 'parked'",
+            f"`cobodeck reach --tool {held.name} --park` finds poses for its key 'parked'",
         )

@@ -408,6 +408,7 @@ def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:
 def _example(workspace: Workspace) -> None:
     arm, still = workspace.arm, np.zeros(workspace.arm.count)
     inverse(arm, forward(arm, still))
+    goals_at(arm, forward(arm, still), still)
     jacobian(arm, still)
     link_frames(arm, still)
     checker = CollisionChecker.of(arm, Surroundings.empty())

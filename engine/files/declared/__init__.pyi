@@ -29,6 +29,7 @@ from engine.files.declared.records import (
 from engine.files.declared.schema import (
     DRAFT as DRAFT,
     Schema as Schema,
+    any_of as any_of,
     bounds as bounds,
     document as document,
     quantity_pattern as quantity_pattern,

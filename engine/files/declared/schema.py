@@ -39,6 +39,13 @@ def document(kind: type, layered: bool = False) -> Schema:
     return {"$schema": DRAFT, **said(inspect.getdoc(kind) or ""), **found}
 
 
+def any_of(*documents: Schema) -> Schema:
+    """The schema of files that are of one of several kinds; it says what the first says."""
+    first = documents[0]
+    kinds = [{k: v for k, v in found.items() if k != "$schema"} for found in documents]
+    return {"$schema": DRAFT, **said(first.get("description", "")), "anyOf": kinds}
+
+
 def text_of(schema: Schema) -> str:
     """A schema as the text of its file."""
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"

@@ -51,6 +51,6 @@ from states.arm.kinematics.newton import (
     descended as descended,
 )
 from states.arm.kinematics.numeric import (
-    SLOWER as SLOWER,
     followed as followed,
+    slowness as slowness,
 )

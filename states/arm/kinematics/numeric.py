@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hw import compiled
+from hw.model import ArmShape
 from states.arm.kinematics.kernels import Array, missed, place_tcp, slopes, solved
 from states.arm.kinematics.model import Manipulator
 
@@ -56,6 +57,14 @@ class Limited(NamedTuple):
     tip: Array
     lower: Array
     upper: Array
+
+
+def slowness(arm: ArmShape) -> str:
+    """What users of an arm without a closed form are told."""
+    return (
+        f"the inverse kinematics of {arm.name} are numeric: about {SLOWER} times as slow as those "
+        "of a UR arm, and a sample of its solutions"
+    )
 
 
 def searched(arm: Manipulator, poses: Array, *, near: bool = False) -> tuple[Array, Array]:
