@@ -68,9 +68,14 @@ def numeric(robot: RobotModel) -> Iterator[CheckResult]:
     """That the inverse kinematics of an arm by URDF are slow."""
     if robot.arm is None or robot.arm.model.dh is not None:
         return
+    from states.arm.description import manipulator_of
     from states.arm.kinematics import slowness
 
-    yield CheckResult(f"arm {robot.arm.model.name}", FIT, slowness(robot.arm.model))
+    arm = manipulator_of(robot)
+    yield CheckResult(f"arm {arm.name}", FIT, slowness(arm.shape))
+    for first, second in arm.grown:
+        told = f"contact of {first} with {second} is not seen: their capsules always overlap"
+        yield CheckResult(f"arm {arm.name}", FIT, told)
 
 
 def reach(robot: RobotModel, profile: Profile) -> Iterator[CheckResult]:

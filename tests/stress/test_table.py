@@ -49,7 +49,7 @@ EXEMPT = {
     "hw/model/urdf/frames.py": CONVERTS,
     "hw/model/urdf/meshes.py": CONVERTS,
     "hw/model/urdf/urdf.py": CONVERTS,
-    "states/arm/kinematics/numeric.py": "solves in the rover frame; peers are in `tests/states/arm`",
+    "states/arm/kinematics/numeric.py": "solves in the rover frame; its peers are in `tests`",
     "states/arm/kinematics/sampled.py": "draws joints, which have no place in the map",
     "states/arm/description/urdf_arm.py": CONVERTS,
     "states/arm/planning/parking.py": "searches joints by the arm's checker",

@@ -17,11 +17,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hw.model import ArmShape, Capsule, ChassisBox, Placement, Prop, matrix
 from states.arm.kinematics.kernels import Array, CapsuleSet, Integers, place_tcp
-from states.arm.kinematics.sampled import drawn, never_or_always
+from states.arm.kinematics.sampled import drawn, never_and_always
 
 MOVED = 2
 """The first link that is checked against rover, floor and room: shoulder and base stand there."""
@@ -152,14 +152,28 @@ class Manipulator:
     def solid(self) -> CapsuleSet:
         """`capsules` as arrays; pairs on one link, on neighbours or `apart` are not checked.
 
-        Nor are, of an arm by URDF, those that `never_or_always` touch.
+        Nor are, of an arm by URDF, those that `never_and_always` names.
         """
         found = self._all_pairs
         if not self.is_numeric or not len(found.pairs):
             return found
-        left = never_or_always(found, self.lower, self.upper)
-        bare = np.array([c not in self.held for c in self.capsules])
-        return found._replace(pairs=found.pairs[~(left & bare[found.pairs].all(axis=1))])
+        never, always = self._sampled
+        return found._replace(pairs=found.pairs[~(never | always)])
+
+    @cached_property
+    def grown(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of links whose capsules overlap at any angles: contact of these is not seen."""
+        if not self.is_numeric or not len(self._all_pairs.pairs):
+            return ()
+        parts, pairs = self.parts, self._all_pairs.pairs[self._sampled[1]]
+        return tuple(dict.fromkeys((parts[i], parts[j]) for i, j in pairs))
+
+    @cached_property
+    def _sampled(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        found = self._all_pairs
+        never, always = never_and_always(found, self.lower, self.upper)
+        bare = np.array([c not in self.held for c in self.capsules])[found.pairs].all(axis=1)
+        return never & bare, always & bare
 
     @cached_property
     def _all_pairs(self) -> CapsuleSet:

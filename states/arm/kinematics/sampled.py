@@ -1,9 +1,9 @@
 """Joint sets spread over the range of an arm, and which parts of it meet at any of them.
 
-Of an arm by URDF nobody has proven which links cannot touch, as has been done for UR arms. Parts
-that overlap at every one of `TRIED` joint sets are taken to be grown together: capsules are fatter
-than what they enclose. Parts of links at most `NEAR` joints apart that are never nearer than
-`CLEAR` are taken never to touch. All others are checked.
+Of an arm by URDF nobody has proven which links cannot touch, as has been done for UR arms. Of
+links at most `NEAR` joints apart, parts that overlap at every one of `TRIED` joint sets are taken
+to be grown together, for capsules are fatter than what they enclose, and parts that are never
+nearer than `CLEAR` are taken never to touch. All others are checked.
 """
 
 from __future__ import annotations
@@ -37,12 +37,15 @@ def drawn(lower: Array, upper: Array, count: int) -> Array:
     return np.asarray(middle + (2.0 * shares - 1.0) * half)
 
 
-def never_or_always(body: CapsuleSet, lower: Array, upper: Array) -> NDArray[np.bool_]:
-    """True for pairs that need no check, (p,): see the module."""
+def never_and_always(
+    body: CapsuleSet, lower: Array, upper: Array
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """True for pairs that never touch, and for those that always do, (p,) each: see the module."""
     least, most = np.full(len(body.pairs), np.inf), np.full(len(body.pairs), -np.inf)
     _extremes(body, drawn(lower, upper, TRIED), least, most)
     first, second = body.links[body.pairs].T
-    return np.asarray((most < 0.0) | ((least >= CLEAR) & (second - first <= NEAR)))
+    near = second - first <= NEAR
+    return near & (least >= CLEAR), near & (most < 0.0)
 
 
 @compiled

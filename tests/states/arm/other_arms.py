@@ -55,9 +55,9 @@ _BALL_LIMITS = (
 _BALL_SHAPES = (
     '<cylinder radius="0.1" length="0.2"/>@0 0 0.1',
     '<cylinder radius="0.09" length="0.15"/>@0 0 -0.04',
-    '<box size="0.1 0.14 0.5"/>@0 0 0.22',
+    '<box size="0.1 0.14 0.4"/>@0 0 0.2',
     '<box size="0.16 0.12 0.12"/>@0.03 0 0.03',
-    '<box size="0.28 0.09 0.09"/>@0.14 0 0',
+    '<box size="0.22 0.09 0.09"/>@0.17 0 0',
     '<sphere radius="0.055"/>@0 0 0',
     '<box size="0.05 0.08 0.08"/>@0.055 0 0',
 )

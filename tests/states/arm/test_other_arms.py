@@ -175,21 +175,19 @@ def test_cylinders_lie_within_their_capsules(radius, length):
     assert inside(np.concatenate([rim, rim * (1, 1, -1)]), around_cylinder(radius, length)).all()
 
 
-def bent() -> np.ndarray:
-    """Triangles of an L of two bars."""
+def club() -> np.ndarray:
+    """Small triangles of a thin bar with a thick end."""
     rng = np.random.default_rng(5)
-    points = rng.uniform(-0.05, 0.05, (400, 3))
-    points[:200, 0] *= 10.0
-    points[200:, 1] *= 10.0
-    points[200:, :2] += 0.5
-    return np.concatenate([points[:198], points[200:398]]).reshape(-1, 3, 3)
+    middle = rng.uniform(-0.5, 0.5, (300, 1, 3)) * (1.0, 0.04, 0.04)
+    middle[:100] = rng.uniform(-0.5, 0.5, (100, 1, 3)) * (0.2, 0.3, 0.3) + (0.5, 0.0, 0.0)
+    return middle + rng.uniform(-0.01, 0.01, (300, 3, 3))
 
 
 def test_meshes_lie_within_their_capsules_cut_where_it_is_worth_it():
-    capsules = around_mesh(bent())
+    capsules = around_mesh(club())
     assert len(capsules) > 1
-    share = np.random.default_rng(6).dirichlet((1, 1, 1), len(bent()))
-    assert inside(np.einsum("nk,nki->ni", share, bent()), capsules).all()
+    share = np.random.default_rng(6).dirichlet((1, 1, 1), len(club()))
+    assert inside(np.einsum("nk,nki->ni", share, club()), capsules).all()
 
 
 def test_a_capsule_within_another_is_left_out():
@@ -198,9 +196,8 @@ def test_a_capsule_within_another_is_left_out():
 
 
 def test_meshes_are_read_as_text_binary_and_obj(tmp_path):
-    corners = np.array(
-        [[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 0, 0], [0, 1, 0], [0, 0, 1]]], "<f4"
-    )
+    corners = np.zeros((2, 3, 3), "<f4")
+    corners[0, 1, 0] = corners[0, 2, 1] = corners[1, 1, 1] = corners[1, 2, 2] = 1.0
     text = "solid a\n" + "".join(
         "facet normal 0 0 1\nouter loop\n"
         + "".join(f"vertex {x} {y} {z}\n" for x, y, z in one)
