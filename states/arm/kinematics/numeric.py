@@ -43,7 +43,7 @@ ALIKE_SEVEN, ALIKE_SIX = 0.15, 1e-4
 """Solutions nearer than this at every joint are one, rad, by the number of joints."""
 TURN_WEIGHT = 0.3
 """A turned tool counts as so many metres per radian when seeds are ranked."""
-SLOWER = 300
+SLOWER = 100
 """How many times as long as the closed form of a UR arm it takes, about; see DECISIONS.md."""
 
 _DONE, _MET = 1e-26, 1e-18
@@ -133,7 +133,7 @@ def _search(  # noqa: PLR0913 - an arm, a problem and its answer
             if (missing <= _MET or near) and _is_new(q, joints[n], found, alike):
                 place = found
                 if found == BRANCHES:
-                    place = np.argmax(worth[n])
+                    place = int(np.argmax(worth[n]))
                     if worth[n, place] <= missing:
                         continue
                 else:
