@@ -1,5 +1,5 @@
 from hw.model.urdf.chain import (
-    Inertial as Inertial,
+    BodyMass as BodyMass,
     SerialChain as SerialChain,
     serial_chain as serial_chain,
 )

@@ -39,7 +39,7 @@ _FAULTS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Inertial:
+class BodyMass:
     """Mass, kg, its centre, m, and inertia about it (xx, yy, zz, xy, xz, yz), in a link's frame."""
 
     mass: float
@@ -60,7 +60,7 @@ class SerialChain:
     placements: tuple[Placement, ...]
     flange: Placement
     capsules: tuple[Capsule, ...]
-    masses: tuple[Inertial, ...]
+    masses: tuple[BodyMass, ...]
 
 
 def serial_chain(urdf: Urdf, base: str, flange: str, folder: Path) -> SerialChain:
@@ -170,7 +170,7 @@ def _fits(link: UrdfLink, pose: Matrix, folder: Path) -> Iterator[Fitted]:
         yield from (fit.moved(pose @ matrix(mesh.origin)) for fit in around_mesh(corners))
 
 
-def _inertial(body: Sequence[tuple[UrdfLink, Matrix]]) -> Inertial:
+def _inertial(body: Sequence[tuple[UrdfLink, Matrix]]) -> BodyMass:
     """Mass of links that are one body, in its frame (parallel axis theorem)."""
     mass = sum(link.mass for link, _ in body)
     poses = [pose @ matrix(link.center) for link, pose in body]
@@ -185,7 +185,7 @@ def _inertial(body: Sequence[tuple[UrdfLink, Matrix]]) -> Inertial:
         tensor += pose[:3, :3] @ own @ pose[:3, :3].T
         tensor += link.mass * (off @ off * np.eye(3) - np.outer(off, off))
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = tensor.tolist()
-    return Inertial(mass, _point(center), (xx, yy, zz, xy, xz, yz))
+    return BodyMass(mass, _point(center), (xx, yy, zz, xy, xz, yz))
 
 
 def _point(values: Matrix) -> tuple[float, float, float]:
