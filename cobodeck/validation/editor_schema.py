@@ -10,7 +10,7 @@ from pathlib import Path
 from cobodeck.project import CHARTS, PLACE, Catalogue, catalogue, chart_names, known_places
 from engine.chart import load_files
 from engine.files import FileError, SourceFile, is_file, read_text
-from engine.files.declared import any_of, document, no_files, text_of, with_own_files
+from engine.files.declared import document, either_of, no_files, text_of, with_own_files
 from engine.schema import schema_text
 
 _MODELINE = re.compile(r"^#\s*yaml-language-server:\s*\$schema=(\S+)", re.MULTILINE)
@@ -25,7 +25,7 @@ def schema_for(kind: str, known: Catalogue) -> str:
     if kind == "arm":  # by its lengths, or by its URDF
         from hw.model import DescribedArmFile
 
-        found = any_of(found, document(DescribedArmFile))
+        found = either_of(found, document(DescribedArmFile))
     return text_of(found)
 
 

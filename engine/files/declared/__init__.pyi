@@ -29,9 +29,9 @@ from engine.files.declared.records import (
 from engine.files.declared.schema import (
     DRAFT as DRAFT,
     Schema as Schema,
-    any_of as any_of,
     bounds as bounds,
     document as document,
+    either_of as either_of,
     quantity_pattern as quantity_pattern,
     said as said,
     text_of as text_of,

@@ -39,11 +39,10 @@ def document(kind: type, layered: bool = False) -> Schema:
     return {"$schema": DRAFT, **said(inspect.getdoc(kind) or ""), **found}
 
 
-def any_of(*documents: Schema) -> Schema:
-    """The schema of files that are of one of several kinds; it says what the first says."""
-    first = documents[0]
-    kinds = [{k: v for k, v in found.items() if k != "$schema"} for found in documents]
-    return {"$schema": DRAFT, **said(first.get("description", "")), "anyOf": kinds}
+def either_of(one: Schema, other: Schema) -> Schema:
+    """The schema of files of two kinds: the keys of both, of which common ones are required."""
+    required = [key for key in one["required"] if key in other["required"]]
+    return {**one, "properties": {**other["properties"], **one["properties"]}, "required": required}
 
 
 def text_of(schema: Schema) -> str:
