@@ -25,7 +25,8 @@ from engine.files import (
     did_you_mean,
 )
 from engine.files.declared import Count, Fault, Item, Range, Written, above_0, reader_of
-from hw.model import ANY, ByArm, MotionLimits, RobotModel, SensorErrors, SensorModel, Six
+from hw import Joints
+from hw.model import ANY, ByArm, MotionLimits, RobotModel, SensorErrors, SensorModel
 from hw.safety import SafetyLimits
 from states.signals import PREDICTORS
 
@@ -79,7 +80,7 @@ class RobotSettings:
     arm_parking: Annotated[Duration, above_0(600.0)]
     """Charts give up parking the arm after this long."""
 
-    def parked(self, arm: str) -> Six | None:
+    def parked(self, arm: str) -> Joints | None:
         """Joint angles in which this arm is folded; None: those of the robot's prop."""
         poses = self.arm_parked or {}
         return poses.get(arm) or poses.get(ANY)

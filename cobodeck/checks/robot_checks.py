@@ -64,6 +64,20 @@ def free(robot: RobotModel) -> Iterator[CheckResult]:
         yield CheckResult("arm", BAD, contact, said=f"robot {robot.name}: {contact}", code=FAILED)
 
 
+def numeric(robot: RobotModel) -> Iterator[CheckResult]:
+    """That the inverse kinematics of an arm by URDF are slow."""
+    if robot.arm is None or robot.arm.model.dh is not None:
+        return
+    from states.arm.description import manipulator_of
+    from states.arm.kinematics import slowness
+
+    arm = manipulator_of(robot)
+    yield CheckResult(f"arm {arm.name}", FIT, slowness(arm.shape))
+    for first, second in arm.grown:
+        told = f"contact of {first} with {second} is not seen: their capsules always overlap"
+        yield CheckResult(f"arm {arm.name}", FIT, told)
+
+
 def reach(robot: RobotModel, profile: Profile) -> Iterator[CheckResult]:
     """Time, torque, momentum and power of a reach to a level DEEP."""
     if robot.arm is None:

@@ -92,6 +92,7 @@ class ReachReport:
     tool: str
     length: float
     tolerance: float
+    told: str = ""
 
     def heights_within(self, column: int) -> tuple[float, float] | None:
         """The lowest and highest height that is reached at all from a distance; None: none."""
@@ -170,13 +171,15 @@ def reach_report(
     Raises:
         Problem: there is no such robot or tool, or a file is wrong.
     """
+    from states.arm.kinematics import slowness
     from states.arm.planning import ANGLES, Reach
 
     arm = arm_of(robot, tool)
     found = Reach(arm, arm).table(
         heights, distances, ANGLES, (tolerance, 0.1 if tolerance else 0.0)
     )
-    return ReachReport(found, robot, arm.tool.name, _length(arm), tolerance)
+    told = slowness(arm.shape) if arm.is_numeric else ""
+    return ReachReport(found, robot, arm.tool.name, _length(arm), tolerance, told)
 
 
 def arm_of(robot: str, tool: str | None) -> Manipulator:
@@ -254,7 +257,8 @@ def summary(found: ReachReport) -> str:
     ]
     head = ("height", *(f"{distance:g} m" for distance in reach.distances))
     right = frozenset(range(len(head)))
-    return f"{_head(found)}\n\n{table([head, *shown], right)}\n\n{_band(found)}"
+    told = f"\n\n{found.told}" if found.told else ""
+    return f"{_head(found)}\n\n{table([head, *shown], right)}\n\n{_band(found)}{told}"
 
 
 def _head(found: ReachReport) -> str:

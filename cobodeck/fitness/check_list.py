@@ -51,6 +51,7 @@ CHECKS = (
         "Is the arm, folded as the profile says, clear?", "robot_checks:folded", ("doctor",)
     ),
     FitnessCheck("Does the folded arm touch anything?", "robot_checks:free", ("fold",)),
+    FitnessCheck("How is the arm's inverse found?", "robot_checks:numeric", ("doctor",)),
     FitnessCheck(
         "Is the arm's reach enough, within its limits?", "robot_checks:reach", ("doctor",)
     ),

@@ -10,7 +10,7 @@ from pathlib import Path
 from cobodeck.project import CHARTS, PLACE, Catalogue, catalogue, chart_names, known_places
 from engine.chart import load_files
 from engine.files import FileError, SourceFile, is_file, read_text
-from engine.files.declared import document, no_files, text_of, with_own_files
+from engine.files.declared import document, either_of, no_files, text_of, with_own_files
 from engine.schema import schema_text
 
 _MODELINE = re.compile(r"^#\s*yaml-language-server:\s*\$schema=(\S+)", re.MULTILINE)
@@ -21,7 +21,12 @@ def schema_for(kind: str, known: Catalogue) -> str:
     """The JSON Schema of a kind of file; that of charts has the catalogue's states and charts."""
     if kind == "chart":
         return _of_charts(known)
-    return text_of(document(declaration(kind), layered=kind == "profile"))
+    found = document(declaration(kind), layered=kind == "profile")
+    if kind == "arm":  # by its lengths, or by its URDF
+        from hw.model import DescribedArmFile
+
+        found = either_of(found, document(DescribedArmFile))
+    return text_of(found)
 
 
 def _of_charts(known: Catalogue) -> str:

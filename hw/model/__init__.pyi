@@ -2,18 +2,20 @@ from hw.model.arm import (
     ALIKE as ALIKE,
     LINKS as LINKS,
     ArmShape as ArmShape,
+    DescribedArm as DescribedArm,
+    DescribedArmFile as DescribedArmFile,
     Dh as Dh,
     JointRange as JointRange,
     arm_names as arm_names,
     load_arm as load_arm,
     nearest_arm as nearest_arm,
-    six as six,
 )
 from hw.model.calibration import (
     CalibrationFile as CalibrationFile,
     load_calibration as load_calibration,
 )
 from hw.model.description import (
+    ArmUrdf as ArmUrdf,
     UrdfDescription as UrdfDescription,
 )
 from hw.model.flange import FlangeChain as FlangeChain
@@ -24,11 +26,11 @@ from hw.model.prop import (
     ByArm as ByArm,
     Capsule as Capsule,
     GripperModel as GripperModel,
+    ParkedJoints as ParkedJoints,
     Placement as Placement,
     Point3 as Point3,
     Prop as Prop,
     PropFile as PropFile,
-    Six as Six,
     WrenchModel as WrenchModel,
     load_prop as load_prop,
 )
@@ -77,6 +79,11 @@ from hw.model.tracking_file import (
     load_tracking as load_tracking,
     placement_of as placement_of,
 )
-from hw.model.xacro_file import (
-    urdf_text as urdf_text,
+from hw.model.urdf import (
+    Joint as Joint,
+    Urdf as Urdf,
+    inverted as inverted,
+    matrix as matrix,
+    placement as placement,
+    read_urdf as read_urdf,
 )

@@ -17,7 +17,15 @@ parked:    # optional: the folded arm by prop, rad, where the file of the prop d
   prop: [-2.39, -1.29, -1.8, 1.71, 0.14, -2.71]
 
 Link frames are those of `states.arm.kinematics.model`. What stands under the arm is in the robot
-file.
+file. Any other arm of six or seven joints is described by its URDF:
+
+arm: panda
+payload: 3 kg
+urdf: {file: panda.urdf, base: panda_link0, flange: panda_link8}
+joints:    # optional: joints for which other values count than those of the URDF
+  panda_joint4: {lower: -176 deg, upper: -4 deg, speed: 120 deg/s, torque: 87 Nm}
+
+Its capsules are fitted to the collision shapes (`hw.model.urdf.capsules`).
 """
 
 from __future__ import annotations
@@ -27,9 +35,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
-from engine.files import AngularSpeed, Length, Mass, Torque, did_you_mean
+from engine.files import AngularSpeed, Length, Mass, Torque, did_you_mean, mistake
 from engine.files.declared import (
     Fault,
     Item,
@@ -43,7 +51,12 @@ from engine.files.declared import (
     record,
 )
 from hw.geometry import AnyAngle
-from hw.model.prop import JOINTS, Capsule, Placement, Point3, Radius, Six
+from hw.model.description import ArmUrdf
+from hw.model.prop import JOINTS, Capsule, ParkedJoints, Placement, Point3, Radius
+from hw.samples import Joints
+
+if TYPE_CHECKING:
+    from hw.model.urdf import Joint
 
 FOLDER = Path(__file__).parent.parent / "arms"
 LinkName = Literal["base", "shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"]
@@ -54,6 +67,8 @@ ALIKE = 0.005
 """Lengths that differ by less are of one arm, m; calibrations differ by up to 3 mm."""
 ALIKE_TURN = 0.05
 """Joints of calibrated chains are turned by less from the nominal ones, rad; by up to 8 mrad."""
+
+_SAME = Placement()
 
 JointSpeed = Annotated[AngularSpeed, Range(0.01, 20.0)]
 _Inertia = Annotated[float, Range(-1000.0, 1000.0)]
@@ -168,8 +183,8 @@ class ArmShape:
     """Its name."""
     payload: Annotated[Mass, Range(0.0, 500.0)]
     """The greatest mass that it holds."""
-    dh: Dh
-    """Its lengths."""
+    dh: Dh | None
+    """Its lengths; None for an arm by URDF."""
     joints: Mapping[str, JointRange]
     """The six joints by name, shoulder first."""
     capsules: tuple[Annotated[Capsule, _capsule, Written(_Capsule)], ...]
@@ -182,33 +197,59 @@ class ArmShape:
     """Where the numbers come from, with version."""
     apart: tuple[tuple[str, str], ...] = ()
     """Pairs of links, or parts of them, that cannot touch at any joint angles; never neighbours."""
-    parked: Mapping[str, Six] = field(default_factory=dict)
-    """The folded arm by prop, six joints, for props that do not say them."""
+    parked: Mapping[str, ParkedJoints] = field(default_factory=dict)
+    """The folded arm by prop, all joints, for props that do not say them."""
 
     @property
     def name(self) -> str:
         """The arm's name."""
         return self.arm
 
+    @property
+    def links(self) -> tuple[str, ...]:
+        """The names of base and moving links, shoulder first."""
+        return LINKS
+
+    @property
+    def ur(self) -> Dh:
+        """The lengths of a UR arm.
+
+        Raises:
+            ValueError: it is another arm.
+        """
+        if self.dh is None:
+            raise ValueError(f"arm {self.name} is no UR arm")
+        return self.dh
+
+    @property
+    def placements(self) -> tuple[Placement, ...]:
+        """Frame of each joint in the link before it, at zero angles."""
+        return self.ur.placements()
+
+    @property
+    def flange(self) -> Placement:
+        """The flange in the frame of the last link."""
+        return _SAME
+
     @cached_property
-    def lower(self) -> Six:
+    def lower(self) -> Joints:
         """Lower limits of the joint angles, rad."""
-        return six(joint.lower for joint in self.joints.values())
+        return tuple([joint.lower for joint in self.joints.values()])
 
     @cached_property
-    def upper(self) -> Six:
+    def upper(self) -> Joints:
         """Upper limits of the joint angles, rad."""
-        return six(joint.upper for joint in self.joints.values())
+        return tuple([joint.upper for joint in self.joints.values()])
 
     @cached_property
-    def max_speed(self) -> Six:
+    def max_speed(self) -> Joints:
         """Limits of the joint speeds, rad/s."""
-        return six(joint.speed for joint in self.joints.values())
+        return tuple([joint.speed for joint in self.joints.values()])
 
     @cached_property
-    def max_torque(self) -> Six:
+    def max_torque(self) -> Joints:
         """Limits of the joint torques, Nm."""
-        return six(joint.torque for joint in self.joints.values())
+        return tuple([joint.torque for joint in self.joints.values()])
 
     def faults(self) -> Iterator[Fault]:
         """Contradictions, by key."""
@@ -216,16 +257,23 @@ class ArmShape:
             yield "joints", f"needs {JOINTS} joints, has {len(self.joints)}"
         if tuple(self.masses) not in ((), LINKS[1:]):
             yield "masses", f"needs the moving links in their order: {', '.join(LINKS[1:])}"
-        known = dict.fromkeys((*LINKS, *(capsule.part for capsule in self.capsules)))
+        yield from self._not_apart()
+        if self.dh is None:
+            yield "dh", "null; an arm by its lengths needs them, any other the key 'urdf'"
+        else:
+            yield from self._short(self.dh)
+
+    def _not_apart(self) -> Iterator[Fault]:
+        """Names in `apart` of parts that there are not."""
+        known = dict.fromkeys((*self.links, *(capsule.part for capsule in self.capsules)))
         for n, pair in enumerate(self.apart):
             for m, part in enumerate(pair):
                 if part not in known:
                     yield f"apart.{n}.{m}", f"no link or part {part!r}; {did_you_mean(part, known)}"
-        yield from self._short()
 
-    def _short(self) -> Iterator[Fault]:
+    def _short(self, dh: Dh) -> Iterator[Fault]:
         """Upper arm and forearm whose capsules do not span the distance between their joints."""
-        for link, key, length in (("upper_arm", "a2", self.dh.a2), ("forearm", "a3", self.dh.a3)):
+        for link, key, length in (("upper_arm", "a2", dh.a2), ("forearm", "a3", dh.a3)):
             own = [c for c in self.capsules if LINKS[c.link] == link]
             if not own:
                 yield "capsules", f"{link} has none"
@@ -238,6 +286,64 @@ class ArmShape:
                     f"{length:g}, but the capsules of {link} reach to {-reach:.3f}: these are not "
                     "lengths and shape of one arm",
                 )
+
+
+@dataclass(frozen=True)
+class DescribedArm(ArmShape):
+    """An arm of six or seven joints by its URDF: any that turns, not only a UR arm.
+
+    Its inverse kinematics are numeric. See the README of `states/arm`.
+    """
+
+    own_links: tuple[str, ...] = ()
+    own_placements: tuple[Placement, ...] = ()
+    own_flange: Placement = _SAME
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """The names of base and moving links, shoulder first."""
+        return self.own_links
+
+    @property
+    def placements(self) -> tuple[Placement, ...]:
+        """Frame of each joint in the link before it, at zero angles."""
+        return self.own_placements
+
+    @property
+    def flange(self) -> Placement:
+        """The flange in the frame of the last link."""
+        return self.own_flange
+
+    def faults(self) -> Iterator[Fault]:
+        """Contradictions, by key."""
+        for name, joint in self.joints.items():
+            yield from ((f"joints.{name}.{key}", told) for key, told in joint.faults())
+        for prop, joints in self.parked.items():
+            if len(joints) != len(self.joints):
+                yield f"parked.{prop}", f"{len(joints)} joint angles; it has {len(self.joints)}"
+        yield from self._not_apart()
+
+
+@dataclass(frozen=True, slots=True)
+class DescribedArmFile:
+    """A jointed arm by its URDF."""
+
+    arm: Name
+    """Its name."""
+    payload: Annotated[Mass, Range(0.0, 500.0)]
+    """The greatest mass that it holds."""
+    urdf: ArmUrdf
+    """The URDF, and where the arm begins and ends in it."""
+    joints: Mapping[str, JointRange] = field(default_factory=dict)
+    """Joints for which other values count than those of the URDF, by name."""
+    apart: tuple[tuple[str, str], ...] = ()
+    """Pairs of links that cannot touch at any joint angles, besides those found by sampling."""
+    parked: Mapping[str, ParkedJoints] = field(default_factory=dict)
+    """The folded arm by prop, all joints, for props that do not say them."""
+    about: str = ""
+    """Which arm it is."""
+    source: str = ""
+    """Where the numbers come from, with version."""
 
 
 def arm_names() -> tuple[str, ...]:
@@ -256,12 +362,14 @@ def load_arm(name_or_path: str | Path = "ur10") -> ArmShape:
 
 def nearest_arm(dh: Dh) -> ArmShape:
     """The known arm whose lengths are nearest to these."""
-    return min(map(load_arm, arm_names()), key=lambda arm: dh.difference(arm.dh))
+    known = [arm for arm in map(load_arm, arm_names()) if arm.dh is not None]
+    return min(known, key=lambda arm: dh.difference(arm.ur))
 
 
 def arms_of(chain: Sequence[Placement]) -> list[str]:
     """The names of the known arms of which a calibrated chain may be."""
-    return [name for name in arm_names() if load_arm(name).dh.misfit(chain) is None]
+    lengths = {name: load_arm(name).dh for name in arm_names()}
+    return [name for name, dh in lengths.items() if dh is not None and not dh.misfit(chain)]
 
 
 def arm_from(item: Item) -> ArmShape:
@@ -270,10 +378,65 @@ def arm_from(item: Item) -> ArmShape:
     Raises:
         FileError: every mistake in it, with file, line, column and what would be right.
     """
-    return record(item, ArmShape)
+    keys = item.mapping()
+    if "urdf" not in keys or "dh" in keys:
+        return record(item, ArmShape)
+    return _described(item, record(item, DescribedArmFile))
 
 
-def six(values: Iterable[float]) -> Six:
-    """Six values, one per joint, shoulder first."""
-    a, b, c, d, e, f = values
-    return a, b, c, d, e, f
+def _described(item: Item, read: DescribedArmFile) -> DescribedArm:
+    from hw.model.urdf import read_urdf, serial_chain
+
+    told, urdf = read.urdf, read_urdf(read.urdf.file)
+    try:
+        chain = serial_chain(urdf, told.base, told.flange, told.file.parent)
+    except ValueError as refused:
+        raise mistake(told.file, str(refused)) from None
+    names = tuple(joint.name for joint in chain.joints)
+    item.require(_misnamed(read.joints, names))
+    ranges = {joint.name: read.joints.get(joint.name) or _range(joint) for joint in chain.joints}
+    lacking = {name: what for name, what in ranges.items() if isinstance(what, str)}
+    item.require(("urdf", what) for what in lacking.values())
+    made = DescribedArm(
+        arm=read.arm,
+        payload=read.payload,
+        dh=None,
+        joints={name: what for name, what in ranges.items() if not isinstance(what, str)},
+        capsules=chain.capsules,
+        masses={
+            link: LinkMass(found.mass, found.center, found.inertia)
+            for link, found in zip(chain.links[1:], chain.masses, strict=False)
+        },
+        about=read.about,
+        source=read.source,
+        apart=read.apart,
+        parked=read.parked,
+        own_links=chain.links,
+        own_placements=chain.placements,
+        own_flange=chain.flange,
+    )
+    item.require(made.faults())
+    return made
+
+
+def _misnamed(joints: Iterable[str], known: Sequence[str]) -> Iterator[Fault]:
+    for name in joints:
+        if name not in known:
+            yield "joints", f"the arm has no joint {name!r}; {did_you_mean(name, known)}"
+
+
+def _range(joint: Joint) -> JointRange | str:
+    """The range of a joint in a URDF, or what is missing in it."""
+    told = {"velocity": joint.speed, "effort": joint.effort}
+    missing = [key for key, value in told.items() if not 0.0 < value < math.inf]
+    if joint.kind == "continuous":
+        missing.append("lower and upper, for it turns on without end (continuous)")
+    elif not joint.lower < joint.upper:
+        missing.append("lower below upper")
+    if not missing:
+        return JointRange(joint.lower, joint.upper, joint.speed, joint.effort)
+    return (
+        f"joint '{joint.name}' has no {', no '.join(missing)}; give all in this file: "
+        f"`joints: {{{joint.name}: {{lower: -180 deg, upper: 180 deg, speed: 90 deg/s, "
+        "torque: 50 Nm}}`"
+    )

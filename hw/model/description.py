@@ -1,4 +1,6 @@
-"""A URDF in place of an arm file, named in a robot file.
+"""URDFs that robot files and arm files name.
+
+In a robot file it describes the UR arm of its arm file once more:
 
 `urdf: {file: own.urdf, base: base_link, flange: tool0, mount: {z: 50 cm}}`; the file's path
 is relative to the robot file's folder.
@@ -21,6 +23,18 @@ def _file(item: Item) -> Path:
     if not is_file(file):
         raise item.error(f"there is no file {file}")
     return file
+
+
+@dataclass(frozen=True, slots=True)
+class ArmUrdf:
+    """A URDF that is an arm: the chain from link `base` to link `flange`."""
+
+    file: Annotated[Path, _file, Written(str)]
+    """The URDF, relative to this file's folder."""
+    base: str
+    """The link that the chain begins with."""
+    flange: str
+    """The link that holds the prop; its z axis points outwards."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,14 +11,15 @@ from hw.se3 import IDENTITY, product
 
 
 class FlangeChain:
-    """The chain of an arm, by its calibration or, without one, by its nominal lengths.
+    """The chain of an arm, by its calibration or, without one, by its arm file.
 
-    What a URDF says of mount and lengths does not count.
+    What a URDF in a robot file says of mount and lengths does not count.
     """
 
     def __init__(self, arm: ArmModel) -> None:
         self._mount = arm.mount.pose()
-        chain = arm.calibration or arm.model.dh.placements()
+        chain = arm.calibration or arm.model.placements
+        self._flange = arm.model.flange.pose().as_motion()
         self._origins = [placement.pose().as_motion() for placement in chain]
 
     def on_base(self, joints: Joints) -> Pose3:
@@ -27,6 +28,8 @@ class FlangeChain:
         for origin, angle in zip(self._origins, joints, strict=True):
             turn = (0.0, 0.0, 0.0, 0.0, 0.0, math.sin(0.5 * angle), math.cos(0.5 * angle))
             found = product(product(found, origin), turn)
+        if self._flange != IDENTITY:
+            found = product(found, self._flange)
         return Pose3(*found)
 
     def on_rover(self, joints: Joints) -> Pose3:

@@ -23,6 +23,7 @@ from typing import Annotated, Any
 
 from engine.files import Force, Length, Mass, Speed, Torque
 from engine.files.declared import (
+    Count,
     Fault,
     Item,
     Name,
@@ -37,13 +38,15 @@ from engine.files.declared import (
     record,
 )
 from hw.geometry import AnyAngle, Pose3
+from hw.samples import Joints
 
 FOLDER = Path(__file__).parent.parent / "props"
 JOINTS = 6
+"""Joints of a UR arm."""
 ANY = ""
 """Stands for any arm."""
 FLANGE = 6
-"""The link that carries the prop: the last of six."""
+"""The link that carries the prop: the last of six, of any arm once it is a `Manipulator`."""
 
 OLD_POSE = ("xyz", "rpy")
 """The keys with which poses were written before."""
@@ -51,7 +54,8 @@ OLD_POSE = ("xyz", "rpy")
 Coordinate = Annotated[Length, Range(-10.0, 10.0)]
 Point3 = tuple[Coordinate, Coordinate, Coordinate]
 Angles = tuple[AnyAngle, AnyAngle, AnyAngle]
-Six = tuple[AnyAngle, AnyAngle, AnyAngle, AnyAngle, AnyAngle, AnyAngle]
+ParkedJoints = Annotated[tuple[AnyAngle, ...], Count(JOINTS, JOINTS + 1)]
+"""Angles of all joints, shoulder first."""
 ToolLength = Annotated[Length, Range(-1.0, 1.0)]
 Radius = Annotated[Length, Range(0.001, 1.0)]
 
@@ -170,10 +174,10 @@ class Prop:
     name: str
     tcp: Placement
     capsules: tuple[Capsule, ...]
-    parked: Six
-    parked_paper: Six
-    poses: Mapping[str, Six]
-    paper_poses: Mapping[str, Six]
+    parked: Joints
+    parked_paper: Joints
+    poses: Mapping[str, Joints]
+    paper_poses: Mapping[str, Joints]
     mass: float = 0.0
     about: str = ""
     gripper: GripperModel | None = None
@@ -185,10 +189,10 @@ class Prop:
         return arm in self.poses or ANY in self.poses
 
     def for_any(self) -> Prop:
-        """This prop as if it suited any arm, to look for parked poses."""
-        return replace(self, poses={ANY: self.parked})
+        """This prop as if it suited any arm, folded nohow, to look for parked poses."""
+        return replace(self, poses={ANY: ()}, paper_poses={})
 
-    def also(self, arm: str, poses: Mapping[str, Six]) -> Prop:
+    def also(self, arm: str, poses: Mapping[str, Joints]) -> Prop:
         """This prop, folded on this arm as in `poses` (by prop) unless its own file says how."""
         if self.name not in poses:
             return self
@@ -196,7 +200,7 @@ class Prop:
 
     def on(self, arm: str) -> Prop:
         """This prop on an arm that it suits, with the parked poses of that arm."""
-        parked = self.poses.get(arm) or self.poses[ANY]
+        parked = self.poses[arm if arm in self.poses else ANY]
         paper = self.paper_poses.get(arm) or self.paper_poses.get(ANY) or parked
         return replace(self, parked=parked, parked_paper=paper)
 
@@ -230,17 +234,17 @@ class _Capsule:
     """All points as near to the axis belong to it."""
 
 
-def by_arm(item: Item) -> Mapping[str, Six]:
+def by_arm(item: Item) -> Mapping[str, Joints]:
     """Joint angles by the names of arms; a list alone is for any arm."""
     if isinstance(item.value, list):
-        return {ANY: reader_of(Six)(item)}
-    found: Mapping[str, Six] = reader_of(Mapping[str, Six])(item)
+        return {ANY: reader_of(ParkedJoints)(item)}
+    found: Mapping[str, Joints] = reader_of(Mapping[str, ParkedJoints])(item)
     if not found:
         raise item.error("is empty", "six joint angles for each arm: `ur10: [0, -1, -2, 0, 0, 0]`")
     return found
 
 
-ByArm = Annotated[Mapping[str, Six], by_arm, Written(Mapping[str, Six] | Six)]
+ByArm = Annotated[Mapping[str, Joints], by_arm, Written(Mapping[str, ParkedJoints] | ParkedJoints)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,7 +260,7 @@ class PropFile:
     capsules: tuple[_Capsule, ...]
     """Around all of it, in the flange frame."""
     parked: ByArm
-    """The folded arm, six joints, by arm; or six for any arm."""
+    """The folded arm, all joints, by arm; or those of any arm."""
     parked_paper: ByArm | None = None
     """A second folded pose, which reproduces the paper's times."""
     about: str = ""

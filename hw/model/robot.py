@@ -226,6 +226,11 @@ class ArmModel:
 
     def faults(self) -> Iterator[Fault]:
         """The fault of a calibration that is another arm's, by key."""
+        if self.model.dh is None:
+            for key in ("calibration", "urdf"):
+                if getattr(self, key) is not None:
+                    yield key, f"is for UR arms; {self.model.name} is described by its own URDF"
+            return
         if self.calibration is None:
             return
         off = self.model.dh.misfit(self.calibration)
@@ -331,6 +336,8 @@ class RobotModel:
         if held.mass > self.payload:
             weighs = f"{held.name} weighs {held.mass:g} kg"
             yield "prop", f"{weighs}; the payload is {self.payload:g} kg"
+        if not held.parked:  # such a pose is only looked for
+            return
         try:
             self.arm.check(held.parked)
         except ValueError as refused:
@@ -454,5 +461,5 @@ def _unparked(held: Prop, arm: str) -> Iterator[Fault]:
         yield (
             "prop",
             f"{held.name} does not say how an arm {arm} is folded with it; "
-            "`cobodeck reach --park` finds poses for its key 'parked'",
+            f"`cobodeck reach --tool {held.name} --park` finds poses for its key 'parked'",
         )

@@ -31,7 +31,6 @@ from typing import NamedTuple
 import numpy as np
 
 from hw import OLD_S, USER_RADIUS, Pose2
-from hw.model import LINKS
 from hw.motion import Motion
 from hw.safety import QUICK, STEADY
 from states.arm.arm_situation import slimmed
@@ -56,7 +55,8 @@ HANDS_AHEAD_S = np.array((0.0, HAND_REACTION_S))
 """As `AHEAD_S`: now, and what is reached before the next pace, s."""
 STANDS = 0.1
 """A person slower than this stands still, m/s."""
-_WRIST = LINKS.index("wrist_1")
+WRIST = 3
+"""Links at the end of the chain that count as wrist, and meet the hand as the prop does."""
 
 
 class ArmPace(NamedTuple):
@@ -102,7 +102,7 @@ class Governor:
         links, own = body.links[body.first :], body.radii[body.first :]
         count = math.ceil(trajectory.duration / STEP_S)
         joints, velocities, _ = trajectory.at(np.linspace(0.0, STEP_S * count, count + 1))
-        clearance = np.where(links >= _WRIST, TOUCH_CLEARANCE, CLEARANCE)
+        clearance = np.where(links > arm.count - WRIST, TOUCH_CLEARANCE, CLEARANCE)
         self._course = WatchedCourse(
             body, own, clearance, joints, velocities, brakes.stop, brakes.speed_up, AHEAD_S,
             HANDS_AHEAD_S,

@@ -36,7 +36,7 @@ class WatchedCourse(NamedTuple):
     """An arm on its trajectory.
 
     `own` and `clearance` (k,) are radius and C of each of the capsules of `body` from its `first`
-    on; joints and velocities (t, 6) are `STEP_S` apart; stop and speed_up as in `Brakes`. Bodies
+    on; joints and velocities (t, j) are `STEP_S` apart; stop and speed_up as in `Brakes`. Bodies
     are met `ahead`, limbs `hands_ahead` on the trajectory, (n,), s.
     """
 
@@ -178,13 +178,13 @@ def turned(closing: float, speed: float, off: float) -> float:
 
 @compiled
 def looked_ahead(course: WatchedCourse, since: float, ahead: Array) -> tuple[Array, Array, Array]:
-    """Joints and their velocities, (n, 6), and t_s at full pace, (n,), so long ahead, s (n,)."""
-    count, last = len(ahead), len(course.joints) - 1
-    q, velocity, stopping = np.empty((count, 6)), np.empty((count, 6)), np.empty(count)
+    """Joints and their velocities, (n, j), and t_s at full pace, (n,), so long ahead, s (n,)."""
+    count, last, j = len(ahead), len(course.joints) - 1, course.joints.shape[1]
+    q, velocity, stopping = np.empty((count, j)), np.empty((count, j)), np.empty(count)
     for n in range(count):
         at = min(round((since + ahead[n]) / STEP_S), last)
         fastest = _NOTHING
-        for i in range(6):
+        for i in range(j):
             q[n, i], velocity[n, i] = course.joints[at, i], course.velocities[at, i]
             fastest = max(fastest, abs(velocity[n, i]))
         stopping[n] = fastest / course.stop

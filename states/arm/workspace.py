@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hw import Joints, Pose2, Pose3, TimedJoints, example
-from hw.model import JOINTS, MotionLimits, RobotModel
+from hw.model import MotionLimits, RobotModel, inverted
 from states.arm.arm_separation import Brakes, Governor
 from states.arm.arm_situation import (
     ARM_RADIUS,
@@ -37,7 +37,6 @@ from states.arm.kinematics import (
     forward,
     inverse,
     inverse_near,
-    inverted,
     jacobian,
     link_frames,
     nearest_copies,
@@ -337,7 +336,7 @@ class Workspace:
         that the arm keeps from walls.
         """
         body, flange = self.arm.solid, pose_matrix(deep) @ inverted(self.arm.tip)
-        last = body.links == JOINTS
+        last = body.links == self.arm.count
         return body.ends[last] @ flange[:3, :3].T + flange[:3, 3], body.radii[last] + MARGIN
 
     def _soonest_first(
@@ -407,8 +406,9 @@ def waypoints(plan: Plan) -> tuple[TimedJoints, ...]:
 
 @example
 def _example(workspace: Workspace) -> None:
-    arm, still = workspace.arm, np.zeros(6)
+    arm, still = workspace.arm, np.zeros(workspace.arm.count)
     inverse(arm, forward(arm, still))
+    goals_at(arm, forward(arm, still), still)
     jacobian(arm, still)
     link_frames(arm, still)
     checker = CollisionChecker.of(arm, Surroundings.empty())

@@ -24,7 +24,7 @@ from cobodeck.bench.arm.arm_peers import IK_PEERS, found, solutions
 from cobodeck.bench.arm.arm_problems import ReachProblem, limits_of, parked, problems
 from cobodeck.bench.harness import ROUNDS, BenchRow, TimedPoint, Work, timed, timed_each, times
 from hw import compile_examples
-from hw.model import load_calibration, load_robot
+from hw.model import inverted, load_calibration, load_robot
 from hw.scene import Room
 from states.arm.description import manipulator_of
 from states.arm.kinematics import (
@@ -36,7 +36,6 @@ from states.arm.kinematics import (
     forward,
     inverse,
     inverse_near,
-    inverted,
 )
 from states.arm.planning import NoPlan, Plan, Planner, Query, goals_at, lines_first, plan, planner
 

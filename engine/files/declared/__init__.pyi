@@ -34,6 +34,7 @@ from engine.files.declared.schema import (
     bounds as bounds,
     document as document,
     meanings_of as meanings_of,
+    either_of as either_of,
     quantity_pattern as quantity_pattern,
     said as said,
     text_of as text_of,

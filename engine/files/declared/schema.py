@@ -40,6 +40,12 @@ def document(kind: type, layered: bool = False) -> Schema:
     return {"$schema": DRAFT, **said(inspect.getdoc(kind) or ""), **found}
 
 
+def either_of(one: Schema, other: Schema) -> Schema:
+    """The schema of files of two kinds: the keys of both, of which common ones are required."""
+    required = [key for key in one["required"] if key in other["required"]]
+    return {**one, "properties": {**other["properties"], **one["properties"]}, "required": required}
+
+
 def text_of(schema: Schema) -> str:
     """A schema as the text of its file."""
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"

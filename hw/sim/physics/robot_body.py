@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hw.geometry import Pose2, Twist2
-from hw.model import JOINTS, BaseModel, RobotModel, Slip
+from hw.model import BaseModel, RobotModel, Slip
 from hw.samples import Joints
 from hw.sim.physics.mechanics import WHEELS, Mechanics, WheelGeometry
 from hw.sim.physics.robot_mjcf import robot_mjcf
@@ -42,7 +42,7 @@ class RobotBody:
         self._base, self._step = robot.base, mechanics.step
         joint = [model.joint(n) for n in range(model.njnt)]
         places = {j.name: (int(j.qposadr[0]), int(j.dofadr[0])) for j in joint}
-        count = JOINTS if robot.arm is not None else 0
+        count = len(robot.arm.model.joints) if robot.arm is not None else 0
         self._rollers, _ = _indices(places, "roller", len(WHEELS))
         self._hubs, self._hub_rates = _indices(places, "hub", len(WHEELS))
         self._joints, self._joint_rates = _indices(places, "joint", count)

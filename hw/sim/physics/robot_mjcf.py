@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from hw.geometry import Pose3
-from hw.model import JOINTS, LINKS, ArmModel, Prop, RobotModel
+from hw.model import ArmModel, Placement, Prop, RobotModel
 from hw.sim.physics.mechanics import GRAVITY, WHEELS, Mechanics, WheelGeometry
 
 _POINT = 1e-6
@@ -109,18 +109,19 @@ def _arm(arm: ArmModel, prop: Prop | None, mechanics: Mechanics) -> str:
     """
     text, shape = "", arm.model
     if prop is not None and prop.mass > 0.0:
+        flange = "" if shape.flange == Placement() else f" {_place(shape.flange.pose())}"
         text = (
-            '<body name="prop">'
+            f'<body name="prop"{flange}>'
             f'<inertial pos="{_numbers(*prop.center_of_mass)}" mass="{prop.mass!r}" '
             f'diaginertia="{_numbers(*3 * [_POINT])}"/></body>'
         )
-    chain = arm.calibration or shape.dh.placements()
+    chain = arm.calibration or shape.placements
     for n in reversed(range(len(chain))):
-        link, torque = shape.masses[LINKS[n + 1]], shape.max_torque[n]
+        link, torque = shape.masses[shape.links[n + 1]], shape.max_torque[n]
         pose = chain[n].pose()
         if n == 0:
             pose = arm.mount.pose() @ pose
-        text = f"""<body name="{LINKS[n + 1]}" {_place(pose)}>
+        text = f"""<body name="link_{n + 1}" {_place(pose)}>
 <inertial pos="{_numbers(*link.center)}" mass="{link.mass!r}"
  fullinertia="{_numbers(*link.inertia)}"/>
 <joint name="joint_{n}" axis="0 0 1" armature="{mechanics.rotor_inertia!r}"
@@ -139,5 +140,5 @@ def _actuators(robot: RobotModel, mechanics: Mechanics) -> Iterator[str]:
             f'biastype="affine" biasprm="0 {-integral!r} 0"/>'
         )
     if robot.arm is not None:
-        for n in range(JOINTS):
+        for n in range(len(robot.arm.model.joints)):
             yield f'<motor joint="joint_{n}"/>'

@@ -18,13 +18,18 @@ from hw.model import (
     ArmShape,
     Capsule,
     Dh,
+    Joint,
     JointRange,
     Placement,
+    Urdf,
     UrdfDescription,
+    inverted,
+    matrix,
     nearest_arm,
+    placement,
+    read_urdf,
 )
-from states.arm.description.urdf import Joint, Urdf, read_urdf
-from states.arm.kinematics import Array, Manipulator, inverted, matrix
+from states.arm.kinematics import Array, Manipulator
 
 _ALIKE = 0.1
 """Largest angle between a joint axis and that of a UR arm, rad."""
@@ -51,12 +56,12 @@ def manipulator_from_urdf(urdf: Urdf, base: str, tip: str, like: Manipulator) ->
     mount = _mount(axes, points)
     axes, points = axes @ mount[:3, :3], (points - mount[:3, 3]) @ mount[:3, :3]
     _require_alike(urdf, joints, axes)
-    dh = _lengths(axes, points, like.shape.dh.d6)
+    dh = _lengths(axes, points, like.shape.ur.d6)
     # a URDF does not say how much of the shoulder's height belongs to the mount: d1 is as in `like`
-    raised = dh.d1 - like.shape.dh.d1
+    raised = dh.d1 - like.shape.ur.d1
     mount[:3, 3] += raised * mount[:3, 2]
     points[:, 2] -= raised
-    dh = replace(dh, d1=like.shape.dh.d1)
+    dh = replace(dh, d1=like.shape.ur.d1)
     chain = _laid(dh, axes, points)
     steps = [inverted(a) @ b for a, b in zip([np.eye(4), *chain], chain, strict=False)]
     tcp = inverted(mount @ chain[-1]) @ base_from @ root_from[tip]
@@ -89,9 +94,9 @@ def described_arm(described: UrdfDescription, like: Manipulator) -> Manipulator:
         capsules=tuple(_moved(capsule, link_from_flange) for capsule in like.tool.capsules),
     )
     own = like.shape.joints.values()
-    off = found.shape.dh.difference(like.shape.dh)
+    off = found.shape.ur.difference(like.shape.ur)
     if off > ALIKE:
-        raise mistake(described.file, _another(found.shape.dh, like))
+        raise mistake(described.file, _another(found.shape.ur, like))
     return replace(
         found,
         shape=replace(found.shape, joints=dict(zip(found.shape.joints, own, strict=True))),
@@ -111,7 +116,7 @@ def _another(found: Dh, like: Manipulator) -> str:
     """Why an arm of these lengths is not the one that the robot file names."""
     told = f"a2 {found.a2:.4f}, a3 {found.a3:.4f}, d4 {found.d4:.4f}, d5 {found.d5:.4f} m"
     known = nearest_arm(found)
-    off = found.difference(known.dh)
+    off = found.difference(known.ur)
     whose = f"those of {known.name}" if off <= ALIKE else "those of no known arm"
     hint = f"; the nearest is {known.name}, {off * 1e3:.0f} mm off" if off > ALIKE else ""
     return f"its lengths ({told}) are {whose}, not of {like.name}, which the robot file names{hint}"
@@ -121,18 +126,6 @@ def _moved(capsule: Capsule, pose: Array) -> Capsule:
     ends = np.array([[*capsule.start, 1.0], [*capsule.end, 1.0]]) @ pose.T
     (x, y, z), (u, v, w) = ends[:, :3].tolist()
     return replace(capsule, start=(x, y, z), end=(u, v, w))
-
-
-def placement(pose: Array) -> Placement:
-    """A 4x4 pose as xyz and rpy."""
-    (x, y, z), r = pose[:3, 3], pose[:3, :3]
-    level = math.hypot(r[0, 0], r[1, 0])
-    pitch = math.atan2(-r[2, 0], level)
-    if level > 1e-9:
-        roll, yaw = math.atan2(r[2, 1], r[2, 2]), math.atan2(r[1, 0], r[0, 0])
-    else:  # pitch of +-90 degrees: roll and yaw turn about one axis, and yaw is set to 0
-        roll, yaw = math.atan2(-r[1, 2], r[1, 1]), 0.0
-    return Placement((float(x), float(y), float(z)), (roll, pitch, yaw))
 
 
 def _turning(urdf: Urdf, base: str, tip: str) -> list[Joint]:

@@ -17,7 +17,6 @@ from states.arm.kinematics.dynamics import (
     effort as effort,
 )
 from states.arm.kinematics.inverse_kinematics import (
-    BRANCHES as BRANCHES,
     EXACT as EXACT,
     Solutions as Solutions,
     inverse as inverse,
@@ -38,7 +37,6 @@ from states.arm.kinematics.kinematics import (
     deviation as deviation,
     fastest_point as fastest_point,
     forward as forward,
-    inverted as inverted,
     jacobian as jacobian,
     link_frames as link_frames,
     pose_matrix as pose_matrix,
@@ -46,9 +44,13 @@ from states.arm.kinematics.kinematics import (
 )
 from states.arm.kinematics.model import (
     Manipulator as Manipulator,
-    matrix as matrix,
 )
 from states.arm.kinematics.newton import (
     ALONG_STEPS as ALONG_STEPS,
     descended as descended,
+)
+from states.arm.kinematics.numeric import (
+    BRANCHES as BRANCHES,
+    followed as followed,
+    slowness as slowness,
 )

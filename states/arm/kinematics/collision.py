@@ -124,7 +124,7 @@ class Surroundings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CollisionChecker:
-    """Checks of one arm among fixed obstacles. Joints are (6,) or (n, 6) in rad, gaps in m."""
+    """Checks of one arm among fixed obstacles. Joints are (j,) or (n, j) in rad, gaps in m."""
 
     arm: Manipulator
     around: ArmObstacles
@@ -171,7 +171,7 @@ class CollisionChecker:
 
     def sweep_line(self, start: Array, step: Array, budget: int = 1_000_000) -> tuple[float, int]:
         """As `sweep` along the straight joint line start + x step, x <= 1."""
-        piece = np.array([start, step, np.zeros(6)])
+        piece = np.array([start, step, np.zeros(len(start))])
         return sweep(self.arm.solid, self.around, piece, 1.0, self.margin, budget)
 
     def line_free(self, start: Array, goal: Array) -> bool:
@@ -179,7 +179,7 @@ class CollisionChecker:
         return self.sweep_line(start, goal - start)[0] >= 1.0
 
     def _gaps(self, joints: ArrayLike) -> tuple[Array, Integers]:
-        q = np.ascontiguousarray(joints, dtype=np.float64).reshape(-1, 6)
+        q = np.ascontiguousarray(joints, dtype=np.float64).reshape(-1, self.arm.count)
         found, where = np.empty(len(q)), np.empty(len(q), dtype=np.int64)
         gaps(self.arm.solid, self.around, q, found, where)
         return found, where
@@ -187,10 +187,10 @@ class CollisionChecker:
 
 def outline(arm: Manipulator, joints: ArrayLike) -> tuple[Array, Array]:
     """The placed capsules: ends (m, 2, 3) of their axes in the rover frame, and radii (m,)."""
-    q = np.ascontiguousarray(joints, dtype=np.float64).reshape(6)
+    q = np.ascontiguousarray(joints, dtype=np.float64).reshape(arm.count)
     solid = arm.solid
-    ends = np.empty((len(solid.links), 2, 3))
-    place_capsules(solid.base, solid.origins, solid.links, solid.ends, q, np.empty((7, 4, 4)), ends)
+    frames, ends = np.empty((arm.count + 1, 4, 4)), np.empty((len(solid.links), 2, 3))
+    place_capsules(solid.base, solid.origins, solid.links, solid.ends, q, frames, ends)
     return ends, solid.radii
 
 

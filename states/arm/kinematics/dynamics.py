@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.model import FLANGE
 from states.arm.kinematics.kernels import Array, place_links
 from states.arm.kinematics.model import Manipulator
 
@@ -28,7 +27,7 @@ G = 9.81
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Effort:
-    """At n instants: torques (n, 6), Nm; mechanical power of all joints (n,), W; momentum (n,)."""
+    """At n instants: torques (n, j), Nm; mechanical power of all joints (n,), W; momentum (n,)."""
 
     torque: Array
     power: Array
@@ -50,7 +49,7 @@ class Bodies:
         masses, held = arm.shape.masses.values(), arm.tool
         inertias = [_tensor(link.inertia) for link in masses]
         return cls(
-            (*range(1, len(masses) + 1), FLANGE),
+            (*range(1, len(masses) + 1), arm.count),
             np.array([*(link.mass for link in masses), held.mass]),
             np.array([*(link.center for link in masses), held.center_of_mass]),
             np.array([*inertias, np.zeros((3, 3))]),
@@ -60,7 +59,7 @@ class Bodies:
 def effort(
     arm: Manipulator, bodies: Bodies, joints: Array, velocities: Array, accelerations: Array
 ) -> Effort:
-    """Torque, power and momentum for joints, velocities and accelerations (n, 6) each."""
+    """Torque, power and momentum for joints, velocities and accelerations (n, j) each."""
     rows = [_at(arm, bodies, *row) for row in zip(joints, velocities, accelerations, strict=True)]
     torque = np.array([row[0] for row in rows])
     momentum = np.array([row[1] for row in rows])
@@ -68,19 +67,20 @@ def effort(
 
 
 def _at(arm: Manipulator, bodies: Bodies, q: Array, v: Array, a: Array) -> tuple[Array, float]:
-    frames = np.zeros((7, 4, 4))
+    count = arm.count + 1
+    frames = np.zeros((count, 4, 4))
     place_links(arm.base, arm.origins, np.ascontiguousarray(q), frames)
     origins, axes = frames[:, :3, 3], frames[:, :3, 2]
-    spin, spun, speed = np.zeros((7, 3)), np.zeros((7, 3)), np.zeros((7, 3))
-    gained = np.zeros((7, 3))
+    spin, spun, speed = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros((count, 3))
+    gained = np.zeros((count, 3))
     gained[0, 2] = G
-    for k in range(1, 7):
+    for k in range(1, count):
         turn, d = v[k - 1] * axes[k], origins[k] - origins[k - 1]
         spin[k] = spin[k - 1] + turn
         spun[k] = spun[k - 1] + a[k - 1] * axes[k] + np.cross(spin[k - 1], turn)
         speed[k] = speed[k - 1] + np.cross(spin[k - 1], d)
         gained[k] = gained[k - 1] + _moved(spin[k - 1], spun[k - 1], d)
-    torque, momentum = np.zeros(6), np.zeros(3)
+    torque, momentum = np.zeros(arm.count), np.zeros(3)
     for link, mass, center, tensor in zip(
         bodies.links, bodies.masses, bodies.centers, bodies.inertias, strict=True
     ):

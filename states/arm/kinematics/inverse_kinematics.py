@@ -28,16 +28,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hw import compiled
+from hw.model import inverted
 from states.arm.kinematics.kernels import Array
 from states.arm.kinematics.kinematics import (
     deviation,
     forward,
-    inverted,
 )
 from states.arm.kinematics.model import Manipulator
 from states.arm.kinematics.newton import MORE_STEPS, STEPS, polish, self_motion, settled
+from states.arm.kinematics.numeric import BRANCHES, searched
 
-BRANCHES = 8
 SEED_REACH = 0.05
 """Branches that the nominal chain misses by less, m, may be ones of a calibrated chain."""
 SEED_BENT = 0.15
@@ -65,19 +65,19 @@ _TURN = 2.0 * math.pi
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solutions:
-    """Branches of n poses: joints (n, 8, 6) in rad, and which of them exist, (n, 8)."""
+    """Branches of n poses: joints (n, 8, j) in rad, and which of them exist, (n, 8)."""
 
     joints: Array
     valid: NDArray[np.bool_]
 
     def branches(self, pose: int = 0) -> Array:
-        """The branches of one pose, (k, 6) with k from 0 to 8."""
+        """The branches of one pose, (k, j) with k from 0 to 8."""
         return np.asarray(self.joints[pose][self.valid[pose]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearSolutions:
-    """As near as each branch gets: joints (n, 8, 6) in rad, errors (n, 8) in m and in rad."""
+    """As near as each branch gets: joints (n, 8, j) in rad, errors (n, 8) in m and in rad."""
 
     joints: Array
     position_error: Array
@@ -98,10 +98,15 @@ def inverse(arm: Manipulator, targets: ArrayLike) -> Solutions:
     Those of a calibrated chain have no fixed order; with joint 5 within some milliradians of 0 or
     pi it may have more than eight, of which eight are returned.
 
+    Of an arm that is no UR arm they are a sample, see `numeric`.
+
     Raises:
         ValueError: a target is not a rigid pose.
     """
     poses = _poses(targets)
+    if arm.is_numeric:
+        joints, off = searched(arm, _rigid(poses))
+        return Solutions(joints, off <= EXACT)
     if arm.placements is None:
         joints, valid = _closed_form(arm, poses, 0.0)
     else:
@@ -117,6 +122,10 @@ def inverse_near(arm: Manipulator, targets: ArrayLike) -> NearSolutions:
     position gives way. Branches outside the joint limits have an infinite error.
     """
     poses = _poses(targets)
+    if arm.is_numeric:
+        joints, _ = searched(arm, _rigid(poses), near=True)
+        distance, angle = deviation(forward_all(arm, joints), poses[:, None])
+        return NearSolutions(joints, distance, angle)
     joints, _ = _closed_form(arm, poses, math.inf)
     if arm.placements is not None:
         joints = polish(arm, joints, poses)
@@ -126,7 +135,7 @@ def inverse_near(arm: Manipulator, targets: ArrayLike) -> NearSolutions:
 
 
 def nearest_copies(arm: Manipulator, joints: Array, near: ArrayLike) -> Array:
-    """Joints (..., 6) shifted by whole turns, as near to `near` (6,), rad, as the limits allow.
+    """Joints (..., j) shifted by whole turns, as near to `near` (j,), rad, as the limits allow.
 
     Each must have at least one copy inside the limits, as those of `inverse` do.
     """
@@ -138,8 +147,8 @@ def nearest_copies(arm: Manipulator, joints: Array, near: ArrayLike) -> Array:
 
 
 def forward_all(arm: Manipulator, joints: Array) -> Array:
-    """`forward` for joints of any leading shape: (..., 6) to (..., 4, 4)."""
-    poses = forward(arm, joints.reshape(-1, 6))
+    """`forward` for joints of any leading shape: (..., j) to (..., 4, 4)."""
+    poses = forward(arm, joints.reshape(-1, arm.count))
     return np.asarray(poses.reshape(*joints.shape[:-1], 4, 4))
 
 
@@ -158,6 +167,21 @@ def _refused(poses: Array, i: int) -> ValueError:
         f"targets[{i}] at ({x:g}, {y:g}, {z:g}) is no rigid pose: {what}; finite numbers and a "
         f"rotation within {NO_ROTATION:g} are needed"
     )
+
+
+def _rigid(poses: Array) -> Array:
+    """The poses, with what rounding has left of their rotations taken off.
+
+    Raises:
+        ValueError: one is no rigid pose.
+    """
+    found, turn = poses.copy(), np.empty((3, 3))
+    for n, pose in enumerate(poses):
+        off = _orthonormal(pose, turn)
+        if not (off <= NO_ROTATION and np.linalg.det(turn) > 0.0 and np.isfinite(pose).all()):
+            raise _refused(poses, n)
+        found[n, :3, :3] = turn
+    return found
 
 
 def _closed_form(arm: Manipulator, poses: Array, reach: float) -> tuple[Array, NDArray[np.bool_]]:

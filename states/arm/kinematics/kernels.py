@@ -24,8 +24,8 @@ SEEN = 2.0
 class CapsuleSet(NamedTuple):
     """The arm for collision checks: m capsules, and p pairs of them that may touch.
 
-    `base` (4, 4) and `origins` (6, 4, 4) as in `Manipulator`; `links` (m,); `ends` (m, 2, 3) in
-    the link's frame; `radii` (m,); `pairs` (p, 2); `reach` (m, 6): an upper bound on the distance
+    `base` (4, 4) and `origins` (j, 4, 4) as in `Manipulator`; `links` (m,); `ends` (m, 2, 3) in
+    the link's frame; `radii` (m,); `pairs` (p, 2); `reach` (m, j): an upper bound on the distance
     of a capsule's axis from the axis of each joint, at any joint angles; `boxes` (k, 2, 3) are
     parts of the rover. Capsules below `first` are fixed to the rover: checked against the arm only.
     """
@@ -58,11 +58,11 @@ class ArmObstacles(NamedTuple):
 
 @compiled
 def place_links(base: Array, origins: Array, q: Array, frames: Array) -> None:
-    """Writes rover_from_link of base and links 1 to 6 into frames (7, 4, 4), upper rows only."""
+    """Writes rover_from_link of base and j links into frames (j + 1, 4, 4), upper rows only."""
     for i in range(3):
         for j in range(4):
             frames[0, i, j] = base[i, j]
-    for k in range(6):
+    for k in range(len(origins)):
         before, here, origin = frames[k], frames[k + 1], origins[k]
         c, s = math.cos(q[k]), math.sin(q[k])
         for i in range(3):
@@ -77,12 +77,12 @@ def place_links(base: Array, origins: Array, q: Array, frames: Array) -> None:
 
 @compiled
 def place_tcp(base: Array, origins: Array, tip: Array, q: Array, poses: Array) -> None:
-    """Writes rover_from_tcp of joints (n, 6) into poses (n, 4, 4), which must be zero."""
-    frames = np.empty((7, 4, 4))
+    """Writes rover_from_tcp of joints (n, j) into poses (n, 4, 4), which must be zero."""
+    frames = np.empty((len(origins) + 1, 4, 4))
     for n in range(len(q)):
         place_links(base, origins, q[n], frames)
         for i in range(3):
-            row = frames[6, i]
+            row = frames[len(origins), i]
             for j in range(4):
                 poses[n, i, j] = row[0] * tip[0, j] + row[1] * tip[1, j] + row[2] * tip[2, j]
             poses[n, i, 3] += row[3]
@@ -91,17 +91,17 @@ def place_tcp(base: Array, origins: Array, tip: Array, q: Array, poses: Array) -
 
 @compiled
 def slopes(base: Array, origins: Array, tip: Array, q: Array, found: Array) -> None:
-    """Writes the geometric Jacobian of joints (n, 6) into found (n, 6, 6).
+    """Writes the geometric Jacobian of joints (n, j) into found (n, 6, j).
 
     Column k is (z_k x (tcp - o_k), z_k): axis and origin of joint k, in the rover frame.
     """
-    frames = np.empty((7, 4, 4))
+    frames = np.empty((len(origins) + 1, 4, 4))
     for n in range(len(q)):
         place_links(base, origins, q[n], frames)
-        flange = frames[6]
+        flange = frames[len(origins)]
         tcp = flange[:3, 3] + flange[:3, 0] * tip[0, 3] + flange[:3, 1] * tip[1, 3]
         tcp += flange[:3, 2] * tip[2, 3]
-        for k in range(6):
+        for k in range(len(origins)):
             frame = frames[k + 1]
             zx, zy, zz = frame[0, 2], frame[1, 2], frame[2, 2]
             x, y, z = tcp[0] - frame[0, 3], tcp[1] - frame[1, 3], tcp[2] - frame[2, 3]
@@ -220,14 +220,15 @@ def point_velocities(
 ) -> None:
     """Writes velocities of points of the arm, rover frame, per unit of dq/dx, into found (n, k, 3).
 
-    q and slope = dq/dx are (n, 6), points `local` (k, 3) in the frames of their `links` (k,). Each
+    q and slope = dq/dx are (n, j), points `local` (k, 3) in the frames of their `links` (k,). Each
     joint adds slope_k z_k to the angular velocity w of all links beyond it, and the velocity of a
     point p of a link is v + w x (p - o), with v that of the link's origin o.
     """
-    frames, v, w = np.empty((7, 4, 4)), np.zeros((7, 3)), np.zeros((7, 3))
+    count = len(origins) + 1
+    frames, v, w = np.empty((count, 4, 4)), np.zeros((count, 3)), np.zeros((count, 3))
     for n in range(len(q)):
         place_links(base, origins, q[n], frames)
-        for k in range(6):
+        for k in range(len(origins)):
             before, here = frames[k], frames[k + 1]
             dx, dy, dz = (
                 here[0, 3] - before[0, 3],
@@ -321,13 +322,13 @@ def approaching(  # noqa: PLR0913 - it writes three results
 ) -> None:
     """Writes how capsules from `first` on approach an upright axis at (x, y), rover frame.
 
-    For joints and their velocities (n, 6): the horizontal unit vector from the nearest point of
+    For joints and their velocities (n, j): the horizontal unit vector from the nearest point of
     each capsule's axis towards (x, y), (n, k, 2), their distance, m, and the speed at which that
     point comes nearer, m/s, below 0 if it goes away, both (n, k).
     """
     links, local = body.links[first:], body.ends[first:]
     count = len(links)
-    frames, ends = np.empty((7, 4, 4)), np.empty((count, 2, 3))
+    frames, ends = np.empty((len(body.origins) + 1, 4, 4)), np.empty((count, 2, 3))
     points, twice = local.copy().reshape(2 * count, 3), np.repeat(links, 2)
     moved = np.empty((1, 2 * count, 3))
     for n in range(len(q)):
@@ -363,13 +364,13 @@ def approaching_limbs(  # noqa: PLR0913 - it writes three results
 ) -> None:
     """Writes how capsules from `first` on approach the axes of limbs (m, 2, 3), rover frame.
 
-    For joints and their velocities (n, 6): the distance between both axes, m, the speed at which
+    For joints and their velocities (n, j): the distance between both axes, m, the speed at which
     the nearest point of the capsule comes nearer, m/s, below 0 if it goes away, its speed, and
     where the nearest point of the limb is, 0 at its start and 1 at its end; all (n, k, m).
     """
     links, local = body.links[first:], body.ends[first:]
     count = len(links)
-    frames, ends = np.empty((7, 4, 4)), np.empty((count, 2, 3))
+    frames, ends = np.empty((len(body.origins) + 1, 4, 4)), np.empty((count, 2, 3))
     points, twice = local.copy().reshape(2 * count, 3), np.repeat(links, 2)
     moved = np.empty((1, 2 * count, 3))
     for n in range(len(q)):
@@ -439,7 +440,7 @@ def gaps(body: CapsuleSet, around: ArmObstacles, q: Array, found: Array, which: 
     # unpacked once: passing a tuple to another kernel costs more than a distance
     base, origins, links, local, radii, pairs, _, boxes, first = body
     floor, walls, cylinders, limbs, thickness = around
-    frames, ends = np.empty((7, 4, 4)), np.empty((len(links), 2, 3))
+    frames, ends = np.empty((len(origins) + 1, 4, 4)), np.empty((len(links), 2, 3))
     for n in range(len(q)):
         place_capsules(base, origins, links, local, q[n], frames, ends)
         least, where = np.inf, 0
@@ -462,7 +463,8 @@ def room_within(
 
     Seen from above; below 0 where a capsule reaches out of it.
     """
-    frames, ends = np.empty((7, 4, 4)), np.empty((len(body.links), 2, 3))
+    count = len(body.links)
+    frames, ends = np.empty((len(body.origins) + 1, 4, 4)), np.empty((count, 2, 3))
     for n in range(len(q)):
         place_capsules(body.base, body.origins, body.links, body.ends, q[n], frames, ends)
         found[n] = np.inf
@@ -506,7 +508,7 @@ def free_from(
     """Writes whether one of the joint sets of each rover pose keeps the margin, (n,).
 
     Obstacles and rovers (n, 4: x, y, cos and sin of the yaw) are in the map, but limbs are not
-    transformed: there must be none. Of the joints (n, k, 6) those `tried` (n, k) count. Obstacles
+    transformed: there must be none. Of the joints (n, k, j) those `tried` (n, k) count. Obstacles
     beyond SEEN of a rover's centre are left out.
     """
     walls, cylinders = around.walls, around.cylinders
@@ -558,13 +560,13 @@ def sweep(
     base, origins, links, local, radii, pairs, reach, boxes, first = body
     floor, walls, cylinders, limbs, thickness = around
     count, capsules = len(pairs), len(links)
-    frames, ends = np.empty((7, 4, 4)), np.empty((capsules, 2, 3))
+    frames, ends = np.empty((len(origins) + 1, 4, 4)), np.empty((capsules, 2, 3))
     rates = gap_rates(links, pairs, reach, piece, length)
     due = np.zeros(count + capsules)
     due[count : count + first] = np.inf
-    x, checks, q = 0.0, 0, np.empty(6)
+    x, checks, q = 0.0, 0, np.empty(len(origins))
     while checks < budget:
-        for i in range(6):
+        for i in range(len(q)):
             q[i] = piece[0, i] + x * (piece[1, i] + x * piece[2, i])
         place_capsules(base, origins, links, local, q, frames, ends)
         checks += 1

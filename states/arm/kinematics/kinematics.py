@@ -1,6 +1,6 @@
 """Forward kinematics, Jacobian, and deviations between poses (R26).
 
-Poses are 4x4 matrices (m), joints (6,) or (n, 6) arrays in rad. Everything is in the rover frame of
+Poses are 4x4 matrices (m), joints (j,) or (n, j) arrays in rad. Everything is in the rover frame of
 `states.arm.kinematics.model`. One compiled implementation serves one pose and many, so that a joint
 set gives the same bits alone and in a batch.
 """
@@ -16,43 +16,43 @@ from states.arm.kinematics.model import Manipulator
 
 
 def forward(arm: Manipulator, joints: ArrayLike) -> Array:
-    """rover_from_tcp of joints (6,) or (n, 6): (4, 4) or (n, 4, 4)."""
-    q, single = _rows(joints)
+    """rover_from_tcp of joints (j,) or (n, j): (4, 4) or (n, 4, 4)."""
+    q, single = _rows(arm, joints)
     poses = np.zeros((len(q), 4, 4))
     place_tcp(arm.base, arm.origins, arm.tip, q, poses)
     return poses[0] if single else poses
 
 
 def link_frames(arm: Manipulator, joints: ArrayLike) -> Array:
-    """rover_from_link of the base and links 1 to 6 at one joint set, (7, 4, 4)."""
-    q, _ = _rows(joints)
-    frames = np.zeros((7, 4, 4))
+    """rover_from_link of the base and the j links at one joint set, (j + 1, 4, 4)."""
+    q, _ = _rows(arm, joints)
+    frames = np.zeros((arm.count + 1, 4, 4))
     place_links(arm.base, arm.origins, q[0], frames)
     frames[:, 3, 3] = 1.0
     return frames
 
 
 def jacobian(arm: Manipulator, joints: ArrayLike) -> Array:
-    """Velocity of the tcp per joint velocity, in the rover frame: (6, 6) or (n, 6, 6).
+    """Velocity of the tcp per joint velocity, in the rover frame: (6, j) or (n, 6, j).
 
     Rows 0 to 2 give the linear velocity of the tcp's origin, m per rad; rows 3 to 5 the angular
     velocity, rad per rad.
     """
-    q, single = _rows(joints)
-    found = np.empty((len(q), 6, 6))
+    q, single = _rows(arm, joints)
+    found = np.empty((len(q), 6, arm.count))
     slopes(arm.base, arm.origins, arm.tip, q, found)
     return found[0] if single else found
 
 
 def fastest_point(arm: Manipulator, joints: Array, slope: Array) -> Array:
-    """Speed of the fastest of `arm.limited_points` at joints (n, 6) per unit of dq/dx (n, 6)."""
+    """Speed of the fastest of `arm.limited_points` at joints (n, j) per unit of dq/dx (n, j)."""
     found = np.empty(len(joints))
     greatest_speeds(arm.base, arm.origins, *arm.limited_points, joints, slope, found)
     return found
 
 
 def tcp_speed(arm: Manipulator, joints: Array, slope: Array) -> Array:
-    """Speed of the tcp at joints (n, 6) per unit of dq/dx (n, 6)."""
+    """Speed of the tcp at joints (n, j) per unit of dq/dx (n, j)."""
     found = np.empty(len(joints))
     links, points = arm.limited_points
     greatest_speeds(arm.base, arm.origins, links[:1], points[:1], joints, slope, found)
@@ -97,18 +97,8 @@ def pose_matrix(pose: Pose3) -> Array:
     return found
 
 
-def inverted(pose: Array) -> Array:
-    """The inverse of rigid poses (..., 4, 4): R^T and -R^T p."""
-    found = np.zeros_like(pose)
-    turn = np.swapaxes(pose[..., :3, :3], -1, -2)
-    found[..., :3, :3] = turn
-    found[..., :3, 3] = -(turn @ pose[..., :3, 3, None])[..., 0]
-    found[..., 3, 3] = 1.0
-    return found
-
-
-def _rows(joints: ArrayLike) -> tuple[Array, bool]:
-    q = np.ascontiguousarray(joints, dtype=np.float64)
-    if q.shape[-1:] != (6,) or q.ndim > 2:
-        raise ValueError(f"joints have shape {q.shape}; (6,) or (n, 6) is needed")
-    return q.reshape(-1, 6), q.ndim == 1
+def _rows(arm: Manipulator, joints: ArrayLike) -> tuple[Array, bool]:
+    q, count = np.ascontiguousarray(joints, dtype=np.float64), arm.count
+    if q.shape[-1:] != (count,) or q.ndim > 2:
+        raise ValueError(f"joints have shape {q.shape}; ({count},) or (n, {count}) is needed")
+    return q.reshape(-1, count), q.ndim == 1

@@ -29,7 +29,7 @@ _SMALLEST_CUT = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointPath:
-    """Pieces (m, 3, 6) and their lengths (m,); with m = 0 the path is the point `start`."""
+    """Pieces (m, 3, j) and their lengths (m,); with m = 0 the path is the point `start`."""
 
     start: Array
     pieces: Array
@@ -37,7 +37,7 @@ class JointPath:
 
     @classmethod
     def through(cls, points: ArrayLike, rounding: Sequence[float] = ()) -> JointPath:
-        """Straight lines through points (k, 6); equal neighbours are merged.
+        """Straight lines through points (k, j); equal neighbours are merged.
 
         rounding[i] is how far before and behind the corner at point i + 1 its parabola begins and
         ends, rad, at most half of each line; 0 or missing leaves the corner sharp.
@@ -54,25 +54,27 @@ class JointPath:
             along = step / length
             straight = length - cuts[i] - cuts[i + 1]
             if straight > _SHORTEST:
-                pieces.append(np.array([corners[i] + cuts[i] * along, along, np.zeros(6)]))
+                pieces.append(np.array([corners[i] + cuts[i] * along, along, np.zeros(len(along))]))
                 sizes.append(straight)
             if cuts[i + 1] > 0.0:
                 after, cut = steps[i + 1] / lengths[i + 1], cuts[i + 1]
                 bend = (after - along) / (4.0 * cut)
                 pieces.append(np.array([corners[i + 1] - cut * along, along, bend]))
                 sizes.append(2.0 * cut)
-        return cls(corners[0].copy(), np.array(pieces).reshape(-1, 3, 6), np.array(sizes))
+        return cls(
+            corners[0].copy(), np.array(pieces).reshape(-1, 3, corners.shape[1]), np.array(sizes)
+        )
 
     @classmethod
     def smooth(cls, joints: Array, slopes: Array, step: float) -> JointPath:
-        """Parabolas through joints (k, 6) with slopes (k, 6), `step` of the parameter apart."""
+        """Parabolas through joints (k, j) with slopes (k, j), `step` of the parameter apart."""
         before, after = joints[:-1], joints[1:]
         u, v = slopes[:-1], slopes[1:]
         middle = 2.0 * (after - before) / step - 0.5 * (u + v)
         half = before + 0.25 * step * (u + middle)
         first = np.stack([before, u, (middle - u) / step], axis=1)
         second = np.stack([half, middle, (v - middle) / step], axis=1)
-        pieces = np.stack([first, second], axis=1).reshape(-1, 3, 6)
+        pieces = np.stack([first, second], axis=1).reshape(-1, 3, joints.shape[1])
         return cls(joints[0].copy(), pieces, np.full(len(pieces), 0.5 * step))
 
     def reversed(self) -> JointPath:
@@ -104,7 +106,7 @@ class JointPath:
 
     @property
     def goal(self) -> Array:
-        """Joints (6,) at the end."""
+        """Joints (j,) at the end."""
         return np.asarray(self.at(np.array([self.length]))[0][0])
 
     @property
@@ -113,10 +115,11 @@ class JointPath:
         return np.concatenate([[0.0], np.cumsum(self.lengths)])
 
     def at(self, s: Array) -> tuple[Array, Array, Array]:
-        """q, dq/ds (slope) and d2q/ds2 (bend), (n, 6) each, at s (n,) clamped to the path."""
+        """q, dq/ds (slope) and d2q/ds2 (bend), (n, j) each, at s (n,) clamped to the path."""
         n = len(s)
         if not len(self.pieces):
-            return np.repeat(self.start[None], n, axis=0), np.zeros((n, 6)), np.zeros((n, 6))
+            still = np.zeros((n, len(self.start)))
+            return np.repeat(self.start[None], n, axis=0), still, still.copy()
         knots = self.knots
         k = np.clip(np.searchsorted(knots, s, side="right") - 1, 0, len(self.pieces) - 1)
         x = np.clip(s - knots[k], 0.0, self.lengths[k])[:, None]

@@ -62,7 +62,7 @@ def line_durations(
     slow: SlowZone | None = None,
     samples: int = LINE_SAMPLES,
 ) -> Array:
-    """Durations (k,) of straight joint lines from starts (6,) or (k, 6) to goals (k, 6), s.
+    """Durations (k,) of straight joint lines from starts (j,) or (k, j) to goals (k, j), s.
 
     Exact without a tool limit, good to about 1 % with one and the usual `samples` along a line; a
     jerk limit is not considered. A line's share runs from 0 to 1 at a rate <= v with a gain <= a: a
@@ -78,7 +78,7 @@ def line_durations(
     else:
         most = np.repeat(rate[:, None], samples, axis=1)
         shares = np.linspace(0.0, 1.0, samples)[:, None]
-        q = (goals[:, None] + (shares - 1.0) * steps[:, None]).reshape(-1, 6)
+        q = (goals[:, None] + (shares - 1.0) * steps[:, None]).reshape(-1, steps.shape[1])
         cap = _point_rates(arm, q, np.repeat(steps, samples, axis=0), limits, slow)
         most = np.minimum(most, cap.reshape(most.shape))
         found = np.zeros(len(goals))
@@ -119,7 +119,7 @@ def _fastest(
         most = np.minimum(most, rate * rate)
     most[0] = most[-1] = 0.0
     most[knots[1:-1][path.sharp()]] = 0.0
-    squares, gains = np.zeros(len(s)), np.array([limits.arm_acceleration] * 6)
+    squares, gains = np.zeros(len(s)), np.full(arm.count, limits.arm_acceleration)
     passes(np.diff(s), slope, bend, gains, most, squares)
     rates = np.sqrt(squares)
     took = 2.0 * np.diff(s) / (rates[1:] + rates[:-1])

@@ -40,8 +40,8 @@ def passes(
 ) -> None:
     """Writes x = (ds/dt)^2 at the grid points into squares (n + 1,): the two passes of the module.
 
-    `most` (n + 1,) bounds x by the velocity limits, `limit` (6,) the joint accelerations; slope and
-    bend are (n, 2, 6), at both ends of each interval.
+    `most` (n + 1,) bounds x by the velocity limits, `limit` (j,) the joint accelerations; slope and
+    bend are (n, 2, j), at both ends of each interval.
     """
     n = len(steps)
     reach = np.empty(n + 1)
@@ -64,7 +64,7 @@ def _largest(
     piecewise linear in x, must not be empty: Newton's method on low - up.
     """
     x = most
-    for i in range(6):
+    for i in range(len(limit)):
         if abs(slope[0, i]) <= _TINY and bend[0, i] != 0.0:
             x = min(x, limit[i] / abs(bend[0, i]))
         if abs(slope[1, i] + 2.0 * step * bend[1, i]) <= _TINY and bend[1, i] != 0.0:
@@ -92,7 +92,7 @@ def _window(
     low, low_slope = fall * x, fall
     up, up_slope = 0.5 * after / step + fall * x, fall
     for e in range(2):
-        for i in range(6):
+        for i in range(len(limit)):
             p, r = slope[e, i] + 2.0 * step * e * bend[e, i], bend[e, i]
             if abs(p) <= _TINY:
                 continue

@@ -24,6 +24,7 @@ from states.arm.kinematics import (
     Array,
     Manipulator,
     descended,
+    followed,
     forward,
     inverse,
     jacobian,
@@ -140,20 +141,22 @@ def _count(distance: float) -> int:
 
 
 def _branches(arm: Manipulator, starts: Array, poses: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Joints (k, n + 1, 6) along poses (k, n, 4, 4), and the last knot that each line reaches.
+    """Joints (k, n + 1, j) along poses (k, n, 4, 4), and the last knot that each line reaches.
 
     A line ends where no branch is near the one before, or its joints leave their limits. On a
-    calibrated chain that is at most n ALONG_STEPS Newton steps for each line.
+    chain without closed form that is at most n ALONG_STEPS Newton steps for each line.
     """
     k, n = poses.shape[:2]
-    near_by = _nominal_candidates(arm, poses) if arm.placements is None else None
+    stepped = arm.is_numeric or arm.placements is not None
+    near_by = None if stepped else _nominal_candidates(arm, poses)
     knots = np.repeat(starts[:, None], n + 1, axis=1)
     reached, going = np.zeros(k, dtype=np.int64), np.ones(k, dtype=np.bool_)
     rows = np.arange(k)
     for i in range(n):
         before = knots[:, i, None]
-        if near_by is None:  # a calibrated chain: a few Newton steps from the knot before
-            found, worth = descended(arm, before[:, 0], poses[:, i], ALONG_STEPS)
+        if near_by is None:  # no closed form: a few Newton steps from the knot before
+            along = followed if arm.is_numeric else descended
+            found, worth = along(arm, before[:, 0], poses[:, i], ALONG_STEPS)
             found, missing = found[:, None], np.where(worth <= EXACT**2, 0.0, np.inf)[:, None]
         else:
             found, missing = near_by[0][:, i], near_by[1][:, i]
@@ -182,7 +185,7 @@ def _slopes(arm: Manipulator, knots: Array, ahead: Array) -> Array:
     Damped least squares, which stays finite at singularities: (J^T J + l I) dq/ds = J^T (x, 0).
     """
     k, n = knots.shape[:2]
-    jac = jacobian(arm, knots.reshape(-1, 6)).reshape(k, n, 6, 6)
-    normal = np.swapaxes(jac, -1, -2) @ jac + _DAMPING * np.eye(6)
+    jac = jacobian(arm, knots.reshape(-1, arm.count)).reshape(k, n, 6, arm.count)
+    normal = np.swapaxes(jac, -1, -2) @ jac + _DAMPING * np.eye(arm.count)
     wanted = np.einsum("knij,ki->knj", jac[:, :, :3], ahead)
     return np.asarray(np.linalg.solve(normal, wanted[..., None])[..., 0])

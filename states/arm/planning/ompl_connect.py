@@ -41,7 +41,7 @@ def connect(
         planner.solve(base.PlannerTerminationCondition(counter.is_due))
         yield
     states = problem.getSolutionPath().getStates()
-    return np.array([_joints(state) for state in states]), counter.checks
+    return np.array([_joints(state, len(start)) for state in states]), counter.checks
 
 
 class _Counter:
@@ -56,10 +56,11 @@ class _Counter:
 
     def is_free(self, state: Any) -> bool:
         self.checks += 1
-        return bool(self.checker.free(_joints(state))[0])
+        return bool(self.checker.free(_joints(state, self.checker.arm.count))[0])
 
     def is_line_free(self, begin: Any, end: Any) -> bool:
-        a, b = _joints(begin), _joints(end)
+        count = self.checker.arm.count
+        a, b = _joints(begin, count), _joints(end, count)
         share, used = self.checker.sweep_line(a, b - a)
         self.checks += used
         return share >= 1.0
@@ -69,8 +70,9 @@ def _problem(
     base: Any, counter: _Counter, box: tuple[Array, Array], start: Array, goals: Array
 ) -> tuple[Any, Any]:
     """The problem definition of OMPL, and a planner set up for it."""
-    space = base.RealVectorStateSpace(6)
-    bounds = base.RealVectorBounds(6)
+    count = len(start)
+    space = base.RealVectorStateSpace(count)
+    bounds = base.RealVectorBounds(count)
     for i, (low, high) in enumerate(zip(*box, strict=True)):
         bounds.setLow(i, float(low))
         bounds.setHigh(i, float(high))
@@ -106,5 +108,5 @@ def _state(space: Any, joints: Array) -> Any:
     return state
 
 
-def _joints(state: Any) -> Array:
-    return np.array([state[i] for i in range(6)])
+def _joints(state: Any, count: int) -> Array:
+    return np.array([state[i] for i in range(count)])

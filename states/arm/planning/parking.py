@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw import Pose2, Pose3
-from hw.model import MotionLimits, RobotModel, Six, six
+from hw import Joints, Pose2, Pose3
+from hw.model import MotionLimits, RobotModel
 from states.arm.description import manipulator_of
 from states.arm.kinematics import (
     Array,
@@ -47,7 +47,7 @@ class ParkedPose:
     `reached` is the share of those DEEPs to which a joint line is free.
     """
 
-    joints: Six
+    joints: Joints
     clearance: float
     room: float
     time: float
@@ -72,7 +72,7 @@ class ParkingSearch:
         fit = np.flatnonzero((clearance >= CLEARANCE) & (room >= 0.0))
         targets = self._targets()
         found = [
-            ParkedPose(six(poses[i].tolist()), float(clearance[i]), float(room[i]), *times)
+            ParkedPose(tuple(poses[i].tolist()), float(clearance[i]), float(room[i]), *times)
             for i in fit
             for times in (self._times(poses[i], targets),)
         ]
@@ -92,7 +92,7 @@ class ParkingSearch:
     def _roomiest(self) -> Array:
         low = np.maximum(self._arm.lower, -math.pi)
         high = np.minimum(self._arm.upper, math.pi)
-        drawn = self._rng.uniform(low, high, (DRAWN, 6))
+        drawn = self._rng.uniform(low, high, (DRAWN, self._arm.count))
         over = np.abs(forward(self._arm, drawn)[:, :2, 3]) < self._half
         poses = drawn[over.all(axis=1)]
         score = np.minimum(*self._room(poses))
@@ -106,13 +106,15 @@ class ParkingSearch:
         return poses
 
     def _targets(self) -> list[Array]:
-        """Free joints at DEEPs in front of the robot that the arm reaches, (k, 6) each."""
+        """Free joints at DEEPs in front of the robot that the arm reaches, (k, j) each."""
         found: list[Array] = []
         for _ in range(50 * TARGETS):
             distance, height = self._rng.uniform(0.7, 1.1), self._rng.uniform(0.6, 1.4)
             turn = self._rng.uniform(-1.0, 1.0)
             deep = Pose3.from_yaw(distance, 0.0, height, math.pi + turn)
-            goals = goals_at(self._arm, rover_from_deep(Pose2(0.0, 0.0), deep), np.zeros(6))
+            goals = goals_at(
+                self._arm, rover_from_deep(Pose2(0.0, 0.0), deep), np.zeros(self._arm.count)
+            )
             goals = goals[self._checker.free(goals)]
             if len(goals):
                 found.append(goals)

@@ -15,15 +15,17 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from hw import needs
 from hw.model import MotionLimits
 from states.arm.kinematics import (
+    EXACT,
     Array,
     CollisionChecker,
     Integers,
     Manipulator,
+    followed,
     inverse,
     inverse_near,
     nearest_copies,
@@ -46,16 +48,22 @@ BUDGET = 100_000
 SLICE = 2_000
 """Joint sets checked between two yields; about two milliseconds of work."""
 
-_FIRST = tuple(
-    tuple(joint in moved for joint in range(6))
-    for moved in ((0,), (1, 2), (3, 4, 5), (0, 3, 4, 5), (1, 2, 3, 4, 5), (0, 1, 2))
-)
-"""Joints that a point on the way has moved already, as masks."""
+
+def _moved_first(count: int) -> NDArray[np.bool_]:
+    """Joints that a point on the way has moved already, as masks (6, j).
+
+    The arm turns by its first joint, folds by those up to its wrist, of three.
+    """
+    turn = [i == 0 for i in range(count)]
+    fold = [0 < i < count - 3 for i in range(count)]
+    wrist = [i >= count - 3 for i in range(count)]
+    both = np.array([turn, fold, wrist])
+    return np.concatenate([both, both[[0, 1, 0]] | both[[2, 2, 1]]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Query:
-    """A planning problem: from `start` (6,) to any of `goals` (k, 6), rad, within limits.
+    """A planning problem: from `start` (j,) to any of `goals` (k, j), rad, within limits.
 
     A motion may begin and end with a line of the tool, see `approach`: `lead` leads to `start`, and
     ways_in[i], if there are any, from goals[i] to the DEEP. The lines are checked by `beside`,
@@ -255,6 +263,10 @@ def goals_at(
     Exact ones where they exist, else the nearest within the tolerance, m and rad (R44).
     """
     found = inverse(arm, target).branches()
+    if arm.is_numeric:  # the way there from where it is, before all others
+        start = np.asarray(near, dtype=np.float64)[None]
+        nearest, worth = followed(arm, start, np.asarray(target)[None])
+        found = np.concatenate([nearest[worth <= EXACT**2], found])
     if not len(found) and tolerance[0] > 0.0:
         found = inverse_near(arm, target).within(*tolerance).branches()
     return nearest_copies(arm, found, near)
@@ -262,7 +274,7 @@ def goals_at(
 
 def _checked(query: Query) -> tuple[Query, Integers, int] | NoPlan:
     """The query (with a smaller margin for a close start), free goals by time, checks so far."""
-    goals = query.goals.reshape(-1, 6)
+    goals = query.goals.reshape(-1, len(query.start))
     if not len(goals):
         return NoPlan("out of reach: no joint angles lead there")
     gap, first, second = query.checker.tightest(query.start)
@@ -337,14 +349,15 @@ def _vias(query: Query, goals: list[int]) -> list[tuple[int, Array]]:
     """
     if not goals:
         return []
-    ends = np.repeat(query.goals[goals], len(_FIRST), axis=0)
-    moved = np.tile(np.array(_FIRST), (len(goals), 1))
+    first = _moved_first(len(query.start))
+    ends = np.repeat(query.goals[goals], len(first), axis=0)
+    moved = np.tile(first, (len(goals), 1))
     points = np.where(moved, ends, query.start)
     times = line_durations(query.checker.arm, query.start, points, query.limits, query.slow)
     times = times + line_durations(query.checker.arm, points, ends, query.limits, query.slow)
-    times = times + np.repeat(query.extra()[goals], len(_FIRST))
+    times = times + np.repeat(query.extra()[goals], len(first))
     order = np.argsort(times, kind="stable")
-    return [(goals[i // len(_FIRST)], points[i]) for i in order.tolist()]
+    return [(goals[i // len(first)], points[i]) for i in order.tolist()]
 
 
 def _rounded(query: Query, corners: Array) -> tuple[JointPath, int]:

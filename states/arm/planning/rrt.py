@@ -29,7 +29,7 @@ class JointTree:
     """Free joint sets, each joined to its parent by a free line; roots have no parent."""
 
     def __init__(self, roots: Array) -> None:
-        self._nodes = np.zeros((max(256, 2 * len(roots)), 6))
+        self._nodes = np.zeros((max(256, 2 * len(roots)), roots.shape[1]))
         self._nodes[: len(roots)] = roots
         self._parents = [-1] * len(roots)
 
@@ -43,7 +43,7 @@ class JointTree:
         return count
 
     def at(self, node: int) -> Array:
-        """Joints (6,) of a node."""
+        """Joints (j,) of a node."""
         return np.asarray(self._nodes[node])
 
     def nearest(self, joints: Array) -> int:
@@ -52,7 +52,7 @@ class JointTree:
         return int(np.argmin(np.einsum("ij,ij->i", gaps, gaps)))
 
     def path_to_root(self, node: int) -> Array:
-        """Joints from a node to its root, (k, 6)."""
+        """Joints from a node to its root, (k, j)."""
         chain = []
         while node >= 0:
             chain.append(self._nodes[node])
@@ -68,7 +68,7 @@ def connect(
     budget: int,
     portion: int,
 ) -> Generator[None, None, tuple[Array | None, int]]:
-    """Corners (k, 6) of a free path from start to one of the goals; None if the budget ran out.
+    """Corners (k, j) of a free path from start to one of the goals; None if the budget ran out.
 
     Yields about every `portion` joint sets checked, and returns their number beside the corners.
     """

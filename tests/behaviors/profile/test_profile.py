@@ -243,7 +243,7 @@ SENSELESS = [  # a wrong sign, a wrong unit, nothing at all
     ("rear: 45 deg", "rear: 330 deg", "nothing is left"),
     ("tie: 0", "tie: .nan", "tie"),
     ("radius: 1.0 m", "radius: 0 m", "radius: 0 is out"),
-    ("{ur10: [0.39 rad, ", "{ur10: [", "needs 6 values, has 5"),
+    ("{ur10: [0.39 rad, ", "{ur10: [", "needs 6 to 7 values, has 5"),
     ("tool_speed: null", "tool_speed: -1 m/s", "tool_speed: -1 is out"),
 ]
 

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hw.model import inverted
 from hw.model.calibration import load_calibration
 from hw.model.flange import FlangeChain
 from hw.model.robot import load_robot
 from states.arm.description.robot_arm import manipulator_of
-from states.arm.kinematics.kinematics import forward, inverted, pose_matrix
+from states.arm.kinematics.kinematics import forward, pose_matrix
 
 
 @pytest.mark.parametrize("calibration", [None, "robotnik_ur10"])

@@ -40,7 +40,7 @@ def test_a_prop_of_ones_own_may_bring_fingers_and_a_sensor(tmp_path):
     [
         ("mass: 1.7", "mass: -1", "mass: -1 is out of range"),
         ("radius: 0.065", "radius: 0", "radius: 0 is out of range"),
-        ("ur10: [-2.7, ", "ur10: [", "parked.ur10: needs 6 values, has 5"),
+        ("ur10: [-2.7, ", "ur10: [", "parked.ur10: needs 6 to 7 values, has 5"),
         ("held: 0.05", "held: 0.1", "gripper.held: 0.1 is wider than the opening, 0.085"),
         ("speed: 0.15", "sped: 0.15", "did you mean 'speed'"),
         ("force: 300", "force: 0", "wrench.force: 0 is out of range"),

@@ -8,7 +8,7 @@ import pytest
 
 from engine.files.finding import FileError
 from engine.files.text import instead, noting
-from hw.model.xacro_file import is_xacro, urdf_text
+from hw.model.urdf.xacro_file import is_xacro, urdf_text
 
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="own">\n'
 ARM = (

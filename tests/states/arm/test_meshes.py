@@ -15,7 +15,7 @@ import pytest
 
 from hw.model.prop import load_prop, prop_names
 from hw.model.robot import MotionLimits
-from states.arm.description.urdf import read_urdf
+from hw.model.urdf import read_urdf
 from states.arm.description.urdf_arm import manipulator_from_urdf
 from states.arm.kinematics.collision import CollisionChecker, Surroundings
 from states.arm.kinematics.kinematics import forward

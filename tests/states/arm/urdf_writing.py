@@ -1,4 +1,4 @@
-"""An arm written as a URDF: what `states.arm.description.urdf` must read back unchanged."""
+"""An arm written as a URDF: what `hw.model.urdf` must read back unchanged."""
 
 from __future__ import annotations
 

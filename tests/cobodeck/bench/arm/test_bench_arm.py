@@ -22,10 +22,11 @@ from cobodeck.bench.arm.arm_lines import contact_rows, duration_rows
 from cobodeck.bench.arm.arm_peers import IK_PEERS, found, solutions
 from cobodeck.bench.arm.arm_problems import problems
 from cobodeck.bench.table import RESULTS
+from hw.model import inverted
 from hw.model.robot import load_robot
 from states.arm.description.robot_arm import manipulator_of
 from states.arm.kinematics.collision import CollisionChecker, Surroundings
-from states.arm.kinematics.kinematics import forward, inverted
+from states.arm.kinematics.kinematics import forward
 from states.arm.planning.planning import NoPlan, Plan
 
 FEW = 6

@@ -11,9 +11,9 @@ from engine.files.finding import FileError
 from hw.model.calibration import load_calibration
 from hw.model.prop import Placement, load_prop
 from hw.model.robot import FOLDER as ROBOTS, load_robot
+from hw.model.urdf import parse_urdf, placement, read_urdf
 from states.arm.description.robot_arm import manipulator_of
-from states.arm.description.urdf import parse_urdf, read_urdf
-from states.arm.description.urdf_arm import manipulator_from_urdf, placement
+from states.arm.description.urdf_arm import manipulator_from_urdf
 from states.arm.kinematics.inverse_kinematics import inverse
 from states.arm.kinematics.kinematics import forward
 from states.arm.kinematics.model import matrix

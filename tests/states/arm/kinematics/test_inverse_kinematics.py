@@ -9,6 +9,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from hw.model import inverted
 from hw.model.calibration import load_calibration
 from states.arm.kinematics.inverse_kinematics import (
     forward_all,
@@ -16,7 +17,7 @@ from states.arm.kinematics.inverse_kinematics import (
     inverse_near,
     nearest_copies,
 )
-from states.arm.kinematics.kinematics import deviation, forward, inverted
+from states.arm.kinematics.kinematics import deviation, forward
 from tests.repeats import fewer
 
 

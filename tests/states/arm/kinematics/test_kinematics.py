@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
+from hw.model import inverted
 from hw.model.calibration import load_calibration
 from hw.model.prop import Placement
 from states.arm.kinematics.kinematics import (
     deviation,
     forward,
-    inverted,
     jacobian,
     link_frames,
     rotation_vector,

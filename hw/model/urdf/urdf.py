@@ -15,14 +15,17 @@ from typing import Literal, get_args
 import numpy as np
 
 from engine.files import did_you_mean
-from hw.model import Placement, Point3, urdf_text
-from states.arm.description.elements import Element, elements
-from states.arm.kinematics import Array, matrix
+from hw.model.prop import Placement, Point3
+from hw.model.urdf.elements import Element, elements
+from hw.model.urdf.frames import Matrix, matrix
+from hw.model.urdf.xacro_file import urdf_text
 
 JointKind = Literal["fixed", "revolute", "continuous", "prismatic", "floating", "planar"]
 
 _KINDS: tuple[JointKind, ...] = get_args(JointKind)
 _UNMOVED = ("fixed", "floating", "planar")
+_SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
+_TENSOR = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _HERE = Placement()
 
 
@@ -39,7 +42,8 @@ class Mimic:
 class Joint:
     """The child's frame is the parent's, moved by `origin`, then turned about or along `axis`.
 
-    Limits in rad or m (infinite where there are none), `speed` in rad/s or m/s.
+    Limits in rad or m (infinite where there are none), `speed` in rad/s or m/s, `effort` in Nm or
+    N.
     """
 
     name: str
@@ -51,6 +55,7 @@ class Joint:
     lower: float = -math.inf
     upper: float = math.inf
     speed: float = math.inf
+    effort: float = math.inf
     mimic: Mimic | None = None
 
     @property
@@ -69,13 +74,28 @@ class Mesh:
 
 
 @dataclass(frozen=True, slots=True)
+class Solid:
+    """A box (its three sides), a cylinder about z (radius, length) or a sphere (radius), m."""
+
+    kind: str
+    sizes: tuple[float, ...]
+    origin: Placement
+
+
+@dataclass(frozen=True, slots=True)
 class UrdfLink:
-    """A rigid part; mass in kg."""
+    """A rigid part; mass in kg, at `center`, with the inertia ixx, iyy, izz, ixy, ixz, iyz there.
+
+    `solids` and `collisions` (the meshes) are its collision shapes.
+    """
 
     name: str
     visuals: tuple[Mesh, ...] = ()
     collisions: tuple[Mesh, ...] = ()
     mass: float = 0.0
+    solids: tuple[Solid, ...] = ()
+    center: Placement = _HERE
+    inertia: tuple[float, ...] = (0.0,) * 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +114,7 @@ class Urdf:
         followed = next(j for j in self.joints if j.name == joint.mimic.joint)
         return joint.mimic.multiplier * self.value(followed, values) + joint.mimic.offset
 
-    def poses(self, values: Mapping[str, float]) -> dict[str, Array]:
+    def poses(self, values: Mapping[str, float]) -> dict[str, Matrix]:
         """root_from_link (4, 4) of every link."""
         found = {self.root: np.eye(4)}
         for joint in self.joints:
@@ -150,12 +170,29 @@ def parse_urdf(text: str, path: str = "robot.urdf") -> Urdf:
 def _link(element: Element) -> UrdfLink:
     inertial = element.first("inertial")
     mass = inertial.first("mass") if inertial else None
+    tensor = inertial.first("inertia") if inertial else None
     return UrdfLink(
         name=element.text("name"),
         visuals=tuple(_meshes(element, "visual")),
         collisions=tuple(_meshes(element, "collision")),
         mass=mass.number("value", 0.0) if mass else 0.0,
+        solids=tuple(_solids(element)),
+        center=_placement(inertial) if inertial else _HERE,
+        inertia=tuple(tensor.number(key, 0.0) for key in _TENSOR) if tensor else (0.0,) * 6,
     )
+
+
+def _solids(link: Element) -> Iterator[Solid]:
+    for shape in link.all("collision"):
+        geometry = shape.need("geometry")
+        for kind, keys in _SIZES.items():
+            found = geometry.first(kind)
+            if found is not None:
+                told = found.numbers("size", (0.0,) * 3) if kind == "box" else ()
+                sizes = told or tuple(found.number(key, 0.0) for key in keys)
+                if not min(sizes) > 0.0:
+                    raise found.fail(f"needs {' and '.join(keys)} above 0")
+                yield Solid(kind, sizes, _placement(shape))
 
 
 def _meshes(link: Element, tag: str) -> Iterator[Mesh]:
@@ -189,11 +226,15 @@ def _joint(element: Element, links: tuple[str, ...]) -> Joint:
         axis=_point(along),
         lower=limit.number("lower", 0.0) if limit and bounded else -math.inf,
         upper=limit.number("upper", 0.0) if limit and bounded else math.inf,
-        speed=limit.number("velocity", math.inf)
-        if limit and "velocity" in limit.attributes
-        else math.inf,
+        speed=_most(limit, "velocity"),
+        effort=_most(limit, "effort"),
         mimic=_mimic(mimic) if mimic else None,
     )
+
+
+def _most(limit: Element | None, attribute: str) -> float:
+    told = limit is not None and attribute in limit.attributes
+    return limit.number(attribute, math.inf) if limit is not None and told else math.inf
 
 
 def _mimic(element: Element) -> Mimic:
@@ -255,7 +296,7 @@ def _check_mimics(root: Element, joints: list[Joint]) -> None:
             followed = names[followed.joint].mimic
 
 
-def _motion(joint: Joint, value: float) -> Array:
+def _motion(joint: Joint, value: float) -> Matrix:
     """Transform (4, 4) of a joint at a value, by Rodrigues' formula.
 
     R = I + sin(t) K + (1 - cos(t)) K^2, with K the cross product matrix of the unit axis.
