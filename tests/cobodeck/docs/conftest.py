@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from cobodeck.project import Catalogue, catalogue, load_beside, own_files_around
+from cobodeck.project import Catalogue, catalogue, known_names, load_beside, own_files_around
 from cobodeck.testing import ChartTester, Parts
 from engine.chart import Chart, Library
 from engine.files.declared import with_own_files
+from engine.machine import NamedValues
 from tests.cobodeck.docs.author_pages import forget_modules, new_project, shown_charts, write_blocks
 
 
@@ -40,10 +41,20 @@ def author_library(author_project: Path, author_catalogue: Catalogue) -> Library
         return load_beside(shown_charts(author_project), author_catalogue)
 
 
+@pytest.fixture(scope="package")
+def author_names(
+    author_project: Path, author_catalogue: Catalogue, author_library: Library
+) -> NamedValues:
+    """What these charts can name in a run."""
+    with with_own_files(own_files_around(author_project)):
+        return known_names(author_library, author_catalogue, for_run=True)
+
+
 @pytest.fixture
 def page_sim(
     author_project: Path,
     author_library: Library,
+    author_names: NamedValues,
     parts: Parts,
     monkeypatch: pytest.MonkeyPatch,
 ) -> Iterator[ChartTester]:
@@ -53,6 +64,7 @@ def page_sim(
         return author_library[Path(name).stem], author_library
 
     monkeypatch.setattr("cobodeck.testing.testing.open_chart", read_before)
+    monkeypatch.setattr("cobodeck.testing.chart_only.known_names", lambda *_, for_run: author_names)
     tester = ChartTester(author_project / "tests", author_project, parts)
     with with_own_files(own_files_around(author_project)):
         yield tester

@@ -84,6 +84,7 @@ def test_an_item_of_when_ends_what_still_runs(page_sim: ChartTester) -> None:
     assert page_sim.active == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("left_out", ["", "        next: {finished: .finished}\n"])
 def test_an_outcome_that_no_next_maps_ends_the_container_around_it(
     page_sim: ChartTester, left_out: str
@@ -101,6 +102,7 @@ def test_a_guard_ends_all_beside_it(page_sim: ChartTester) -> None:
     assert page_sim.outcome == "fault"
 
 
+@pytest.mark.slow
 def test_an_outcome_that_next_maps_ends_a_container_with_when_at_once(
     page_sim: ChartTester,
 ) -> None:
