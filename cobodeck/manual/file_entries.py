@@ -43,6 +43,7 @@ ABOUTS = {
     "connection": "Which driver serves which part of a robot, and at which address.",
     "tracking": "Where the tracking system is in the room, and where trackers are on the robot.",
     "campaign": "Runs over all combinations of values.",
+    "topics": "What stands for ROS topics, services and actions in states written for FlexBE.",
     "map": "A grid of a room, as map_server of ROS writes it: YAML beside a picture.",
     "recording": "Where a person walked, as text.",
 }
