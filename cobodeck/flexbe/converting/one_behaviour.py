@@ -308,6 +308,8 @@ class OneBehaviour:
         cls.state = cls.state or f"{self.behaviour.name}: {path}"
         node: dict[str, Any] = {"do": cls.name, "with": given, "in": {}, "out": {}}
         flexbe = bare(state["class"])
+        ends = outcome_names(state.get("transitions", ()))
+        ends = cls.outcomes() if cls.is_original else ends
         for key, outer in _remapping(state):
             if cls.ready is not None and not {key_name(key)} & {
                 *cls.ready.inputs,
@@ -318,11 +320,8 @@ class OneBehaviour:
                 name = self.shared.classes.input_name(flexbe, key)
                 name = f"{name}_key" if name in given else name
                 self.data.reads(node["in"], name, identifier(outer), scope)
-            elif scope.keys[identifier(outer)] not in alone:
+            elif ends and scope.keys[identifier(outer)] not in alone:
                 self.data.bind(node["out"], key_name(key), identifier(outer), scope)
-        ends = outcome_names(state.get("transitions", ()))
-        if cls.is_original:
-            ends = cls.outcomes()
         plain = {key: value for key, value in given.items() if key != "outcomes"}
         shown = plain if cls.by_argument else given
         cls.uses.append(Use(ends, dict(shown), tuple(node["in"]), tuple(node["out"])))

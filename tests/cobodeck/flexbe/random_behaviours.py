@@ -5,6 +5,7 @@ from __future__ import annotations
 from random import Random
 from typing import Any
 
+from tests.cobodeck.flexbe.generated import code
 from tests.cobodeck.flexbe.test_convert import behaviour, concurrency, machine, state
 
 STATES = ("true", "no", "class", "a b", "it's", "a?", "1st", "ä", "do", "$x", "a.b", "a/b", "next")
@@ -132,15 +133,5 @@ class RandomBehaviour:
     def create(self) -> str:
         """Lines of `create`: private variables, and first values of userdata."""
         lines = ["PI = 3.14", "joints = ['j%d' % i for i in range(3)]"]
-        keys = self.some(KEYS, 3)
-        values = [self.value() for _ in keys]
-        return "\n".join(
-            [
-                *lines,
-                *(
-                    f"_state_machine.userdata.{key} = "
-                    f"{value['expr'] if isinstance(value, dict) and 'expr' in value else repr(value)}"
-                    for key, value in zip(keys, values, strict=True)
-                ),
-            ]
-        )
+        made = (f"{key} = {code(self.value())}" for key in self.some(KEYS, 3))
+        return "\n".join([*lines, *(f"_state_machine.userdata.{line}" for line in made)])
