@@ -10,7 +10,14 @@ from typing import Any
 
 from cobodeck.flexbe.behaviour import ROOT, Behaviour, Json
 from cobodeck.flexbe.converting.ready_states import ReadyState
-from cobodeck.flexbe.names import camel, class_name, key_name, outcome_name, unique
+from cobodeck.flexbe.names import (
+    camel,
+    class_name,
+    key_name,
+    outcome_name,
+    outcome_names,
+    unique,
+)
 from cobodeck.flexbe_states import FlexbeClass
 from engine import ANY, Argument, Interface, Type
 from engine.files import quantity
@@ -65,6 +72,10 @@ class StateClass:
         """Whether the class written for FlexBE is used as it is."""
         return self.known is not None and not self.code
 
+    def writes(self, key: str, guess: bool) -> bool:
+        """Whether it writes a key; the code of a translated state tells."""
+        return key_name(key) in self.ready.outputs if self.ready is not None else guess
+
     def interface(self) -> Interface:
         """What is known of it."""
         outcomes = self.outcomes()
@@ -88,7 +99,7 @@ class StateClass:
         if self.by_argument:
             return ("$outcomes",)
         if self.is_original and self.known is not None and self.known.outcomes is not None:
-            return tuple(map(outcome_name, self.known.outcomes))
+            return outcome_names(self.known.outcomes)
         return self.uses[0].outcomes
 
     def inputs(self) -> list[str]:
@@ -155,7 +166,9 @@ class StateClasses:
         variant: frozenset[str] | None = None
         wanted = class_name(name)
         by_argument = known is None and self._listed.get(name, False)
-        if known is None and len(self._outcomes.get(name, ())) > 1 and not by_argument:
+        if known is None and name not in self._outcomes:
+            variant = ends  # a state that stands in for something else
+        elif known is None and len(self._outcomes[name]) > 1 and not by_argument:
             variant = ends
             ending = "Or".join(camel(outcome_name(end)) for end in state.get("transitions", {}))
             wanted = f"{wanted}{ending or 'Endless'}"[:LONGEST]
