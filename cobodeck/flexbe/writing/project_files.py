@@ -8,7 +8,7 @@ from itertools import groupby
 from cobodeck.flexbe.behaviour import Behaviour
 from cobodeck.flexbe.converting import Conversion, StateClass
 from cobodeck.flexbe.writing.chart_text import yaml_of
-from cobodeck.flexbe.writing.state_modules import ready_module, stub_module
+from cobodeck.flexbe.writing.state_modules import is_written, ready_module, stub_module
 
 ProjectFiles = dict[str, str]
 """Texts by path in the project."""
@@ -44,7 +44,7 @@ Charts made from behaviours of FlexBE.
 |---|---|
 | `{name}/charts/*.yaml` | one chart for each behaviour |
 | `{name}/stubs.py` | states that still have to be written |
-| `{name}/ready.py` | states that were code in the behaviours, translated |
+| `{name}/ready.py` | states of FlexBE itself, and code of the behaviours, translated |
 | `WORK.md` | what is left to do, and what is not the same as in FlexBE |
 | `tests/test_charts.py` | walks every outcome of every state |
 {manual}
@@ -114,8 +114,8 @@ def files_of_project(
 ) -> ProjectFiles:
     """All files, by their paths; `name` is that of the package."""
     by_name = {behaviour.name: behaviour for behaviour in behaviours}
-    stubs = [cls for cls in conversion.classes.values() if cls.ready is None]
-    ready = [cls for cls in conversion.classes.values() if cls.ready is not None]
+    stubs = [cls for cls in conversion.classes.values() if not is_written(cls)]
+    ready = [cls for cls in conversion.classes.values() if is_written(cls)]
     modules = {"stubs": stub_module(stubs)} | ({"ready": ready_module(ready)} if ready else {})
     manual = manual_code(by_name.values())
     row = "| `MANUAL_CODE.md` | the code between `[MANUAL_…]` tags, as it was |\n" if manual else ""
@@ -183,7 +183,7 @@ def manual_code(behaviours: Iterable[Behaviour]) -> str:
 def summary(behaviours: Iterable[Behaviour], conversion: Conversion) -> Mapping[str, int]:
     """The figures of an import."""
     classes = list(conversion.classes.values())
-    ready = sum(cls.ready is not None for cls in classes)
+    ready = sum(map(is_written, classes))
     return {
         "behaviours": len(list(behaviours)),
         "charts": len(conversion.charts),
