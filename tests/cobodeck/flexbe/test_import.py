@@ -110,6 +110,39 @@ def test_states_that_flexbe_brings_along_are_written(tmp_path):
     assert 2 <= play.seconds <= 2.5
 
 
+LOOK = """
+from flexbe_core import EventState
+
+{before}
+class {name}(EventState):
+    def __init__(self, far=1.0):
+        super().__init__(outcomes=['done'], output_keys=['pose'])
+
+    def execute(self, userdata):
+        userdata.pose = 1
+        return 'done'
+"""
+
+
+@pytest.mark.slow
+def test_states_that_stand_alone_run_as_they_are_and_others_are_stubs(tmp_path):
+    given = tmp_path / "given"
+    given.mkdir()
+    (given / "look.py").write_text(LOOK.format(name="Look", before=""))
+    (given / "bad.py").write_text(LOOK.format(name="Bad", before="raise RuntimeError('no')"))
+    root = machine(
+        state("a", {"done": "b"}, **{"class": "Look"}, args={"far": 2.0}),
+        state("b", NEXT, **{"class": "Bad"}),
+    )
+    (given / "looking.json").write_text(json.dumps(behaviour(root)))
+    project = tmp_path / "looks"
+    assert main(["import-flexbe", str(given), "--states", "-o", str(project)]) == 0
+    assert (project / "looks/flexbe/look.py").read_text() == (given / "look.py").read_text()
+    assert not (project / "looks/flexbe/bad.py").exists()
+    stubs = (project / "looks/stubs.py").read_text()
+    assert ("class Bad(" in stubs, "class Look(" in stubs) == (True, False)
+
+
 def test_neutral_prints_the_behaviour_as_json(folder, capsys):
     assert main(["import-flexbe", str(folder / "nasty_sm.py"), "--neutral"]) == 0
     printed = capsys.readouterr().out
