@@ -71,7 +71,7 @@ class OneBehaviour:
         box, ends = self.box(scope)
         inputs = [identifier(key) for key in self.behaviour.keys("input_keys")]
         for key in (scope.keys[key] for key in written):
-            if self.initial.get(key) is None:
+            if self.initial.get(key) in (None, "none"):
                 self.initial[key] = ""
                 self.told.note(
                     "", f"key {key!r} starts as empty text: an output of a chart has a value"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -30,6 +31,8 @@ WRITES = {
     "UserdataState": ("data",),
 }
 """The keys that states of FlexBE itself write."""
+_IMPORTABLE = re.compile(r"flexbe_core|rospy|rclpy|\w+_(msgs|srvs)")
+"""Modules that FlexBE states find here."""
 LONGEST = 60
 """Letters of a class's name that is made of outcomes."""
 
@@ -56,6 +59,7 @@ class StateClass:
         ready: the translation of its code.
         code: Python code that it has to do the same as.
         state: chart and path of the first state of the class.
+        adapted: whether the project has its module, and runs it as it is.
     """
 
     name: str
@@ -65,12 +69,27 @@ class StateClass:
     ready: ReadyState | None = None
     code: tuple[str, ...] = ()
     state: str = ""
+    adapted: bool = False
     uses: list[Use] = field(default_factory=list)
 
     @property
     def is_original(self) -> bool:
         """Whether the class written for FlexBE is used as it is."""
         return self.known is not None and not self.code
+
+    @property
+    def may_be_adapted(self) -> bool:
+        """Whether its module, alone and without topics, could run as it is."""
+        known = self.known
+        if known is None or not self.is_original or known.outcomes is None:
+            return False
+        foreign = [name for name in known.imports if not _IMPORTABLE.fullmatch(name)]
+        return (
+            known.name == self.name
+            and not known.topics
+            and not known.only_python_2
+            and set(foreign) <= sys.stdlib_module_names
+        )
 
     def writes(self, key: str, guess: bool) -> bool:
         """Whether it writes a key; the code of a translated state tells."""
