@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from cobodeck.flexbe.converting import StateClass, code_of
-from engine import Argument, Type, python_name
+from engine import Action, Argument, Type, python_name
 
 _HEAD = '''\
 """{about}"""
@@ -48,7 +48,7 @@ def ready_module(classes: Iterable[StateClass]) -> str:
 
 def _stub(cls: StateClass) -> Iterator[str]:
     yield f"class {cls.name}(Action):"
-    yield textwrap.indent(_docstring(cls), "    ", lambda _line: True).rstrip()
+    yield textwrap.indent(_docstring(cls), "    ")
     yield ""
     interface = cls.interface()
     outcomes = "".join(f"{json.dumps(outcome)}, " for outcome in interface.outcomes)
@@ -61,7 +61,8 @@ def _stub(cls: StateClass) -> Iterator[str]:
         yield ""
         yield f"    def __init__(self, *, {given}) -> None:"
         for name in map(python_name, interface.parameters):
-            yield f"        self.{name} = {name}"
+            own = f"{name}_" if hasattr(Action, name) else name
+            yield f"        self.{own} = {name}"
     inputs = "".join(f", {python_name(key)}: Any = None" for key in cls.inputs())
     yield ""
     yield f"    def run(self, ctx: Context{inputs}) -> Run:"
