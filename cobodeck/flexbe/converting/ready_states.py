@@ -14,7 +14,7 @@ from typing import Any
 
 from cobodeck.flexbe.converting.values import ExpressionValues, NotKnown
 from cobodeck.flexbe.names import key_name, outcome_name
-from engine import python_name
+from engine import Action, python_name
 
 FUNCTION = {
     "CalculationState": "calculation",
@@ -31,6 +31,8 @@ _SAFE = frozenset(
         *("set", "sorted", "str", "sum", "tuple", "zip"),
     )
 )
+_USED = frozenset(("freeze", "self", "str"))
+"""Names that the lines around an expression use: no argument in it may be one of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +61,9 @@ def ready_state(
         return None
     translation = _Translation(values, set(_arguments(function)))
     body = translation.visit(function.body)
-    if translation.unsafe or function.args.defaults or function.args.kwonlyargs:
+    if translation.unsafe or translation.bound & _USED:
+        return None
+    if function.args.defaults or function.args.kwonlyargs:
         return None
     lines = [_taken(function, inputs), *_ends(kind, ast.unparse(body), outcomes)]
     return ReadyState(
@@ -106,6 +110,8 @@ def _ends(kind: str, code: str, outcomes: Sequence[str]) -> list[str]:
         return [f'return "{end}", {{"output_value": freeze({code})}}']
     if "Check" in kind:
         yes, no = outcome_name("true"), outcome_name("false")
+        chooses = isinstance(ast.parse(code, mode="eval").body, ast.IfExp | ast.Lambda)
+        code = f"({code})" if chooses else code
         return [f'return "{yes}" if {code} else "{no}"']
     return [f"outcome = str({code})", f"return {_renamed(outcomes)}"]
 
@@ -144,7 +150,8 @@ class _Translation(ast.NodeTransformer):
         if node.attr.startswith("_"):
             self.unsafe.append(node.attr)
         if isinstance(node.value, ast.Name) and node.value.id == "self":
-            if self.values.parameter(f"self.{node.attr}") is None:
+            known = self.values.parameter(f"self.{node.attr}") is not None
+            if not known or hasattr(Action, node.attr):
                 self.unsafe.append(f"self.{node.attr}")
                 return node
             self.used[node.attr] = None

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cobodeck.flexbe.converting import StateClass, code_of
-from engine import Argument, Type, python_name
+from engine import Action, Argument, Type, python_name
 
 _HEAD = '''\
 """{about}"""
@@ -115,7 +115,8 @@ def _class(cls: StateClass, body: Iterable[str]) -> Iterator[str]:
         yield ""
         yield f"    def __init__(self, *, {given}) -> None:"
         for name in map(python_name, interface.parameters):
-            yield f"        self.{name} = {name}"
+            own = f"{name}_" if hasattr(Action, name) else name
+            yield f"        self.{own} = {name}"
     inputs = "".join(f", {python_name(key)}: Any = None" for key in cls.inputs())
     yield ""
     yield f"    def run(self, ctx: Context{inputs}) -> Run:"

@@ -27,10 +27,12 @@ from hw.model.urdf.capsules import (
 )
 from hw.model.urdf.frames import Matrix, inverted, matrix, placement
 from hw.model.urdf.meshes import mesh_file, triangles
-from hw.model.urdf.urdf import Joint, Urdf, UrdfLink
+from hw.model.urdf.urdf import Joint, Mesh, Urdf, UrdfLink
 
 COUNTS = (6, 7)
 """How many joints an arm may have."""
+FARTHEST_M = 50.0
+"""No corner of a mesh is farther from its origin, m."""
 _FAULTS = {
     "prismatic": "slides",
     "floating": "floats",
@@ -159,15 +161,35 @@ def _fits(link: UrdfLink, pose: Matrix, folder: Path) -> Iterator[Fitted]:
             found = around_box(solid.sizes)
         elif solid.kind == "cylinder":
             found = around_cylinder(*solid.sizes)
-        else:
+        elif solid.kind == "sphere":
             found = around_sphere(*solid.sizes)
+        else:
+            raise ValueError(
+                f"link '{link.name}' has a <{solid.kind}> as <collision>; boxes, cylinders, "
+                "spheres and meshes are read"
+            )
         yield from (fit.moved(pose @ matrix(solid.origin)) for fit in found)
     for mesh in link.collisions:
         try:
-            corners = triangles(mesh_file(mesh.file, folder)) * mesh.scale
+            corners = _scaled(triangles(mesh_file(mesh.file, folder)), mesh)
         except (OSError, ValueError) as refused:
             raise ValueError(f"link '{link.name}' {refused}") from None
         yield from (fit.moved(pose @ matrix(mesh.origin)) for fit in around_mesh(corners))
+
+
+def _scaled(corners: Matrix, mesh: Mesh) -> Matrix:
+    """Corners of triangles in metres.
+
+    Raises:
+        ValueError: the mesh is larger than any link.
+    """
+    size = float(np.abs(corners).max()) * max(map(abs, mesh.scale))
+    if not size <= FARTHEST_M:
+        raise ValueError(
+            f"has the mesh '{mesh.file}', which reaches out to {size:.3g} m; if it is in "
+            'millimetres, give it scale="0.001 0.001 0.001"'
+        )
+    return corners * mesh.scale
 
 
 def _inertial(body: Sequence[tuple[UrdfLink, Matrix]]) -> BodyMass:

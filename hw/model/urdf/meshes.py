@@ -57,7 +57,7 @@ def triangles(path: Path) -> Matrix:
     data = read_bytes(path, LARGEST)
     try:
         found = _obj(data) if kind == ".obj" else _stl(data)
-    except (ValueError, IndexError, UnicodeDecodeError):
+    except (ValueError, IndexError, OverflowError):  # also of no text
         found = np.zeros((0, 3, 3))
     if not len(found) or not np.isfinite(found).all():
         raise ValueError(f"has the mesh {path.name}, which holds no triangles")

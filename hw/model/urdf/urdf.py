@@ -75,7 +75,10 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """A box (its three sides), a cylinder about z (radius, length) or a sphere (radius), m."""
+    """A box (its three sides), a cylinder about z (radius, length) or a sphere (radius), m.
+
+    Anything else has no sizes; `kind` is its tag.
+    """
 
     kind: str
     sizes: tuple[float, ...]
@@ -193,6 +196,15 @@ def _solids(link: Element) -> Iterator[Solid]:
                 if not min(sizes) > 0.0:
                     raise found.fail(f"needs {' and '.join(keys)} above 0")
                 yield Solid(kind, sizes, _placement(shape))
+        if (other := _other_shape(geometry)) is not None:
+            yield Solid(other, (), _placement(shape))
+
+
+def _other_shape(geometry: Element) -> str | None:
+    """What a geometry is instead of a shape that is read; None if it is one of these."""
+    tags = [shape.tag for shape in geometry.children]
+    known = {*_SIZES, "mesh"}
+    return None if known.intersection(tags) else next(iter(tags), "geometry")
 
 
 def _meshes(link: Element, tag: str) -> Iterator[Mesh]:
