@@ -26,6 +26,7 @@ class Case(TypedDict, total=False):
     connection: Connection
     declared: Mapping[str, Signal]
     driver: str
+    model: str | None
     floor: FloorReport
     known: Catalogue
     leaves: Sequence[Leaf]
