@@ -39,11 +39,11 @@ from engine.files.declared import no_files, with_own_files
 
 COMMANDS = {
     "validate": "check charts, scenes, robots and profiles",
-    "schema": "write the JSON Schema with which editors complete a kind of file",
+    "schema": "write the JSON Schema that editors complete a kind of file by",
     "list": "list states, charts, scenes, users, profiles, robots and more",
     "docs": "write reference pages of states, signals, charts and files",
     "render": "draw a chart, a recorded run or a room",
-    "watch": "see charts while you edit them, recorded runs, and runs that go on",
+    "watch": "see charts as you edit them, recorded runs, and running ones",
     "simulate": "run a chart on the simulated robot",
     "run": "run a chart on a robot",
     "observe": "watch a real robot, and stop it",
@@ -57,7 +57,7 @@ COMMANDS = {
     "calibrate": "find where tracking, trackers and scanners are, from a log",
     "new": "begin a project of your own",
     "import-flexbe": "make a project of behaviours of FlexBE",
-    "evaluate": "tell statistics of recorded runs, or repeat the paper's evaluation",
+    "evaluate": "tell figures of recorded runs, or repeat the paper's evaluation",
     "campaign": "run all combinations of settings, people and seeds",
     "bench": "measure run time against error",
     "completion": "complete commands, options and names in bash, zsh or fish",

@@ -21,6 +21,9 @@ NEVER = (
     "software stop, so keep a hand on the hardware's emergency stop"
 )
 
+UR_DRIVERS = "hw.drivers.ur."
+"""The package of the drivers that speak to UR arms alone."""
+
 
 def described(connection: Connection) -> Iterator[CheckResult]:
     """What its file says about it."""
@@ -78,6 +81,19 @@ def in_code(driver: str, packages: Container[str]) -> Iterator[CheckResult]:
         return
     if names is not None and name not in names:
         yield CheckResult(driver, BAD, f"{module} has no {name!r}", did_you_mean(name, names))
+
+
+def own_arm(driver: str, model: str | None) -> Iterator[CheckResult]:
+    """Whether the robot has a UR arm, if this driver speaks to one."""
+    if model is None or not driver.startswith(UR_DRIVERS):
+        return
+    from hw.drivers import ur_arm_of
+
+    body = load_robot(model)
+    try:
+        ur_arm_of(body)
+    except ValueError as refused:
+        yield CheckResult(driver, BAD, str(refused))
 
 
 def drivers(connection: Connection, packages: Container[str]) -> Iterator[CheckResult]:

@@ -64,6 +64,9 @@ CHECKS = (
         "Do all drivers belong to known packages?", "connection_checks:of_projects", ("import",)
     ),
     FitnessCheck("Is there such a driver?", "connection_checks:in_code", ("validate",)),
+    FitnessCheck(
+        "Has the robot the arm of this driver?", "connection_checks:own_arm", ("doctor", "validate")
+    ),
     FitnessCheck("Can drivers import what they need?", "connection_checks:drivers", ("doctor",)),
     FitnessCheck("Do the devices say who they are?", "device_checks:identities", ("doctor",)),
     FitnessCheck("Are the ports of the drivers free?", "device_checks:ports", ("doctor",)),

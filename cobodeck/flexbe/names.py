@@ -19,6 +19,21 @@ def key_name(name: str) -> str:
     return f"{found}_key" if found in _TAKEN_KEYS else found
 
 
+def outcome_names(names: Iterable[str]) -> tuple[str, ...]:
+    """Several outcomes; two that come to the same name are one."""
+    return tuple(dict.fromkeys(map(outcome_name, names)))
+
+
+def parameter_names(names: Iterable[str], keys: Iterable[str]) -> dict[str, str]:
+    """The names of a chart's parameters; inputs have `keys`, and each name is there once."""
+    found: dict[str, str] = {}
+    for name in names:
+        wanted = identifier(name)
+        wanted = f"{wanted}_parameter" if wanted in keys else wanted
+        found[name] = unique(wanted, {*found.values(), *keys})
+    return found
+
+
 def class_name(name: str) -> str:
     """A name for a Python class."""
     found = identifier(name).lstrip("_") or "State"

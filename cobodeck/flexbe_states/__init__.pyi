@@ -26,8 +26,10 @@ from cobodeck.flexbe_states.init_reading import (
 from cobodeck.flexbe_states.old_syntax import (
     python_tree as python_tree,
 )
-from cobodeck.flexbe_states.ros import (
+from cobodeck.flexbe_states.ros.plain_values import (
     PlainRecord as PlainRecord,
+)
+from cobodeck.flexbe_states.ros.topic_table import (
     TopicFile as TopicFile,
     TopicTable as TopicTable,
     load_topics as load_topics,

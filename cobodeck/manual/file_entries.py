@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from cobodeck.manual.driver_entries import driver_blocks
-from cobodeck.manual.file_keys import key_rows
+from cobodeck.manual.file_keys import Values, key_rows
 from cobodeck.manual.page import ManualPage, PageBlock, PageEntry, PageTable, YamlCode, table_of
-from cobodeck.validation import declaration
+from cobodeck.validation import declarations
 from engine.chart import (
     CHART,
     DATA,
@@ -43,10 +43,16 @@ ABOUTS = {
     "connection": "Which driver serves which part of a robot, and at which address.",
     "tracking": "Where the tracking system is in the room, and where trackers are on the robot.",
     "campaign": "Runs over all combinations of values.",
+    "topics": "What stands for ROS topics, services and actions in states written for FlexBE.",
     "map": "A grid of a room, as map_server of ROS writes it: YAML beside a picture.",
     "recording": "Where a person walked, as text.",
 }
 """What each kind of file holds, in a sentence."""
+_BY_URDF = (
+    "These are the keys of a UR arm, by its lengths. Any other arm of six or seven joints that "
+    "turn is described by its URDF or xacro; its capsules are fitted to the collision shapes, and "
+    "its inverse kinematics are numeric:"
+)
 
 
 def file_page() -> ManualPage:
@@ -64,7 +70,7 @@ def _blocks(kind: str) -> Iterator[PageBlock]:
 
 
 def _declared_keys(kind: str) -> Iterator[PageBlock]:
-    declared, values = _declaration(kind), None
+    (declared, *others), values = _declarations(kind), None
     if kind == "profile":
         from behaviors.profile import load_profile
 
@@ -74,8 +80,10 @@ def _declared_keys(kind: str) -> Iterator[PageBlock]:
             "profile of its `policy`. The defaults below are those of `tuned`; charts pick values "
             "by name, as `$profile.escape.ahead`."
         )
-    rows = [tuple(row) for row in key_rows(declared, values)]
-    yield from table_of(("key", "type", "default", "meaning"), rows)
+    yield from _key_table(declared, values)
+    for other in others:
+        yield _BY_URDF
+        yield from _key_table(other, None)
     if kind == "connection":
         yield (
             "A driver is one of those below by its name, or `module:Class` of a project. All other "
@@ -85,13 +93,18 @@ def _declared_keys(kind: str) -> Iterator[PageBlock]:
         yield from driver_blocks()
 
 
-def _declaration(kind: str) -> type:
-    """The dataclass that declares the keys of a kind of file."""
+def _key_table(declared: type, values: Values | None) -> tuple[PageTable, ...]:
+    rows = [tuple(row) for row in key_rows(declared, values)]
+    return table_of(("key", "type", "default", "meaning"), rows)
+
+
+def _declarations(kind: str) -> tuple[type, ...]:
+    """The dataclasses that declare the keys of a kind of file."""
     if kind == "map":
         from states.maps import MapFile
 
-        return MapFile
-    return declaration(kind)
+        return (MapFile,)
+    return declarations(kind)
 
 
 def _chart_keys() -> Iterator[PageBlock]:

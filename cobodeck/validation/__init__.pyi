@@ -6,6 +6,7 @@ from cobodeck.validation.dead_ends import (
 )
 from cobodeck.validation.editor_schema import (
     declaration as declaration,
+    declarations as declarations,
     schema_for as schema_for,
     schema_notes as schema_notes,
 )

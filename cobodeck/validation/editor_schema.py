@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import nullcontext
+from functools import reduce
 from pathlib import Path
 
 from cobodeck.project import CHARTS, PLACE, Catalogue, catalogue, chart_names, known_places
@@ -21,12 +22,8 @@ def schema_for(kind: str, known: Catalogue) -> str:
     """The JSON Schema of a kind of file; that of charts has the catalogue's states and charts."""
     if kind == "chart":
         return _of_charts(known)
-    found = document(declaration(kind), layered=kind == "profile")
-    if kind == "arm":  # by its lengths, or by its URDF
-        from hw.model import DescribedArmFile
-
-        found = either_of(found, document(DescribedArmFile))
-    return text_of(found)
+    found = (document(declared, layered=kind == "profile") for declared in declarations(kind))
+    return text_of(reduce(either_of, found))
 
 
 def _of_charts(known: Catalogue) -> str:
@@ -36,6 +33,15 @@ def _of_charts(known: Catalogue) -> str:
         names = {PLACE: sorted(known_places(charts, known).by_name)}
     constants = {name: constant.value for name, constant in known.tuned.constants.items()}
     return schema_text(known.interfaces, charts, known.types, known.signals, constants, names)
+
+
+def declarations(kind: str) -> tuple[type, ...]:
+    """The dataclasses that declare the keys of a kind of file: of an arm, by lengths or by URDF."""
+    if kind == "arm":
+        from hw.model import DescribedArmFile
+
+        return declaration(kind), DescribedArmFile
+    return (declaration(kind),)
 
 
 def declaration(kind: str) -> type:

@@ -169,7 +169,7 @@ class FileChecker:
 
         found = connection_from(item)
         checks: list[Callable[[], Any]] = [
-            partial(self._driver, item.inner(f"{entry}.driver"), driver)
+            partial(self._driver, item.inner(f"{entry}.driver"), driver, found.model)
             for entry, _, driver in found.drivers
         ]
         scene = found.scene
@@ -177,9 +177,9 @@ class FileChecker:
             checks.append(lambda: item.inner("scene").refer(lambda: open_place(scene)))
         gather(checks)
 
-    def _driver(self, at: Item, driver: str) -> None:
-        """Check that a driver exists; importing it might need the vendor's library."""
+    def _driver(self, at: Item, driver: str, model: str | None) -> None:
+        """Check that there is such a driver, and its robot's arm; nothing of it is imported."""
         from cobodeck.fitness import ask
 
-        for answer in ask("validate", driver=driver, packages=self._known.packages):
+        for answer in ask("validate", driver=driver, packages=self._known.packages, model=model):
             raise at.error(answer.about, answer.remedy)

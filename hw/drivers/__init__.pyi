@@ -31,4 +31,5 @@ from hw.drivers.unity.unity_link import (
     UnityVr as UnityVr,
 )
 from hw.drivers.ur.ur_arm import UrArm as UrArm
+from hw.drivers.ur.ur_settings import ur_arm_of as ur_arm_of
 from hw.drivers.ur.ur_wrench import UrWrench as UrWrench

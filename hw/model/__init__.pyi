@@ -18,7 +18,9 @@ from hw.model.description import (
     ArmUrdf as ArmUrdf,
     UrdfDescription as UrdfDescription,
 )
-from hw.model.flange import FlangeChain as FlangeChain
+from hw.model.flange import (
+    FlangeChain as FlangeChain,
+)
 from hw.model.prop import (
     ANY as ANY,
     FLANGE as FLANGE,
@@ -79,11 +81,13 @@ from hw.model.tracking_file import (
     load_tracking as load_tracking,
     placement_of as placement_of,
 )
-from hw.model.urdf import (
-    Joint as Joint,
-    Urdf as Urdf,
+from hw.model.urdf.frames import (
     inverted as inverted,
     matrix as matrix,
     placement as placement,
+)
+from hw.model.urdf.urdf import (
+    Joint as Joint,
+    Urdf as Urdf,
     read_urdf as read_urdf,
 )

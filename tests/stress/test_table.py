@@ -20,6 +20,8 @@ EXEMPT = {
     "cobodeck/avoidable/safety_envelope.py": JUDGES,
     "cobodeck/checks/floor_space.py": JUDGES,
     "cobodeck/checks/waiting_places.py": JUDGES,
+    "cobodeck/flexbe_states/ros/plain_values.py": CONVERTS,
+    "cobodeck/flexbe_states/ros/ros_names.py": CONVERTS,
     "cobodeck/logs/formats/drive_log.py": CONVERTS,
     "cobodeck/logs/log_localization.py": JUDGES,
     "cobodeck/logs/mrpt/mrpt_poses.py": CONVERTS,

@@ -12,7 +12,7 @@ from cobodeck.flexbe.converting.ready_states import FUNCTION, ready_state
 from cobodeck.flexbe.converting.state_classes import StateClass, StateClasses, bare, lists_outcomes
 from cobodeck.flexbe.converting.told import ChartFindings
 from cobodeck.flexbe.converting.values import ExpressionValues, NotKnown
-from cobodeck.flexbe.names import identifier, key_name, outcome_name
+from cobodeck.flexbe.names import identifier, key_name, outcome_names
 
 
 def is_expression(value: Any) -> bool:
@@ -21,12 +21,15 @@ def is_expression(value: Any) -> bool:
 
 
 class Arguments:
-    """Arguments of the states of one behaviour."""
+    """Arguments of the states of one behaviour.
+
+    `parameters`: the chart's name of each parameter of the behaviour.
+    """
 
     def __init__(
         self,
         values: ExpressionValues,
-        parameters: Mapping[str, Any],
+        parameters: Mapping[str, str],
         classes: StateClasses,
         told: ChartFindings,
     ) -> None:
@@ -41,7 +44,7 @@ class Arguments:
             for key, value in arguments.items()
             if self.is_code(value) or (key == function and is_expression(value))
         }
-        ends = [outcome_name(outcome) for outcome in state.get("transitions", {})]
+        ends = list(outcome_names(state.get("transitions", ())))
         if not code:
             cls = self.classes.of(state)
             plain = {key: v for key, v in arguments.items() if key != "outcomes"}
@@ -55,16 +58,20 @@ class Arguments:
         self, state: Json, path: str, arguments: Mapping[str, Any], code: Mapping[str, str]
     ) -> tuple[StateClass, dict[str, Any]]:
         """The class of a state with code among its arguments."""
-        ends = [outcome_name(outcome) for outcome in state.get("transitions", {})]
+        ends = list(outcome_names(state.get("transitions", ())))
         ready = ready_state(bare(state["class"]), arguments, ends, self.values)
         if ready is not None:
             cls = self.classes.own(state, ready, tuple(code.values()))
-            return cls, {identifier(name): f"${identifier(name)}" for name in ready.parameters}
+            return cls, {identifier(n): f"${self.parameters[n]}" for n in ready.parameters}
         rest = {k: v for k, v in arguments.items() if k not in code and k != "outcomes"}
         given = self.written(path, rest)
         for expression in code.values():
             used = re.findall(r"\bself\.(\w+)(?!\w*\()", expression)
-            given |= {key: f"${key}" for key in used if key in self.parameters}
+            given |= {
+                identifier(key): f"${self.parameters[key]}"
+                for key in used
+                if key in self.parameters
+            }
         cls = self.classes.own(state, None, tuple(code.values()))
         for expression in code.values():
             self.told.left(path, f"write {cls.name}, which is to do what this did", expression)
@@ -97,7 +104,7 @@ class Arguments:
         if is_expression(value):
             name = self.values.parameter(value["expr"])
             if name is not None:
-                return f"${identifier(name)}"
+                return f"${self.parameters[name]}"
         return self.plain(path, value)
 
     def plain(self, path: str, value: Any) -> Any:

@@ -12,7 +12,7 @@ from cobodeck.flexbe.converting.arguments import is_expression
 from cobodeck.flexbe.converting.one_behaviour import OneBehaviour
 from cobodeck.flexbe.converting.state_classes import StateClass, StateClasses, Use, bare
 from cobodeck.flexbe.converting.told import Findings, Left
-from cobodeck.flexbe.names import identifier, outcome_name, unique
+from cobodeck.flexbe.names import identifier, outcome_names, parameter_names, unique
 from cobodeck.flexbe_states import FlexbeClass
 from engine import Interface
 
@@ -56,6 +56,7 @@ class _Conversion:
         self.told = Findings()
         self.charts: dict[str, dict[str, Any]] = {}
         self.outputs: dict[str, tuple[str, ...]] = {}  # of embedded behaviours
+        self.parameters: dict[str, dict[str, str]] = {}  # names in charts, by chart
         self._under_way: set[str] = set()
         for behaviour in behaviours:
             for container in behaviour.json["containers"].values():
@@ -117,7 +118,7 @@ class _Conversion:
 
     def _extend(self, chart: dict[str, Any], state: Json) -> None:
         """Make a chart in place of a behaviour have what a state that embeds it names."""
-        outcomes = [outcome_name(outcome) for outcome in state.get("transitions", {})]
+        outcomes = outcome_names(state.get("transitions", ()))
         cls = self.classes.all.setdefault(
             f"{chart['chart']}_behaviour", StateClass("", f"the behaviour {state['behavior']}")
         )
@@ -127,8 +128,10 @@ class _Conversion:
         cls.state = chart["chart"]
         keys = [identifier(key) for key in state.get("remapping", {})]
         chart.setdefault("inputs", {}).update(dict.fromkeys(keys, _NOTHING))
-        for key in _parameters_of(state):
-            chart.setdefault("parameters", {})[identifier(key)] = {"type": "any", "default": "none"}
+        given = [*self.parameters.get(chart["chart"], ()), *_parameters_of(state)]
+        names = parameter_names(dict.fromkeys(given), chart["inputs"])
+        self.parameters[chart["chart"]] = names
+        chart["parameters"] = dict.fromkeys(names.values(), _NOTHING)
         chart["states"] = {
             "behaviour": {"do": cls.name, "next": {end: f".{end}" for end in chart["outcomes"]}}
         }

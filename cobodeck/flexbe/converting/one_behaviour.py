@@ -18,7 +18,14 @@ from cobodeck.flexbe.converting.state_classes import StateClasses, Use, bare, ty
 from cobodeck.flexbe.converting.told import Findings
 from cobodeck.flexbe.converting.values import ExpressionValues
 from cobodeck.flexbe.converting.writers import KeyWriters
-from cobodeck.flexbe.names import identifier, key_name, outcome_name, unique
+from cobodeck.flexbe.names import (
+    identifier,
+    key_name,
+    outcome_name,
+    outcome_names,
+    parameter_names,
+    unique,
+)
 
 Ends = dict[str, None]
 
@@ -29,6 +36,7 @@ class Shared(Protocol):
     classes: StateClasses
     told: Findings
     outputs: dict[str, tuple[str, ...]]
+    parameters: dict[str, dict[str, str]]
 
     def embedded(self, state: Json) -> tuple[str, dict[str, Any] | None]:
         """The name and the chart of the behaviour that a state embeds; None if it is under way."""
@@ -44,23 +52,26 @@ class OneBehaviour:
         self.behaviour, self.shared = behaviour, shared
         self.containers = behaviour.json["containers"]
         given = behaviour.json.get("parameters", {})
-        self.parameters = {identifier(name): value for name, value in given.items()}
+        keys = [identifier(key) for key in behaviour.keys("input_keys")]
+        names = parameter_names(given, keys)
+        shared.parameters[behaviour.name] = names
+        self.parameters = {names[name]: value for name, value in given.items()}
         self.told = shared.told.of(behaviour.name)
         values = ExpressionValues(behaviour.variables, given)
-        self.arguments = Arguments(values, self.parameters, shared.classes, self.told)
+        self.arguments = Arguments(values, names, shared.classes, self.told)
         self.data = ChartData()
         self.initial: dict[str, Any] = {}
 
     def chart(self) -> dict[str, Any]:
         """The chart."""
-        root = self.behaviour.root
+        root = self._root()
         scope = self.scope(ROOT, "", root, {}, None)
         written = [identifier(key) for key in self.behaviour.keys("output_keys")]
         self.data.read.update(scope.keys[key] for key in written)
         box, ends = self.box(scope)
         inputs = [identifier(key) for key in self.behaviour.keys("input_keys")]
         for key in (scope.keys[key] for key in written):
-            if self.initial.get(key) is None:
+            if self.initial.get(key) in (None, "none"):
                 self.initial[key] = ""
                 self.told.note(
                     "", f"key {key!r} starts as empty text: an output of a chart has a value"
@@ -88,6 +99,17 @@ class OneBehaviour:
             **box,
         }
         return _filled(chart)
+
+    def _root(self) -> Json:
+        """The outermost container; a state stands in where it is empty."""
+        root = self.behaviour.root
+        if root["states"]:
+            return root
+        self.told.left("", "the behaviour is empty; a state stands in for what it is to do")
+        ends = {outcome: outcome for outcome in root.get("outcomes", ())}
+        cls = f"{self.behaviour.name}Container"
+        states = [{"name": "empty", "class": cls, "transitions": ends}]
+        return {**root, "kind": "statemachine", "states": states}
 
     def reason(self, outcome: str) -> str:
         """Why a chart has an outcome that its behaviour has not."""
@@ -174,6 +196,9 @@ class OneBehaviour:
         for outcome, target in state.get("transitions", {}).items():
             if outcome_name(outcome) not in possible:
                 self.told.note(path, f"outcome {outcome!r} can never come; left out")
+                continue
+            if outcome_name(outcome) in found:
+                self.told.left(path, f"outcome {outcome!r} is {outcome_name(outcome)!r} as another")
                 continue
             leads_on = names.get(target)
             found[outcome_name(outcome)] = leads_on or f".{outcome_name(target)}"
@@ -263,8 +288,8 @@ class OneBehaviour:
             return self.leaf({**state, "class": f"{name}_again"}, path, scope, alone)
         node: dict[str, Any] = {"use": name, "with": {}, "in": {}, "out": {}}
         for key, value in self.arguments.given_parameters(state, path).items():
-            if identifier(key) in chart.get("parameters", ()):
-                node["with"][identifier(key)] = self.arguments.value(path, value)
+            if key in self.shared.parameters[name]:
+                node["with"][self.shared.parameters[name][key]] = self.arguments.value(path, value)
             else:
                 self.told.note(path, f"{name} has no parameter {key!r}; left out")
         outputs: Mapping[str, Any] = next(iter(chart.get("outputs", {}).values()), {})
@@ -283,15 +308,20 @@ class OneBehaviour:
         cls.state = cls.state or f"{self.behaviour.name}: {path}"
         node: dict[str, Any] = {"do": cls.name, "with": given, "in": {}, "out": {}}
         flexbe = bare(state["class"])
+        ends = outcome_names(state.get("transitions", ()))
+        ends = cls.outcomes() if cls.is_original else ends
         for key, outer in _remapping(state):
-            if not self.shared.classes.writes(flexbe, key):
+            if cls.ready is not None and not {key_name(key)} & {
+                *cls.ready.inputs,
+                *cls.ready.outputs,
+            }:
+                self.told.note(path, f"key {key!r} is not used by the code; left out")
+            elif not cls.writes(key, self.shared.classes.writes(flexbe, key)):
                 name = self.shared.classes.input_name(flexbe, key)
+                name = f"{name}_key" if name in given else name
                 self.data.reads(node["in"], name, identifier(outer), scope)
-            elif scope.keys[identifier(outer)] not in alone:
+            elif ends and scope.keys[identifier(outer)] not in alone:
                 self.data.bind(node["out"], key_name(key), identifier(outer), scope)
-        ends = tuple(outcome_name(outcome) for outcome in state.get("transitions", {}))
-        if cls.is_original:
-            ends = cls.outcomes()
         plain = {key: value for key, value in given.items() if key != "outcomes"}
         shown = plain if cls.by_argument else given
         cls.uses.append(Use(ends, dict(shown), tuple(node["in"]), tuple(node["out"])))

@@ -38,7 +38,7 @@ class ChartData:
     def __init__(self) -> None:
         self.taken: dict[str, None] = {}
         self.read: set[str] = set()
-        self._bindings: list[tuple[dict[str, str], str, str]] = []
+        self._bindings: dict[tuple[int, str], tuple[dict[str, str], str]] = {}
 
     def scope(
         self, path: str, container: Json, given: Mapping[str, str], at: ContainerScope | None
@@ -67,11 +67,11 @@ class ChartData:
     def bind(self, entries: dict[str, str], key: str, outer: str, scope: ContainerScope) -> None:
         """Add an entry to `in` or `out`; it goes again if nobody reads what it means."""
         entries[key] = outer
-        self._bindings.append((entries, key, scope.keys.get(outer, outer)))
+        self._bindings[id(entries), key] = entries, scope.keys.get(outer, outer)
 
     def forget_unread(self) -> list[str]:
         """Leave out what is written and never read; returns these keys."""
-        for entries, key, real in self._bindings:
+        for (_, key), (entries, real) in self._bindings.items():
             if real not in self.read:
                 del entries[key]
         unread = [key for key in self.taken if key not in self.read]

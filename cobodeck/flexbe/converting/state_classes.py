@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,7 +11,14 @@ from typing import Any
 
 from cobodeck.flexbe.behaviour import ROOT, Behaviour, Json
 from cobodeck.flexbe.converting.ready_states import ReadyState
-from cobodeck.flexbe.names import camel, class_name, key_name, outcome_name, unique
+from cobodeck.flexbe.names import (
+    camel,
+    class_name,
+    key_name,
+    outcome_name,
+    outcome_names,
+    unique,
+)
 from cobodeck.flexbe_states import FlexbeClass
 from engine import ANY, Argument, Interface, Type
 from engine.files import quantity
@@ -23,6 +31,8 @@ WRITES = {
     "UserdataState": ("data",),
 }
 """The keys that states of FlexBE itself write."""
+_IMPORTABLE = re.compile(r"flexbe_core|rospy|rclpy|\w+_(msgs|srvs)")
+"""Modules that FlexBE states find here."""
 LONGEST = 60
 """Letters of a class's name that is made of outcomes."""
 
@@ -49,6 +59,7 @@ class StateClass:
         ready: the translation of its code.
         code: Python code that it has to do the same as.
         state: chart and path of the first state of the class.
+        adapted: whether the project has its module, and runs it as it is.
     """
 
     name: str
@@ -58,12 +69,31 @@ class StateClass:
     ready: ReadyState | None = None
     code: tuple[str, ...] = ()
     state: str = ""
+    adapted: bool = False
     uses: list[Use] = field(default_factory=list)
 
     @property
     def is_original(self) -> bool:
         """Whether the class written for FlexBE is used as it is."""
         return self.known is not None and not self.code
+
+    @property
+    def may_be_adapted(self) -> bool:
+        """Whether its module, alone and without topics, could run as it is."""
+        known = self.known
+        if known is None or not self.is_original or known.outcomes is None:
+            return False
+        foreign = [name for name in known.imports if not _IMPORTABLE.fullmatch(name)]
+        return (
+            known.name == self.name
+            and not known.topics
+            and not known.only_python_2
+            and set(foreign) <= sys.stdlib_module_names
+        )
+
+    def writes(self, key: str, guess: bool) -> bool:
+        """Whether it writes a key; the code of a translated state tells."""
+        return key_name(key) in self.ready.outputs if self.ready is not None else guess
 
     def interface(self) -> Interface:
         """What is known of it."""
@@ -88,7 +118,7 @@ class StateClass:
         if self.by_argument:
             return ("$outcomes",)
         if self.is_original and self.known is not None and self.known.outcomes is not None:
-            return tuple(map(outcome_name, self.known.outcomes))
+            return outcome_names(self.known.outcomes)
         return self.uses[0].outcomes
 
     def inputs(self) -> list[str]:
@@ -155,7 +185,9 @@ class StateClasses:
         variant: frozenset[str] | None = None
         wanted = class_name(name)
         by_argument = known is None and self._listed.get(name, False)
-        if known is None and len(self._outcomes.get(name, ())) > 1 and not by_argument:
+        if known is None and name not in self._outcomes:
+            variant = ends  # a state that stands in for something else
+        elif known is None and len(self._outcomes[name]) > 1 and not by_argument:
             variant = ends
             ending = "Or".join(camel(outcome_name(end)) for end in state.get("transitions", {}))
             wanted = f"{wanted}{ending or 'Endless'}"[:LONGEST]

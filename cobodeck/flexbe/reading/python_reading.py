@@ -49,15 +49,17 @@ def read_python(text: str, file: str, name: str) -> Behaviour:
         wanted = "a class derived from Behavior with a method `create`"
         raise mistake(file, "there is no FlexBE behaviour here", 1, f"wanted: {wanted}")
     reader = _Reader(file)
+    reader.read_constants(tree)
     for function in cls.body:
         if isinstance(function, ast.FunctionDef) and function.name == "__init__":
             reader.read_init(function)
         elif isinstance(function, ast.FunctionDef) and function.name == "create":
             reader.read_create(function.body)
+            reader.name_root(function)
             for variable in _changed(function):
                 reader.variables.pop(variable, None)
     if ROOT not in reader.containers:
-        hint = f"`create` makes none named {ROOT}"
+        hint = f"`create` makes none named {ROOT}, and returns none"
         raise mistake(file, "the behaviour has no state machine", cls.lineno, hint)
     return Behaviour(
         name=name,
@@ -157,6 +159,25 @@ class _Reader:
             "root": None,
         }
 
+    def read_constants(self, tree: ast.Module) -> None:
+        """Values that the module gives names, as far as these keep them."""
+        stored = Counter(n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and _stores(n))
+        for node in tree.body:
+            if isinstance(node, ast.Assign):
+                names = [target.id for target in node.targets if isinstance(target, ast.Name)]
+                text = ast.unparse(node.value)
+                self.variables.update((name, text) for name in names if stored[name] == 1)
+
+    def name_root(self, create: ast.FunctionDef) -> None:
+        """The container that `create` returns is the outermost one, whatever its name is."""
+        for node in create.body:
+            if isinstance(node, ast.Return) and isinstance(node.value, ast.Name):
+                name = node.value.id
+                if ROOT not in self.containers and name in self.containers:
+                    root = {ROOT: self.containers.pop(name)}
+                    self.containers = root | self.containers
+                    self.userdata[ROOT] = self.userdata.pop(name, {})
+
     def read_init(self, function: ast.FunctionDef) -> None:
         """Parameters and embedded behaviours, in the order of the text."""
         for node in (node for statement in function.body for node in ast.walk(statement)):
@@ -247,6 +268,10 @@ def _changed(function: ast.FunctionDef) -> set[str]:
             if isinstance(called, ast.Attribute) and isinstance(called.value, ast.Name):
                 found.add(called.value.id)
     return found | {name for name, times in stored.items() if times > 1}
+
+
+def _stores(node: ast.Name) -> bool:
+    return isinstance(node.ctx, ast.Store)
 
 
 def _calls(statement: ast.stmt) -> Iterator[ast.Call]:

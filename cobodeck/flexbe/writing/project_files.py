@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import groupby
+from pathlib import Path
 
 from cobodeck.flexbe.behaviour import Behaviour
 from cobodeck.flexbe.converting import Conversion, StateClass
 from cobodeck.flexbe.writing.chart_text import yaml_of
-from cobodeck.flexbe.writing.state_modules import ready_module, stub_module
+from cobodeck.flexbe.writing.state_modules import is_written, ready_module, stub_module
 
 ProjectFiles = dict[str, str]
 """Texts by path in the project."""
@@ -28,7 +29,7 @@ dependencies = ["cobodeck"]
 {entries}
 
 [tool.setuptools]
-packages = ["{name}"]
+packages = [{packages}]
 package-data = {{{name} = ["charts/*.yaml"]}}
 
 [tool.pytest.ini_options]
@@ -44,7 +45,7 @@ Charts made from behaviours of FlexBE.
 |---|---|
 | `{name}/charts/*.yaml` | one chart for each behaviour |
 | `{name}/stubs.py` | states that still have to be written |
-| `{name}/ready.py` | states that were code in the behaviours, translated |
+| `{name}/ready.py` | states of FlexBE itself, and code of the behaviours, translated |
 | `WORK.md` | what is left to do, and what is not the same as in FlexBE |
 | `tests/test_charts.py` | walks every outcome of every state |
 {manual}
@@ -114,15 +115,19 @@ def files_of_project(
 ) -> ProjectFiles:
     """All files, by their paths; `name` is that of the package."""
     by_name = {behaviour.name: behaviour for behaviour in behaviours}
-    stubs = [cls for cls in conversion.classes.values() if cls.ready is None]
-    ready = [cls for cls in conversion.classes.values() if cls.ready is not None]
+    made = [cls for cls in conversion.classes.values() if not cls.adapted]
+    stubs = [cls for cls in made if not is_written(cls)]
+    ready = [cls for cls in made if is_written(cls)]
+    originals = _originals(name, conversion)
     modules = {"stubs": stub_module(stubs)} | ({"ready": ready_module(ready)} if ready else {})
     manual = manual_code(by_name.values())
     row = "| `MANUAL_CODE.md` | the code between `[MANUAL_…]` tags, as it was |\n" if manual else ""
     first = next(iter(conversion.charts))
-    entries = "\n".join(f'{name}_{module} = "{name}.{module}"' for module in modules)
+    named = [*modules, *(["flexbe"] if originals else [])]
+    entries = "\n".join(f'{name}_{module} = "{name}.{module}"' for module in named)
+    packages = f'"{name}", "{name}.flexbe"' if originals else f'"{name}"'
     files = {
-        "pyproject.toml": _PYPROJECT.format(name=name, entries=entries),
+        "pyproject.toml": _PYPROJECT.format(name=name, entries=entries, packages=packages),
         "README.md": _README.format(name=name, manual=row, first=first),
         "WORK.md": work(conversion, stubs),
         "tests/test_charts.py": _TEST.format(name=name),
@@ -133,7 +138,23 @@ def files_of_project(
         behaviour = by_name.get(chart["chart"])
         comments = behaviour.comments if behaviour is not None else ()
         files[f"{name}/charts/{chart['chart']}.yaml"] = yaml_of(chart, comments)
+    files |= originals
     return files | ({"MANUAL_CODE.md": manual} if manual else {})
+
+
+def _originals(name: str, conversion: Conversion) -> ProjectFiles:
+    """The modules of states that run as they are."""
+    found = {
+        Path(cls.known.file).name: Path(cls.known.file).read_text(encoding="utf-8")
+        for cls in conversion.classes.values()
+        if cls.adapted and cls.known is not None
+    }
+    if not found:
+        return {}
+    about = '"""States written for FlexBE, as they were."""\n'
+    return {
+        f"{name}/flexbe/{file}": text for file, text in ({"__init__.py": about} | found).items()
+    }
 
 
 def work(conversion: Conversion, stubs: Iterable[StateClass]) -> str:
@@ -149,6 +170,9 @@ def _work_lines(conversion: Conversion, stubs: Iterable[StateClass]) -> Iterator
     for cls in stubs:
         yield f"- [ ] `{cls.name}`, for `{cls.flexbe}`, first used by {cls.state or 'a chart'}"
         yield from (f"  - as this did: {_code(code)}" for code in cls.code)
+    adapted = [cls.name for cls in conversion.classes.values() if cls.adapted]
+    if adapted:
+        yield from ("", "These run as they are: " + ", ".join(map(_code, adapted)) + ".")
     if conversion.left:
         yield from ("", "## In the charts")
     for chart, items in groupby(conversion.left, lambda left: left.chart):
@@ -183,14 +207,16 @@ def manual_code(behaviours: Iterable[Behaviour]) -> str:
 def summary(behaviours: Iterable[Behaviour], conversion: Conversion) -> Mapping[str, int]:
     """The figures of an import."""
     classes = list(conversion.classes.values())
-    ready = sum(cls.ready is not None for cls in classes)
+    adapted = sum(cls.adapted for cls in classes)
+    ready = sum(is_written(cls) for cls in classes if not cls.adapted)
     return {
         "behaviours": len(list(behaviours)),
         "charts": len(conversion.charts),
         "states": sum(len(cls.uses) for cls in classes),
         "classes": len(classes),
         "translated": ready,
-        "stubs": len(classes) - ready,
+        "adapted": adapted,
+        "stubs": len(classes) - ready - adapted,
         "left": len(conversion.left),
         "notes": len(conversion.notes),
     }

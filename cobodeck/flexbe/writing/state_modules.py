@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 import textwrap
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 from cobodeck.flexbe.converting import StateClass, code_of
@@ -25,28 +27,80 @@ def _not_written(state: Action) -> Any:
     name = type(state).__name__
     raise NotImplementedError(f"{name} is a stub; write its `run`, or script it in a test")
 """
+_STUB_BODY = ("yield", "return _not_written(self)")
+
+
+@dataclass(frozen=True, slots=True)
+class _FlexbeState:
+    """A state that FlexBE brings along: the parameters and inputs it needs, and its `run`."""
+
+    parameters: frozenset[str]
+    inputs: frozenset[str]
+    body: tuple[str, ...]
+
+
+_FLEXBE_STATES = {
+    "WaitState": _FlexbeState(
+        frozenset(("wait_time",)),
+        frozenset(),
+        (
+            "end = ctx.after(float(self.wait_time))",
+            "while ctx.now < end:",
+            "    yield Until(end)",
+            'return "done"',
+        ),
+    ),
+    "LogState": _FlexbeState(
+        frozenset(("text",)),
+        frozenset(),
+        ("ctx.note(str(self.text))", "yield", 'return "done"'),
+    ),
+    "LogKeyState": _FlexbeState(
+        frozenset(("text",)),
+        frozenset(("data",)),
+        ("ctx.note(str(self.text).format(data))", "yield", 'return "done"'),
+    ),
+}
 _PYTHON = {"number": "float", "boolean": "bool", "text": "str"}
 ABOUT_STUBS = "States that still have to be written: each is a stub that ends with an error."
-ABOUT_READY = "States that were code in the behaviours, translated."
+ABOUT_READY = "States that FlexBE brings along, and code of the behaviours, translated."
+
+
+def is_written(cls: StateClass) -> bool:
+    """Whether the module of ready states has the class: a translation, or a state of FlexBE."""
+    if cls.ready is not None:
+        return True
+    known, face = _FLEXBE_STATES.get(cls.flexbe), cls.interface()
+    return (
+        known is not None
+        and not cls.code
+        and known.parameters <= face.parameters.keys()
+        and face.inputs.keys() == known.inputs
+        and (face.outcomes, cls.outputs()) == (("done",), [])
+    )
 
 
 def stub_module(classes: Iterable[StateClass]) -> str:
     """The text of the module of stubs."""
     head = _HEAD.format(about=ABOUT_STUBS, names="Action, Context, Run") + _NOT_WRITTEN
-    return "\n\n".join([head, *("\n".join(_stub(cls)) + "\n" for cls in classes)])
+    return "\n\n".join([head, *("\n".join(_class(cls, _STUB_BODY)) + "\n" for cls in classes)])
 
 
 def ready_module(classes: Iterable[StateClass]) -> str:
     """The text of the module of translated states."""
-    head = _HEAD.format(about=ABOUT_READY, names="Action, Context, Outcome, freeze")
     texts = []
     for cls in classes:
-        assert cls.ready is not None
-        texts.append(code_of(cls.name, cls.ready, _docstring(cls)) + "\n")
-    return "\n\n".join([head, *texts])
+        if cls.ready is not None:
+            texts.append(code_of(cls.name, cls.ready, _docstring(cls)) + "\n")
+        else:
+            body = _FLEXBE_STATES[cls.flexbe].body
+            texts.append("\n".join(_class(cls, body)) + "\n")
+    all_names = ("Action", "Context", "Outcome", "Run", "Until", "freeze")
+    names = [name for name in all_names if re.search(rf"\b{name}\b", "".join(texts))]
+    return "\n\n".join([_HEAD.format(about=ABOUT_READY, names=", ".join(names)), *texts])
 
 
-def _stub(cls: StateClass) -> Iterator[str]:
+def _class(cls: StateClass, body: Iterable[str]) -> Iterator[str]:
     yield f"class {cls.name}(Action):"
     yield textwrap.indent(_docstring(cls), "    ")
     yield ""
@@ -66,8 +120,7 @@ def _stub(cls: StateClass) -> Iterator[str]:
     inputs = "".join(f", {python_name(key)}: Any = None" for key in cls.inputs())
     yield ""
     yield f"    def run(self, ctx: Context{inputs}) -> Run:"
-    yield "        yield"
-    yield "        return _not_written(self)"
+    yield from (f"        {line}" for line in body)
 
 
 def _argument(name: str, argument: Argument) -> str:
@@ -84,7 +137,7 @@ def _annotation(kind: Type) -> str:
 def _docstring(cls: StateClass) -> str:
     """What the class was, where it is used first, and the code that it replaces."""
     lines = [f"{cls.flexbe} of FlexBE."]
-    if cls.ready is None:
+    if not is_written(cls):
         lines = [f"In place of {cls.flexbe} of FlexBE; still to be written."]
     about: Any = cls.known.about.about if cls.known is not None else ""
     lines += ["", *str(about).splitlines()] if about else []

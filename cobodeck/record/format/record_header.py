@@ -31,7 +31,7 @@ LIBRARIES = (
 )  # fmt: skip
 REPLAY = "replay"
 """The kind of plant of a replay."""
-LARGEST = 2 << 20
+LARGEST = 16 << 20
 """Files larger than this, bytes, are not attached, only hashed."""
 LARGEST_READ = 1 << 28
 """Files larger than this, bytes, are not read again for hashing."""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from engine.files import is_file
+from engine.files import is_file, read_bytes
 from hw.model.urdf.frames import Matrix
 
 READ = (".stl", ".obj")
@@ -15,6 +15,8 @@ _RECORD = np.dtype([("normal", "<f4", 3), ("points", "<f4", (3, 3)), ("more", "<
 _HEAD = 84
 """Bytes of a binary STL before its triangles: 80 of any text, and their number."""
 _PACKAGE, _FILE = "package://", "file://"
+LARGEST = 16_000_000
+"""Most bytes of a file; records keep what is as large."""
 
 
 def mesh_file(written: str, folder: Path) -> Path:
@@ -44,6 +46,7 @@ def triangles(path: Path) -> Matrix:
 
     Raises:
         ValueError: its format is not read, or its content is no mesh.
+        FileError: it cannot be read, or exceeds `LARGEST`.
     """
     kind = path.suffix.lower()
     if kind not in READ:
@@ -51,7 +54,7 @@ def triangles(path: Path) -> Matrix:
             f"has the mesh {path.name}; STL and OBJ are read: convert it, or give the link "
             "cylinders, boxes or spheres as <collision>"
         )
-    data = path.read_bytes()
+    data = read_bytes(path, LARGEST)
     try:
         found = _obj(data) if kind == ".obj" else _stl(data)
     except (ValueError, IndexError, OverflowError):  # also of no text

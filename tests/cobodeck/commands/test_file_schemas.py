@@ -17,10 +17,12 @@ from behaviors.profile.profile import load_profile
 from behaviors.profile.profile_layers import BASE
 from cobodeck.__main__ import main
 from cobodeck.campaign.campaign_file import load_campaign
+from cobodeck.flexbe_states.ros.topic_table import topics_from
 from cobodeck.project.named_files import KINDS, ROOT, kind_of
 from cobodeck.project.state_catalogue import catalogue
 from cobodeck.terminal.console import OK
 from cobodeck.validation.editor_schema import schema_for
+from engine.files.declared import load_yaml
 from engine.files.declared.item import notes
 from engine.files.finding import FileError
 from engine.files.source import plain, read_file
@@ -45,6 +47,7 @@ READERS: dict[str, Callable[[Path], object]] = {
     "scene": load_scene,
     "tracking": load_tracking,
     "user": load_script,
+    "topics": lambda file: load_yaml(file, topics_from),
 }
 KNOWN = catalogue(own=False)
 SCHEMAS = {kind: json.loads(schema_for(kind, KNOWN)) for kind in READERS}
@@ -52,7 +55,7 @@ WHOLE = ROOT / "tests/behaviors/profile/spelled_out.yaml"
 """A profile without a base."""
 FILES = {WHOLE: "profile"} | {
     file: kind
-    for folder in ("charts", "hw", "cobodeck/campaign", "cobodeck/template")
+    for folder in ("charts", "hw", "cobodeck/campaign", "cobodeck/template", "cobodeck/manual")
     for file in sorted((ROOT / folder).rglob("*.yaml"))
     if (kind := kind_of(file)) in READERS and file != BASE
 }

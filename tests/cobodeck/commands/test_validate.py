@@ -143,7 +143,7 @@ def test_findings_for_programs_have_the_same_places(
 
     shown = capsys.readouterr().out
     if form == "json":
-        (finding,) = json.loads(shown)
+        (finding,) = json.loads(shown)["findings"]
         assert (finding["code"], finding["line"]) == ("D01", 3)
         assert "not on the free floor" in finding["message"]
     elif form == "sarif":

@@ -441,3 +441,27 @@ def test_a_behaviour_that_embeds_itself_is_told():
     root = machine(state("again", {"done": "done"}, behavior="BSM"))
     conversion = charts(b=behaviour(root))
     assert [left.what for left in conversion.left] == ["b embeds itself, which no chart can"]
+
+
+def test_an_empty_behaviour_has_a_state_in_its_place():
+    conversion = charts(b=behaviour(machine(outcomes=("done", "failed"))))
+    assert conversion.charts["b"]["states"] == {
+        "empty": {"do": "bContainer", "next": {"done": ".done", "failed": ".failed"}}
+    }
+    assert "the behaviour is empty" in conversion.left[0].what
+
+
+def test_a_parameter_that_is_named_like_an_input_gets_another_name():
+    inner = behaviour(machine(state("a", {"done": "done"}), input_keys=["x"]), {"x": 1})
+    given = {"args": {"parameters": {"x": 2}}, "remapping": {"x": "x"}}
+    root = machine(state("in", {"done": "done"}, behavior="InnerSM", **given), input_keys=["x"])
+    found = charts(inner=inner, b=behaviour(root)).charts
+    assert found["inner"]["parameters"] == {"x_parameter": {"type": "number", "default": 1}}
+    assert found["b"]["states"]["in"]["with"] == {"x_parameter": 2}
+
+
+def test_two_outcomes_of_one_name_are_one_and_told():
+    root = machine(state("a", {"error": "a", "error_": "done"}))
+    conversion = charts(b=behaviour(root))
+    assert conversion.charts["b"]["states"]["a"]["next"] == {"error_": "a"}
+    assert "'error_' as another" in conversion.left[0].what

@@ -13,7 +13,10 @@ import pytest
 
 from cobodeck.__main__ import main
 from cobodeck.flexbe import read_json
+from cobodeck.project import catalogue, open_chart
 from engine.chart import load_files
+from engine.machine import Machine
+from tests.cobodeck.flexbe.conftest import Play
 from tests.cobodeck.flexbe.generated import generated
 from tests.cobodeck.flexbe.test_convert import behaviour, machine, state
 from tests.cobodeck.flexbe.test_reading import everything
@@ -80,6 +83,64 @@ def test_the_project_works_on_its_own(folder, tmp_path):
             text=True,
         )
         assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_states_that_flexbe_brings_along_are_written(tmp_path):
+    said = {"args": {"text": "met {}", "severity": "info"}, "remapping": {"data": "who"}}
+    root = machine(
+        state("say", {"done": "wait"}, **{"class": "LogState"}, args={"text": "off we go"}),
+        state("wait", {"done": "tell"}, **{"class": "WaitState"}, pos=[], args={"wait_time": 2}),
+        state("tell", NEXT, **{"class": "LogKeyState"}) | said,
+        input_keys=["who"],
+    )
+    (tmp_path / "waiting.json").write_text(json.dumps(behaviour(root)))
+    project = tmp_path / "waits"
+    assert main(["import-flexbe", str(tmp_path / "waiting.json"), "-o", str(project)]) == 0
+    known = catalogue(project)
+    chart, library = open_chart(str(project / "waits/charts/waiting.yaml"), known)
+    made = Machine(chart, library, known.interfaces, types=known.types, inputs={"who": "Ada"})
+    play = Play(made, scripted=False)
+    play.until(lambda: play.run.outcome)
+    notes = [str(record.detail) for record in play.run.trace if record.kind == "note"]
+    assert (play.run.outcome, "off we go" in notes[0], "met Ada" in notes[1]) == (
+        "done",
+        True,
+        True,
+    )
+    assert 2 <= play.seconds <= 2.5
+
+
+LOOK = """
+from flexbe_core import EventState
+
+{before}
+class {name}(EventState):
+    def __init__(self, far=1.0):
+        super().__init__(outcomes=['done'], output_keys=['pose'])
+
+    def execute(self, userdata):
+        userdata.pose = 1
+        return 'done'
+"""
+
+
+@pytest.mark.slow
+def test_states_that_stand_alone_run_as_they_are_and_others_are_stubs(tmp_path):
+    given = tmp_path / "given"
+    given.mkdir()
+    (given / "look.py").write_text(LOOK.format(name="Look", before=""))
+    (given / "bad.py").write_text(LOOK.format(name="Bad", before="raise RuntimeError('no')"))
+    root = machine(
+        state("a", {"done": "b"}, **{"class": "Look"}, args={"far": 2.0}),
+        state("b", NEXT, **{"class": "Bad"}),
+    )
+    (given / "looking.json").write_text(json.dumps(behaviour(root)))
+    project = tmp_path / "looks"
+    assert main(["import-flexbe", str(given), "--states", "-o", str(project)]) == 0
+    assert (project / "looks/flexbe/look.py").read_text() == (given / "look.py").read_text()
+    assert not (project / "looks/flexbe/bad.py").exists()
+    stubs = (project / "looks/stubs.py").read_text()
+    assert ("class Bad(" in stubs, "class Look(" in stubs) == (True, False)
 
 
 def test_neutral_prints_the_behaviour_as_json(folder, capsys):

@@ -80,6 +80,19 @@ def test_variables_that_change_are_not_known():
     assert read_python(text, "a_sm.py", "a").variables == {"once": "1"}
 
 
+def test_the_outermost_container_is_the_one_that_is_returned_and_constants_have_values():
+    text = generated(
+        behaviour(machine(state("a", {"done": "done"}, args={"x": {"expr": "FAR"}}))),
+        "ASM",
+        create="_state_machine.userdata.g = FAR",
+    )
+    text = text.replace("_state_machine", "top").replace("class ASM", "FAR = 3\nN = 1\nclass ASM")
+    read = read_python(text + "\nN = 2\n", "a_sm.py", "a")
+    assert [*read.json["containers"]] == ["_state_machine"]
+    assert read.userdata == {"_state_machine": {"g": "FAR"}}
+    assert read.variables == {"FAR": "3"}
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [

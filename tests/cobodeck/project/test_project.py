@@ -180,6 +180,7 @@ CALLS = {
     "validate": "validate",
     "schema": "schema",
     "list": "list charts",
+    "docs": "docs -o pages",
     "render": "render chase -o chase.dot",
     "watch": "watch chase --tty",
     "simulate": "simulate --tier 0 --duration 1",
@@ -194,10 +195,12 @@ CALLS = {
     "localize": "localize drive.log",
     "calibrate": "calibrate drive.log --map hall",
     "new": "new begun",
+    "import-flexbe": "import-flexbe nothing_sm.py -o brought",
     "bench": "bench --show results.json",
     "campaign": "campaign nothing --out out",
     "evaluate": "evaluate paper --profile nothing",
     "doctor": "doctor",
+    "completion": "completion bash",
 }
 SHORT = ("--duration", "1")
 MORE = (

@@ -29,8 +29,8 @@ class Watched(LeafContext):
     waited: set[str]
     forgotten: dict[str, set[str]]
 
-    def __init__(self, node: Any, board: Any, parts: Any, add: Any) -> None:
-        super().__init__(node, board, parts, add)
+    def __init__(self, node: Any, board: Any, *others: Any) -> None:
+        super().__init__(node, board, *others)
         self.board, self.read, self.tick = board, set[str](), -1
 
     def _note(self, signal: str) -> None:

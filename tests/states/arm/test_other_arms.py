@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from engine.files import FileError
+from engine.files.text import instead, noting
 from hw.model import FlangeChain, load_arm, load_robot, matrix
 from hw.model.urdf.capsules import around_box, around_cylinder, around_mesh, without_covered
 from hw.model.urdf.meshes import mesh_file, triangles
@@ -262,6 +264,54 @@ def test_an_unreadable_mesh_is_named_with_what_to_do(tmp_path):
     text = ball_urdf().replace('<sphere radius="0.055"/>', '<mesh filename="a.dae"/>')
     (tmp_path / "ball.urdf").write_text(text)
     assert "mesh a.dae; STL and OBJ are read: convert it" in refused(path)
+
+
+def with_mesh(folder: Path, made: str = "ball.urdf") -> Path:
+    """The rover with a ball wrist, one of whose shapes is a mesh beside the description."""
+    path = robot_file(folder, "ball", FOLDED["ball"])
+    corners = [(-0.05, 0, 0), (0.05, 0, 0), (0, 0.05, 0), (0, 0, 0.05)]
+    lines = [*(f"v {x} {y} {z}" for x, y, z in corners), "f 1 2 3", "f 1 2 4", "f 2 3 4"]
+    text = ball_urdf().replace('<sphere radius="0.055"/>', '<mesh filename="../meshes/a.obj"/>')
+    for name, content in (("meshes/a.obj", "\n".join(lines)), (f"description/{made}", text)):
+        (folder / name).parent.mkdir()
+        (folder / name).write_text(content)
+    own = folder / "ball.yaml"
+    own.write_text(own.read_text().replace("file: ball.urdf", f"file: description/{made}"))
+    (folder / "ball.urdf").unlink()
+    return path
+
+
+def test_what_was_read_suffices_for_the_robot_where_its_files_are_not(tmp_path):
+    path = with_mesh(tmp_path)
+    with noting() as read:
+        robot = load_robot(path)
+
+    shutil.rmtree(tmp_path)
+    with instead(read):
+        assert load_robot(path) == robot
+
+
+def test_of_a_xacro_the_expansion_and_its_meshes_suffice(tmp_path):
+    pytest.importorskip("xacro", reason="needs the extra urdf")
+    path = with_mesh(tmp_path, "ball.urdf.xacro")
+    main = tmp_path / "description" / "ball.urdf.xacro"
+    head, body = main.read_text().split(">", 1)
+    spaced = f'{head} xmlns:xacro="http://www.ros.org/wiki/xacro">'
+    part = body.removesuffix("</robot>").replace("0.448", "${reach}")
+    wrapped = f'{spaced}<xacro:macro name="all" params="reach">{part}</xacro:macro></robot>'
+    (main.parent / "part.xacro").write_text(wrapped)
+    main.write_text(
+        f'{spaced}<xacro:include filename="part.xacro"/><xacro:all reach="0.448"/></robot>'
+    )
+    with noting() as read:
+        robot = load_robot(path)
+    frames = [matrix(step) for step in robot.arm.model.placements[:3]]
+    height = np.linalg.multi_dot(frames)[2, 3]
+    assert height == pytest.approx(sum(step[2] for step in BALL_STEPS[:3]))
+
+    shutil.rmtree(tmp_path)
+    with instead(read):
+        assert load_robot(path) == robot
 
 
 def test_joints_of_the_arm_file_count_for_those_of_the_urdf(tmp_path):
