@@ -26,9 +26,11 @@ from cobodeck.terminal import OK, CommandParser, show
 SHELLS = {
     "bash": """\
 _cobodeck() {
-  local IFS=$'\\n'
-  local words=("${COMP_WORDS[@]:1:COMP_CWORD}")
-  COMPREPLY=($(cobodeck completion bash "${words[@]/#/=}" 2>/dev/null))
+  local one words=("${COMP_WORDS[@]:1:COMP_CWORD}")
+  COMPREPLY=()
+  while IFS= read -r one; do
+    COMPREPLY+=("$(printf %q "$one")")
+  done < <(cobodeck completion bash "${words[@]/#/=}" 2>/dev/null)
   [[ ${#COMPREPLY[@]} -eq 1 && $COMPREPLY == */ ]] && compopt -o nospace
   return 0
 }

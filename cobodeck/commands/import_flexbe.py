@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import shlex
 import subprocess
 import sys
 from collections.abc import Iterable, Mapping
@@ -103,8 +104,8 @@ def _show(folder: Path, figures: Any) -> None:
     show(f"{figures['left']} things are left to do in charts; WORK.md has them. Go on with")
     activate = activation()
     if activate is not None:
-        show(f"  . {activate}")
-    show(f"  cd {folder} && cobodeck validate && pytest")
+        show(f"  . {shlex.quote(str(activate))}")
+    show(f"  cd {shlex.quote(str(folder))} && cobodeck validate && pytest")
 
 
 def _told(wrong: list[str]) -> int:

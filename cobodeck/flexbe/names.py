@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 import keyword
-import re
 from collections.abc import Iterable
 
-from engine import RESERVED_OUTCOMES
+from cobodeck.flexbe_states import identifier as identifier, outcome_name as outcome_name
 
 _TAKEN_KEYS = frozenset(("self", "ctx"))
 """Names of arguments that every state has."""
-
-
-def identifier(name: str) -> str:
-    """`name` with all that no identifier may have replaced."""
-    found = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_") or "_"
-    return f"_{found}" if found[0].isdigit() else found
 
 
 def key_name(name: str) -> str:
@@ -24,12 +17,6 @@ def key_name(name: str) -> str:
     if keyword.iskeyword(found.removesuffix("_")):
         return found.removesuffix("_")
     return f"{found}_key" if found in _TAKEN_KEYS else found
-
-
-def outcome_name(name: str) -> str:
-    """An outcome; the engine's own ones get an underscore."""
-    found = identifier(name)
-    return f"{found}_" if found in RESERVED_OUTCOMES else found
 
 
 def outcome_names(names: Iterable[str]) -> tuple[str, ...]:

@@ -1,5 +1,8 @@
 from cobodeck.flexbe_states.adapted import (
     AdaptedState as AdaptedState,
+)
+from cobodeck.flexbe_states.chart_names import (
+    identifier as identifier,
     outcome_name as outcome_name,
 )
 from cobodeck.flexbe_states.class_reading import (

@@ -8,18 +8,17 @@ class, which lives from its first entry to the end of the run.
 from __future__ import annotations
 
 import inspect
-import re
 import weakref
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import ModuleType
 from typing import Any, ClassVar, Literal
 
+from cobodeck.flexbe_states.chart_names import outcome_name
 from cobodeck.flexbe_states.class_reading import FlexbeClass, FlexbeParameter
 from cobodeck.flexbe_states.ros import Bridge, FlexbeState, TopicTable, frozen, thawed
 from engine import Action, Context, Run, RunNews, Until, UserData
 
-_RESERVED = ("error", "timeout", "stopped", "preempted")
 _LINKS = {"signal": ("hears", "acts"), "part": ("publishes", "calls", "acts")}
 _TYPES: Mapping[str, type] = {
     "float": float,
@@ -37,13 +36,6 @@ _TYPES: Mapping[str, type] = {
 
 class NotAState(TypeError):
     """A FlexBE class of which no state can be made; the message says what to write."""
-
-
-def outcome_name(name: str) -> str:
-    """An outcome of FlexBE as charts write it; those that the engine has get an underscore."""
-    found = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_") or "_"
-    found = f"_{found}" if found[0].isdigit() else found
-    return f"{found}_" if found in _RESERVED else found
 
 
 @dataclass(eq=False)

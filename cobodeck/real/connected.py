@@ -278,7 +278,8 @@ def _guarded(parts: dict[str, Any], opening: RunInfo, beside: Mapping[str, Any])
     stops.health = Health(watched, stops.blame)
     if "base" in parts:
         parked = opening.body.parked if "arm" in parts else None
-        guard = GuardedBase(parts["base"], opening.safety, parked, stops.pull)
+        modes = opening.body.base.modes
+        guard = GuardedBase(parts["base"], opening.safety, parked, stops.pull, modes)
         parts["base"] = stops.guard = guard
         if "base.pose" not in guard.base.signals and "base.odometry" in guard.base.signals:
             guard.chain.locate_by(Reckoner(opening.tracking))

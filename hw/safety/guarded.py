@@ -69,6 +69,7 @@ class GuardedBase:
         limits: SafetyLimits,
         parked: Joints | None = None,
         pull: Pull | None = None,
+        modes: tuple[DriveMode, ...] = ("omni",),
     ) -> None:
         """Guard a base.
 
@@ -77,12 +78,13 @@ class GuardedBase:
             limits: of the safety chain, unless the wheels have one.
             parked: the joints of the folded arm, rad; None without an arm.
             pull: pulls the stop line with the reason of a latched stop.
+            modes: of the robot; wheels that do not say how they drive have the first.
         """
         self.base = base
         self.selected = Selected(STILL, None, None)
         self.signals: tuple[str, ...] = (*base.signals, *REPORTED)
         self.cycled = not hasattr(base, "chain")
-        self._has_modes = hasattr(base, "mode")
+        self._has_modes, self._modes = hasattr(base, "mode"), modes
         self._mode_wanted = self.mode
         self.chain = _chain_of(base, limits)
         self.chain.stops = pull
@@ -98,9 +100,9 @@ class GuardedBase:
 
     @property
     def mode(self) -> DriveMode:
-        """How the wheels are driven; `omni` for wheels without modes."""
+        """How the wheels are driven."""
         base: Any = self.base
-        mode: DriveMode = base.mode if self._has_modes else "omni"
+        mode: DriveMode = base.mode if self._has_modes else self._modes[0]
         return mode
 
     @property
@@ -131,10 +133,11 @@ class GuardedBase:
         `left` is the remaining distance to the goal, m.
 
         Raises:
-            ValueError: a value is NaN or infinite, or it goes sideways in the mode `differential`.
+            ValueError: a value is NaN or infinite, or it goes sideways in the mode `differential`
+                or on a robot without another one.
             KeyError: there is no such source.
         """
-        if self._mode_wanted == "differential":
+        if self._mode_wanted == "differential" or "omni" not in self._modes:
             require_rolling(command)
         overlap = self.chain.limits.overlap
         docks = source == "haptic" and overlap > 0.0 and left <= overlap
@@ -176,8 +179,7 @@ class GuardedBase:
         """The samples of the wheels, and those signals of the guard that have changed."""
         base: Any = self.base
         found, before = list(base.samples(now_ns)), self._reported
-        mode = base.mode if self._has_modes else "omni"
-        self._reported = after = (mode, self.refusal, self.chain.admitted)
+        self._reported = after = (self.mode, self.refusal, self.chain.admitted)
         if after != before:
             for k, value in enumerate(after):
                 if before is None or value != before[k]:

@@ -104,7 +104,7 @@ class World:
         safety = safety or SafetyLimits.of(robot, limits)
         if person is None:
             safety = replace(safety, watched=False)
-        self.guard = GuardedBase(self.base, safety, robot.parked, self._line.pull)
+        self.guard = GuardedBase(self.base, safety, robot.parked, self._line.pull, robot.base.modes)
         self._own: dict[str, Any] = {}
         self._failures: list[tuple[str, Exception]] = []
         self._operator = None
@@ -210,8 +210,10 @@ class World:
         self._own |= {name: part for name, part in parts.items() if hasattr(part, "advance")}
         own: dict[str, Any] = dict(parts)
         if "base" in own:
-            limits, parked = self.guard.chain.limits, self.robot.parked
-            self.guard = GuardedBase(own["base"], limits, parked, self._line.pull)
+            limits, robot = self.guard.chain.limits, self.robot
+            self.guard = GuardedBase(
+                own["base"], limits, robot.parked, self._line.pull, robot.base.modes
+            )
             own["base"] = self.guard
         self.parts = {**self.parts, **own}
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from cobodeck.__main__ import COMMANDS, main
+from cobodeck.commands.completion import SHELLS
 from cobodeck.terminal.console import OK, USAGE
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -156,6 +157,24 @@ def test_the_shell_completes(shell: str, script: str, tmp_path: Path) -> None:
     )  # fmt: skip
 
     assert done.stdout.splitlines() == ["--scene", "lab_a lab_b", "validate"], done.stderr
+
+
+@pytest.mark.parametrize("name", ["$(touch here).yaml", "a b.yaml", "*", "q'uote", "x;touch y"])
+def test_bash_gets_names_that_run_nothing(name: str, tmp_path: Path) -> None:
+    """What is put into the command line is that name for the shell, and nothing else."""
+    script = f"""{SHELLS["bash"]}
+cobodeck() {{ printf '%s\\n' "$NAME"; }}
+COMP_WORDS=(cobodeck validate ''); COMP_CWORD=2; _cobodeck
+eval "printf '<%s>' ${{COMPREPLY[*]}}"
+"""
+    done = subprocess.run(
+        ["bash", "-c", script],
+        cwd=tmp_path, env={**environment("bash", tmp_path), "NAME": name},
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+
+    assert done.stdout == f"<{name}>"
+    assert [file.name for file in tmp_path.iterdir()] == ["cobodeck"]
 
 
 @pytest.mark.slow

@@ -469,6 +469,23 @@ def test_a_command_that_times_out_between_two_instants_stops_the_wheels_and_latc
     assert base.chain.latched is None
 
 
+class Silent(Wheels):
+    """Wheels that do not say how they drive."""
+
+    @property
+    def mode(self):
+        raise AttributeError("mode")
+
+
+@pytest.mark.parametrize(("wheels", "mode"), [(Silent, "differential"), (Wheels, "omni")])
+def test_on_a_robot_that_cannot_go_sideways_no_wheels_are_told_to(wheels, mode):
+    base = GuardedBase(wheels(), ALONE, modes=("differential",))
+    with pytest.raises(ValueError, match=r"0\.1 m/s sideways"):
+        base.drive(Twist2(0.0, 0.1, 0.0))
+    base.drive(SLOW)
+    assert base.mode == mode
+
+
 def test_wheels_that_are_guarded_again_get_a_chain_of_the_new_limits():
     wheels = SimBase(ROBOT, CAPS, Pose2(0.0, 0.0))
     GuardedBase(wheels, ALONE)
