@@ -179,7 +179,8 @@ class GuardedBase:
         """The samples of the wheels, and those signals of the guard that have changed."""
         base: Any = self.base
         found, before = list(base.samples(now_ns)), self._reported
-        self._reported = after = (self.mode, self.refusal, self.chain.admitted)
+        mode = base.mode if self._has_modes else self._modes[0]
+        self._reported = after = (mode, self.refusal, self.chain.admitted)
         if after != before:
             for k, value in enumerate(after):
                 if before is None or value != before[k]:

@@ -63,7 +63,7 @@ class Manipulator:
         """The arm's name."""
         return self.shape.name
 
-    @property
+    @cached_property
     def count(self) -> int:
         """How many joints it has."""
         return len(self.shape.joints)
