@@ -205,7 +205,7 @@ class ArmShape:
         """The arm's name."""
         return self.arm
 
-    @property
+    @cached_property
     def links(self) -> tuple[str, ...]:
         """The names of base and moving links, shoulder first."""
         return LINKS
@@ -299,7 +299,7 @@ class DescribedArm(ArmShape):
     own_placements: tuple[Placement, ...] = ()
     own_flange: Placement = _SAME
 
-    @property
+    @cached_property
     def links(self) -> tuple[str, ...]:
         """The names of base and moving links, shoulder first."""
         return self.own_links
