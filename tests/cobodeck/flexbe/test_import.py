@@ -55,22 +55,22 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_the_project_has_charts_states_comments_and_manual_code(folder, tmp_path):
-    project = tmp_path / "mine"
+    project = tmp_path / "brought_over"
     assert main(["import-flexbe", str(folder), "-o", str(project)]) == 0
-    names = sorted(file.stem for file in (project / "mine" / "charts").iterdir())
+    names = sorted(file.stem for file in (project / "brought_over" / "charts").iterdir())
     assert names == ["Other", "everything", "nasty"]
-    library = load_files(sorted((project / "mine" / "charts").glob("*.yaml")))
+    library = load_files(sorted((project / "brought_over" / "charts").glob("*.yaml")))
     assert [str(finding) for finding in library.findings] == []
-    assert "Take care" in (project / "mine/charts/nasty.yaml").read_text().splitlines()[0]
+    assert "Take care" in (project / "brought_over/charts/nasty.yaml").read_text().splitlines()[0]
     assert "print 'near'" in (project / "MANUAL_CODE.md").read_text()
     assert "`lambda z: z`" in (project / "WORK.md").read_text()
     for module in ("stubs", "ready"):
-        ast.parse((project / "mine" / f"{module}.py").read_text())
+        ast.parse((project / "brought_over" / f"{module}.py").read_text())
 
 
 @pytest.mark.slow
 def test_the_project_works_on_its_own(folder, tmp_path):
-    project = tmp_path / "mine"
+    project = tmp_path / "brought_over"
     assert main(["import-flexbe", str(folder), "-o", str(project)]) == 0
     root = Path(__file__).resolve().parents[3]
     around = os.environ | {"PYTHONPATH": str(root)}
@@ -150,7 +150,7 @@ def test_neutral_prints_the_behaviour_as_json(folder, capsys):
 
 
 def test_the_report_is_json(folder, tmp_path, capsys):
-    project = tmp_path / "mine"
+    project = tmp_path / "brought_over"
     assert main(["import-flexbe", str(folder), "-o", str(project), "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     figures = {key: report[key] for key in ("behaviours", "charts", "translated", "wrong")}
@@ -170,28 +170,33 @@ def test_the_report_is_json(folder, tmp_path, capsys):
 )
 def test_what_is_no_behaviour_is_refused_and_nothing_written(tmp_path, capsys, name, data, told):
     (tmp_path / name).write_bytes(data)
-    assert main(["import-flexbe", str(tmp_path / name), "-o", str(tmp_path / "mine")]) == 1
+    assert main(["import-flexbe", str(tmp_path / name), "-o", str(tmp_path / "brought_over")]) == 1
     assert told in capsys.readouterr().err
-    assert not (tmp_path / "mine").exists()
+    assert not (tmp_path / "brought_over").exists()
 
 
 def test_a_folder_without_behaviours_is_refused(tmp_path, capsys):
     (tmp_path / "empty").mkdir()
-    assert main(["import-flexbe", str(tmp_path / "empty"), "-o", str(tmp_path / "mine")]) == 1
+    assert (
+        main(["import-flexbe", str(tmp_path / "empty"), "-o", str(tmp_path / "brought_over")]) == 1
+    )
     assert "no FlexBE behaviour in this folder" in capsys.readouterr().err
-    assert main(["import-flexbe", str(tmp_path / "none.json"), "-o", str(tmp_path / "mine")]) == 2
+    assert (
+        main(["import-flexbe", str(tmp_path / "none.json"), "-o", str(tmp_path / "brought_over")])
+        == 2
+    )
 
 
 def test_what_is_there_is_never_overwritten(folder, tmp_path, capsys):
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "kept").write_text("kept")
-    assert main(["import-flexbe", str(folder), "-o", str(tmp_path / "mine")]) == 1
+    (tmp_path / "brought_over").mkdir()
+    (tmp_path / "brought_over" / "kept").write_text("kept")
+    assert main(["import-flexbe", str(folder), "-o", str(tmp_path / "brought_over")]) == 1
     assert "is there already" in capsys.readouterr().err
-    assert [file.name for file in (tmp_path / "mine").iterdir()] == ["kept"]
+    assert [file.name for file in (tmp_path / "brought_over").iterdir()] == ["kept"]
 
 
 def test_a_broken_file_beside_others_is_told_and_the_others_are_made(folder, tmp_path, capsys):
     (folder / "broken_sm.py").write_text("class A(Behavior):\n  def create(self):\n ?\n")
-    assert main(["import-flexbe", str(folder), "-o", str(tmp_path / "mine")]) == 1
+    assert main(["import-flexbe", str(folder), "-o", str(tmp_path / "brought_over")]) == 1
     assert "broken_sm.py:3:" in capsys.readouterr().err
-    assert (tmp_path / "mine" / "mine" / "charts" / "nasty.yaml").exists()
+    assert (tmp_path / "brought_over" / "brought_over" / "charts" / "nasty.yaml").exists()
