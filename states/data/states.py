@@ -80,7 +80,7 @@ class Index(Action, Generic[T]):
 
     `{do: Index, in: {items: stops, index: turn}, out: {item: goal, next: turn},
     next: {found: drive, end: .done}}` goes through a list, one item each time it is entered: the
-    output `next` is the index after this one.
+    output `next` is the index after this one. An index below 0 is an error.
 
     Args:
         items: the list.
@@ -88,7 +88,7 @@ class Index(Action, Generic[T]):
 
     Outcomes:
         found: the list has such an item.
-        end: it has none: `index` is below 0 or past the last one.
+        end: it has none: `index` is past the last one.
 
     Outputs:
         item: the item.
