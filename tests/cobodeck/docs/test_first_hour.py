@@ -81,5 +81,6 @@ def test_the_first_hour_has_the_steps_in_the_order_in_which_one_does_them() -> N
         "A room of your own",
         "Other values",
         "A robot of your own",
+        "What next",
         "The words",
     ]
