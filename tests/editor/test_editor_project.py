@@ -47,7 +47,7 @@ def own(project: Path) -> dict[str, Any]:
     return {
         "cafe": {
             "monitor": "PersonNear", "parameter": "distance", "value": "2 m", "wrong": "2 s",
-            "default": "1.0 m",
+            "default": "1 m",
             "outcome": "near", "about": "`near` once the user is within `distance` of the robot.",
             "chart": "greet", "chart_about": "Wait with the arm parked until somebody comes near.",
         },
