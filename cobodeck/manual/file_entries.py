@@ -76,9 +76,9 @@ def _declared_keys(kind: str) -> Iterator[PageBlock]:
 
         values = load_profile("tuned").values
         yield (
-            "Whatever a file leaves out is that of its `base`, without one that of the shipped "
-            "profile of its `policy`. The defaults below are those of `tuned`; charts pick values "
-            "by name, as `$profile.escape.ahead`."
+            "Whatever a file leaves out is as in its `base` or, if it names none, as in the "
+            "shipped profile of its `policy`. The defaults below are those of `tuned`; charts pick "
+            "values by name, as `$profile.escape.ahead`."
         )
     yield from _key_table(declared, values)
     for other in others:

@@ -184,7 +184,7 @@ class ArmShape:
     payload: Annotated[Mass, Range(0.0, 500.0)]
     """The greatest mass that it holds."""
     dh: Dh | None
-    """Its lengths; None for an arm by URDF."""
+    """Its Denavit-Hartenberg lengths; an arm by URDF has none."""
     joints: Mapping[str, JointRange]
     """The six joints by name, shoulder first."""
     capsules: tuple[Annotated[Capsule, _capsule, Written(_Capsule)], ...]

@@ -207,8 +207,9 @@ class ReachDeep(_MovesTool):
     Outcomes:
         reached: the prop is at the DEEP.
         no_solution: the DEEP is out of the arm's reach.
-        blocked: every path to it is obstructed.
-        failed: the arm did not get there, or the pose of the base stays too uncertain.
+        blocked: every path to it is obstructed, or the arm touches something to begin with.
+        failed: the arm did not get there, the pose of the base stays too uncertain, or the user is
+            not known.
     """
 
     outcomes = ("reached", "no_solution", "blocked", "failed")

@@ -40,7 +40,7 @@ class _Drives(Action):
         subsystem: whose values of the profile's `navigation` to drive with.
         patience: how long to go without progress before it is `stuck`.
         mode: how to drive the wheels until the drive ends: `differential` drives along the heading
-            only (R2); null as the robot's file says first.
+            only (R2); by default the first of the `modes` in the robot's file.
         clearance: whose distances from walls and user to keep: `own`, those of `subsystem`, or
             another one's.
         speed: nowhere faster than this; by default as fast as the limits allow.
@@ -83,7 +83,8 @@ class DriveTo(_Drives):
     The path is replanned in every tick, with the obstacles scanned so far and a prediction of the
     walking user. For `haptic` the safety chain gets the goal, from which a touch will be served.
     `clearance` names another subsystem whose `inflation` and, where there is no room for more,
-    `user_radius` are kept instead; Escape's are from a place nearer to walls than the inflation.
+    `user_radius` are kept instead; a drive that starts nearer to a wall than its own inflation,
+    by more than 3 cm, keeps Escape's.
     A first pose is waited for, up to 2 s.
 
     Args:
@@ -148,8 +149,8 @@ class DriveThrough(_Drives):
 class Follow(Action):
     """Drive after the user, facing them, to stay within `distance`, until something else ends it.
 
-    It rests within `distance`, which is at least Chase's `user_radius`, and sets off again once
-    they are farther away by `slack`. First poses are waited for, up to 2 s.
+    It rests within `distance`, which is at least Chase's `user_radius` plus its `tolerance`, and
+    sets off again once they are farther away by `slack`. First poses are waited for, up to 2 s.
 
     Args:
         distance: how near to stay.

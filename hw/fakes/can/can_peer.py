@@ -21,7 +21,8 @@ class CanNodes(Peer):
     """Four drives and a bumper's board; `fault` as in `hw.fakes.can.nodes`.
 
     The line is closed by hand at the relay `by_hand` s after a touch is over; None: only by
-    `fault("unlatch")`. The drives `lacks` objects; `rtr`: they take remote requests.
+    `fault("unlatch")`. `lacks` are objects that the drives do not have; `rtr`: they take remote
+    requests.
 
     Args:
         bus: as for `CanBase`.
