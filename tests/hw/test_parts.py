@@ -216,7 +216,7 @@ def test_a_differential_base_refuses_a_sideways_command_and_does_not_slide(rig):
     rig.parts["base"].use("differential")
     with pytest.raises(ValueError, match=r"0\.4 m/s sideways; in the mode differential"):
         rig.drive(Twist2(0.3, 0.4, 0.0), 30)
-    rig.drive(Twist2(0.3, 0.0, 0.2), 30)
+    rig.drive(Twist2(0.3, 0.0, 0.0), 30)
     assert rig.values("base.mode")[-1] == "differential"
     most = rig.near if isinstance(rig, PhysicalRig) else 0.0  # wheels that give way
     assert all(abs(twist.vy) <= most for twist in rig.values("base.twist"))

@@ -48,7 +48,6 @@ EXEMPT = {
     "hw/sim/mock.py": "gives a body that stands where it is",
     "hw/model/urdf/capsules.py": "fits capsules to shapes once, in metres of a link",
     "hw/model/urdf/chain.py": CONVERTS,
-    "hw/model/urdf/frames.py": CONVERTS,
     "hw/model/urdf/urdf.py": CONVERTS,
     "states/arm/kinematics/numeric.py": "solves in the rover frame; its peers are in `tests`",
     "states/arm/kinematics/sampled.py": "draws joints, which have no place in the map",

@@ -25,6 +25,7 @@ FILES = {
     "connection": "cobodeck/template/robot/PROJECT/rover_udp.yaml",
     "tracking": "hw/trackings/nominal.yaml",
     "campaign": "cobodeck/campaign/files/hasty.yaml",
+    "topics": "cobodeck/manual/examples/topics.yaml",
 }
 NO_NAMES = ["../../out", "a/b", r'"a\\b"', r'"a\e[2J"', "a b", "C:a", "-a", "9a", "..", "ä"]
 
