@@ -58,7 +58,8 @@ class Schedule:
         run = self._run
         if run.commands or run.life.interrupt is not None:
             return False
-        if self._rests[0] != run.board.ticks or now >= self._rests[1]:
+        moved = now - run.board.paused_ns >= run.life.due  # a deadline was set from outside
+        if moved or self._rests[0] != run.board.ticks or now >= self._rests[1]:
             self._rests = run.board.ticks, self._due_inside()
         return now < self._rests[1] and run.board.rest(now)
 

@@ -342,6 +342,18 @@ def test_inputs_that_are_wrong_or_missing_are_named(sim: ChartTester, message: s
         sim.start(SERVE, inputs=WRONG_INPUTS[message])
 
 
+LONELY = """
+chart: lonely
+outcomes: [met, alone]
+states:
+  wait:
+    watch: Below
+    with: {signal: user.distance, limit: 1.5 m}
+    timeout: 20 s
+    next: {below: .met, timeout: .alone}
+"""
+
+
 def test_a_timeout_is_over_when_the_test_says_so(sim: ChartTester) -> None:
     sim.start(FETCH, inputs=GOAL, script={"park": "parked"})
     sim.until("drive")
@@ -352,3 +364,12 @@ def test_a_timeout_is_over_when_the_test_says_so(sim: ChartTester) -> None:
     assert sim.outcome == "failed"
     with pytest.raises(AssertionError, match="'rust'"):
         sim.time_out("rust")
+
+
+def test_a_timeout_is_over_while_a_real_state_sleeps(sim: ChartTester) -> None:
+    sim.start(LONELY, real=["wait"])
+    sim.signal("user.distance", 4.0, hold=True)
+    sim.wait(1)
+    sim.time_out("wait")
+    sim.tick()
+    assert sim.outcome == "alone"
