@@ -140,15 +140,15 @@ class Expected:
     """The highest totals of a campaign, 3, or shares, 5 %; of requests if nothing else is said."""
 
     contacts: Most | None = None
-    """Contacts of robot and person."""
+    """Contacts of robot and person; a share is of all requests."""
     contacts_avoidable: Most | None = None
     """Contacts that a search of motions avoids (`judge: true`)."""
     contacts_by_robot: Most | None = None
-    """Contacts into which the robot moved."""
+    """Contacts into which the robot moved; a share is of all requests."""
     unserved: Most | None = None
-    """Requests that were not served."""
+    """Requests that were not served; a share is of all requests."""
     escape_failures: Most | None = None
-    """Escapes that failed, of all Escapes."""
+    """Escapes that failed; a share is of all Escapes."""
     hits: Most | None = None
     """Walls and objects that held the robot."""
     errors: Most | None = None
@@ -209,25 +209,25 @@ class CampaignFile:
     chart: Names = ()
     """Charts by name or file; by default the profile's."""
     scene: Names = ()
-    """Scenes by name or file."""
+    """Scenes by name or file; by default lab_a."""
     robot: Names = ()
     """Robots by name or file; by default the scene's."""
     profile: Names = ()
-    """Profiles by name or file."""
+    """Profiles by name or file; by default tuned."""
     set: Values = field(default_factory=dict)
     """Values of the profile by dotted key, as in {chase.risk: [3, 6]}."""
     in_: Values = field(default_factory=dict)
     """Values of the chart's inputs."""
     tick_hz: Counts = ()
-    """Ticks per second."""
+    """Ticks per second; by default 30."""
     user: Names = ()
     """Persons as `simulate --user` takes them; by default the scene's."""
     tier: Tiers = ()
-    """0: logic alone; 1: reduced; 2: with all sensors."""
+    """0: logic alone; 1: reduced; 2: with all sensors; 3: with physics, too; by default 1."""
     requests: Counts = ()
-    """A run ends after so many requests."""
+    """A run ends after so many requests; by default with its chart or its duration."""
     duration: Spans = ()
-    """Longest simulated time of a run."""
+    """Longest simulated time; by default an hour, or three minutes per request if that is more."""
     judge: bool = False
     """Find out how many contacts could have been avoided: runs with contacts are judged."""
     seeds: _Count = 1
@@ -235,7 +235,7 @@ class CampaignFile:
     first_seed: Annotated[int, Range(0, MOST)] = 0
     """The number of the first of them, to go on where another campaign has ended."""
     expect: Expected = Expected()
-    """What must hold of the whole; otherwise the exit code is 1."""
+    """The highest totals, `0`, or shares, `5 %`, of all runs; beyond them the exit code is 1."""
 
     def faults(self) -> Iterator[Fault]:
         """More cells than anybody can run, expectations that nothing can meet, by key."""

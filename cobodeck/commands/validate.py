@@ -112,7 +112,8 @@ def _checked(args: argparse.Namespace) -> int:
     if in_code or any(finding.severity == "error" for finding in findings):
         return FAILED
     if args.format == "text":
-        for note in schema_notes(((kind, sources[str(file)]) for file, kind in files), known):
+        named = ((kind, sources[str(file)]) for file, kind in files if kind != "map")
+        for note in schema_notes(named, known):
             show(f"note: {note}")
         _explore(_not_used(library, {str(file) for file in charts}), library, known, args)
     return OK

@@ -29,7 +29,7 @@ _ABOUT = (
     "in rad. A key without a default that is not required may be left out. In the names of keys "
     "`NAME` stands for a name of your own and `[]` for each item of a list. `cobodeck validate "
     "FILE` tells every mistake with its place; `cobodeck schema KIND -o FILE` writes the schema "
-    "with which editors complete keys.",
+    "with which editors complete keys, but for maps and recordings.",
 )
 ABOUTS = {
     "chart": "A state chart: what to do and what to watch for.",
@@ -135,5 +135,5 @@ _RECORDING: tuple[PageBlock, ...] = (
     "`.csv` has a header with a time and a position, and may have a person: `id,t,x,y`. A name "
     "may carry a unit, as `t_ms` or `x_cm`. The tag export `id;x;y;z;time`, mm, with date and "
     "time of day, is read as well. `user: {source: walk.csv}` in a scene, or `--user walk.csv`, "
-    "replays it.",
+    "replays it; of several people `walk.csv#2` is the one whose id is 2.",
 )

@@ -28,6 +28,8 @@ KINDS = (
     "campaign",
     "topics",
 )
+MAP, MAP_KEY = "map", "image:"
+"""The kind that has no name, and the key that such a file begins a line with."""
 ROOT = Path(__file__).parent.parent.parent
 SHIPPED = ("charts", "hw", "cobodeck/campaign")
 """The folders that contain shipped files."""
@@ -38,24 +40,33 @@ _HEAD_BYTES = 4096
 
 def head_of(file: Path) -> tuple[str, str] | None:
     """Kind and name of a YAML file, from the first line that begins with one of the `KINDS`."""
-    try:
-        if not file.is_file():  # reading a pipe would block
-            return None
-        with file.open("rb") as stream:
-            head = stream.read(_HEAD_BYTES)
-    except OSError:
-        return None
-    for line in head.decode("utf-8", "replace").lstrip("\ufeff").splitlines():
+    for line in _first_lines(file):
         key, colon, name = line.partition(":")
         if colon and key.rstrip() in KINDS:
             return key.rstrip(), name.partition("#")[0].strip().strip("'\"")
     return None
 
 
+def _first_lines(file: Path) -> list[str]:
+    try:
+        if not file.is_file():  # reading a pipe would block
+            return []
+        with file.open("rb") as stream:
+            head = stream.read(_HEAD_BYTES)
+    except OSError:
+        return []
+    return head.decode("utf-8", "replace").lstrip("\ufeff").splitlines()
+
+
 def kind_of(file: Path) -> str | None:
-    """The kind of a YAML file; None if it is of no known kind."""
+    """The kind of a YAML file; None if it is of no known kind.
+
+    A map of map_server, `map`, gives no name: it is told by the picture that it names.
+    """
     head = head_of(file)
-    return None if head is None else head[0]
+    if head is not None:
+        return head[0]
+    return MAP if any(line.startswith(MAP_KEY) for line in _first_lines(file)) else None
 
 
 def name_in(file: Path) -> str:

@@ -42,6 +42,7 @@ class FileChecker:
             "tracking": self._tracking,
             "campaign": self._campaign,
             "topics": self._topics,
+            "map": self._map,
         }
 
     def findings(self, file: Path, kind: str) -> tuple[Finding, ...]:
@@ -154,6 +155,11 @@ class FileChecker:
 
         known = self._known
         load_yaml(file, lambda item: names_in_table(item, known.signal_names, known.parts))
+
+    def _map(self, file: Path) -> None:
+        from states.maps import load_map
+
+        load_map(file)
 
     def _arm(self, file: Path) -> None:
         from hw.model import load_arm

@@ -240,9 +240,9 @@ class ConnectionFile:
     connection: Name
     """Its name."""
     model: Annotated[str, Item.target, Written(str)] | None = None
-    """The body: a robot by name or by file."""
+    """The body: a robot by name or by file; required unless `plant` is `mock`."""
     parts: Mapping[str, Entry] = field(default_factory=dict)
-    """Which driver serves each part."""
+    """Which driver serves each part; required unless `plant` is `mock`."""
     about: str = ""
     """What it is."""
     real: bool = False

@@ -30,9 +30,9 @@ class Residual:
     """Residuals of the calibration, root mean square, m and rad."""
 
     position: Annotated[Length, Range(0.0, 10.0)]
-    """Of positions."""
+    """Of positions, root mean square."""
     yaw: Annotated[Angle, Range(0.0, math.pi)]
-    """Of angles."""
+    """Of angles, root mean square."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ from cobodeck.manual.page import ManualPage, PageEntry, PageTable, YamlCode
 from cobodeck.manual.pages import NAMES, REFERENCE, manual_page
 from cobodeck.project.named_files import KINDS
 from cobodeck.project.state_catalogue import catalogue
-from cobodeck.terminal.console import OK, USAGE
+from cobodeck.terminal.console import FAILED, OK, USAGE
 from cobodeck.validation.editor_schema import declaration
 from states.maps.occupancy import load_map
 
@@ -94,12 +94,18 @@ def test_the_examples_of_files_validate(
     assert main(["validate", "--strict", *files, "--no-project"]) == OK, capsys.readouterr().out
 
 
-def test_the_example_of_a_map_is_read_with_its_picture(tmp_path: Path) -> None:
+def test_the_example_of_a_map_is_read_with_its_picture(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "lab.pgm").write_bytes(b"P5\n2 3\n255\n" + bytes([254, 254, 0, 0, 205, 254]))
     here = tmp_path / "map.yaml"
     here.write_text((EXAMPLES / "map.yaml").read_text(encoding="utf-8"), encoding="utf-8")
 
     assert load_map(here).values.shape == (3, 2)
+    assert main(["validate", str(tmp_path), "--no-project"]) == OK, capsys.readouterr().out
+    (tmp_path / "lab.pgm").unlink()
+    assert main(["validate", str(here), "--no-project"]) == FAILED
+    assert "map.yaml:1:8: error[Y01] image: " in capsys.readouterr().out
 
 
 def test_the_keys_of_an_example_are_rows_of_its_page() -> None:
