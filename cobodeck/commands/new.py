@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
-from cobodeck.project import kind_of
+from cobodeck.project import kind_of, own_files_around
 from cobodeck.terminal import FAILED, OK, Problem, show
 
 TEMPLATES = Path(__file__).parent.parent / "template"
@@ -40,11 +40,7 @@ def run(args: argparse.Namespace) -> int:
     template = TEMPLATES / ("robot" if args.robot else "project")
     with all_or_nothing(folder):
         _copy(template, folder, name)
-        from cobodeck.commands.schema import schema_of
-
-        for kind in {kind_of(file) for file in (folder / name).glob("*.yaml")}:
-            schema = schema_of(str(kind), folder, own=args.own)
-            (folder / name / f"{kind}.schema.json").write_text(schema, encoding="utf-8")
+        _write_schemas(folder, name, own=args.own)
     what = "a robot, its fake, a chart and their tests"
     if not args.robot:
         what = "a chart, a state, a room, a profile and tests"
@@ -54,6 +50,17 @@ def run(args: argparse.Namespace) -> int:
         show(f"  . {shlex.quote(str(activate))}")
     show(f"  cd {shlex.quote(str(folder))} && cobodeck validate && pytest")
     return OK
+
+
+def _write_schemas(folder: Path, name: str, *, own: bool) -> None:
+    """One of each kind of file that is there, with the project's names, not those around here."""
+    from cobodeck.commands.schema import schema_of
+    from engine.files.declared import no_files, with_own_files
+
+    with with_own_files(own_files_around(folder) if own else no_files):
+        for kind in {kind_of(file) for file in (folder / name).glob("*.yaml")}:
+            schema = schema_of(str(kind), folder, own=own)
+            (folder / name / f"{kind}.schema.json").write_text(schema, encoding="utf-8")
 
 
 def _copy(template: Path, folder: Path, name: str) -> None:

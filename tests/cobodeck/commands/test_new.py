@@ -161,6 +161,28 @@ def git_sees(folder: Path) -> set[str]:
     return set(subprocess.check_output(seen, cwd=folder, text=True).splitlines())
 
 
+@pytest.mark.slow
+def test_its_schema_is_current_wherever_it_was_begun(
+    project: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (project / "my_greeter" / "shed.yaml").write_text(SHED, encoding="utf-8")
+    monkeypatch.chdir(project)
+    try:
+        other = begun(tmp_path / "other", "--robot")
+    finally:
+        (project / "my_greeter" / "shed.yaml").unlink()
+
+    assert "behind_the_shed" not in (other / "other" / "chart.schema.json").read_text("utf-8")
+
+
+SHED = """\
+scene: shed
+room: {outer: [[0, 0], [9, 0], [9, 9], [0, 9]]}
+robot: {start: {x: 2 m, y: 2 m}}
+places: {behind_the_shed: {x: 4 m, y: 4 m}}
+"""
+
+
 def test_its_schema_knows_its_state(project: Path) -> None:
     assert '"PersonNear"' in (project / "my_greeter" / "chart.schema.json").read_text()
 
