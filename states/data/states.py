@@ -107,7 +107,7 @@ class Index(Action, Generic[T]):
 
 
 class Sum(Action, Generic[N]):
-    """Add two numbers; without a `b`, count one up, with a negative one, down.
+    """Add two numbers; `b` is 1 if it is not given, and may be negative.
 
     `{do: Sum, in: {a: tries}, out: {sum: tries}, next: {summed: again}}`.
 

@@ -106,7 +106,7 @@ class CloseGripper(_MovesFingers):
     as for `OpenGripper`.
 
     Args:
-        opening: between the fingers, where they have met nothing.
+        opening: how far apart the fingers end up where they have met nothing.
 
     Outcomes:
         holding: they have closed on something.

@@ -111,7 +111,7 @@ class CallOperator(Action):
 
     Args:
         latch: how long the user may be lost before the stop line is pulled.
-        patience: how long to wait, without a fault, before the operator is asked to look.
+        patience: how long after the start, if no fault is left then, they are asked to look.
         least: not `helped` sooner than this.
 
     Outcomes:

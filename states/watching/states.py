@@ -267,8 +267,8 @@ class WaitFor(Monitor, Generic[T]):
     """`there` once a signal has a value: any, or the given one, for the time `for`.
 
     `{watch: WaitFor, with: {signal: stop.engaged}, next: {there: report}}`.
-    Of an event signal, such as a button, it is an event since this began. A value that is lost or
-    older than `older` interrupts the time.
+    Of an event signal, such as a button, it is an event since this began, and `for` is an error. A
+    value that is lost or older than `older` interrupts the time.
 
     Args:
         signal: the signal to wait for.
