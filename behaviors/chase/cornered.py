@@ -100,7 +100,7 @@ class Leave(Action):
     Outcomes:
         away: the robot is outside, was not shown at all, or the user has gone farther than `moved`
             from where it was shown to them, or sets off, faster than `walking`.
-        blocked: there is no way out.
+        blocked: there is no way out, or the drive has ended on its way.
     """
 
     policy = "tuned"
