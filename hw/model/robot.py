@@ -98,7 +98,7 @@ class BaseModel:
     """The wheels; m, s, rad."""
 
     modes: Annotated[tuple[DriveMode, ...], Count(1, 2)]
-    """How it drives."""
+    """How it drives, the usual way first."""
     max_speed: Annotated[Speed, Range(0.05, 10.0)]
     """In any direction."""
     max_yaw_rate: Annotated[AngularSpeed, Range(0.05, 20.0)]
@@ -116,7 +116,8 @@ class BaseModel:
     half_wheelbase: Annotated[Length, Range(0.01, 1.5)] | None = None
     """From base_link ahead to the axle of Mecanum wheels; only the mode omni needs it."""
     max_wheel_rate: Annotated[AngularSpeed, Range(0.1, 1000.0)] | None = None
-    """How fast the wheels turn; without it max_speed and max_yaw_rate alone are the limits."""
+    """How fast the wheels turn; only the mode omni needs it. Without it max_speed and max_yaw_rate
+    alone are the limits."""
     reaction_time: Annotated[Duration, Range(0.02, 1.0)] = 0.1
     """From a new pose of the user to braking wheels; measure it too."""
 

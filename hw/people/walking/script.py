@@ -233,7 +233,7 @@ class UserFile:
     turn_rate: Annotated[AngularSpeed, Range(0.01, 100.0)] = 3.0
     """Turning on the spot."""
     repeat: Rounds = 1
-    """`true`: again and again; or a number of rounds."""
+    """`true`: again and again; `false`: once; or a number of rounds."""
 
 
 def _script(item: Item) -> Script:
