@@ -23,9 +23,11 @@ class Case(TypedDict, total=False):
     """What may be at hand when checks are asked; a check is asked if all that it takes is."""
 
     although: Collection[str]
+    arguments: Mapping[str, Any]
     connection: Connection
     declared: Mapping[str, Signal]
     driver: str
+    entry: str
     model: str | None
     floor: FloorReport
     known: Catalogue

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from cobodeck.fitness import BAD, FIT, MISSING, NOTE, CheckResult
 from cobodeck.terminal import FAILED, REFUSED
 from hw import missing, needs
+from hw.connection import OFFERED
 from hw.model import RobotModel, load_robot
 
 if TYPE_CHECKING:
@@ -83,7 +85,30 @@ def in_code(driver: str, packages: Container[str]) -> Iterator[CheckResult]:
         yield CheckResult(driver, BAD, f"{module} has no {name!r}", did_you_mean(name, names))
 
 
-def own_arm(driver: str, model: str | None) -> Iterator[CheckResult]:
+def taken(
+    driver: str, arguments: Mapping[str, Any], packages: Container[str]
+) -> Iterator[CheckResult]:
+    """Whether a driver's class takes these arguments, and has all that it needs; by its text."""
+    from cobodeck.project import arguments_of, is_there
+    from engine.files import did_you_mean
+
+    module, _, name = driver.partition(":")
+    if package_of(driver) not in packages or not is_there(module):
+        return
+    with suppress(SyntaxError):  # `in_code` tells it
+        wanted = arguments_of(module, name)
+        if wanted is None:
+            return
+        offered = [one for one in wanted.known if one not in OFFERED]
+        for key in () if wanted.takes_others else arguments:
+            if key not in wanted.known:
+                yield CheckResult(key, BAD, f"{name} takes no {key!r}", did_you_mean(key, offered))
+        for key in wanted.needed:
+            if key not in arguments and key not in OFFERED:
+                yield CheckResult(driver, BAD, f"{name} needs a {key!r}", f"write {key}: …")
+
+
+def own_arm(driver: str, model: str | None, entry: str = "") -> Iterator[CheckResult]:
     """Whether the robot has a UR arm, if this driver speaks to one."""
     if model is None or not driver.startswith(UR_DRIVERS):
         return
@@ -93,7 +118,7 @@ def own_arm(driver: str, model: str | None) -> Iterator[CheckResult]:
     try:
         ur_arm_of(body)
     except ValueError as refused:
-        yield CheckResult(driver, BAD, str(refused))
+        yield CheckResult(entry or driver, BAD, str(refused))
 
 
 def drivers(connection: Connection, packages: Container[str]) -> Iterator[CheckResult]:

@@ -17,11 +17,13 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from itertools import pairwise
 
 from cobodeck.terminal import OK, CommandParser, show
+from engine.files.declared import YAML
 
 SHELLS = {
     "bash": """\
@@ -29,7 +31,7 @@ _cobodeck() {
   local one words=("${COMP_WORDS[@]:1:COMP_CWORD}")
   COMPREPLY=()
   while IFS= read -r one; do
-    COMPREPLY+=("$(printf %q "$one")")
+    COMPREPLY+=("$one")
   done < <(cobodeck completion bash "${words[@]/#/=}" 2>/dev/null)
   [[ ${#COMPREPLY[@]} -eq 1 && $COMPREPLY == */ ]] && compopt -o nospace
   return 0
@@ -55,19 +57,26 @@ complete -c cobodeck -f -a '(__cobodeck)'""",
 }
 """By shell a script that asks `completion SHELL =WORD…` for what the last word can become.
 
-The equals sign keeps a word from being an option of `completion`.
+The equals sign keeps a word from being an option of `completion`. bash gives words as they were
+typed, with quotes and backslashes, and takes them so; the other shells take them off and put them
+on themselves.
 """
+QUOTES = ("'", '"')
+_SPECIAL = {"": re.compile(r"[^\w@%+=:,./-]"), '"': re.compile(r'[$`"\\]')}
+"""By what a word begins with, the characters that bash takes as they are behind a backslash."""
+_IMPOSSIBLE = {"'": "'", '"': "!"}
+"""By what a word begins with, the character that cannot stand in it."""
 
 NAMED: Mapping[str, Sequence[str]] = {
-    "chart": ("charts", ".yaml", ".mcap"),
-    "shadow": ("charts", ".yaml"),
-    "scene": ("scenes", ".yaml"),
-    "place": ("scenes", ".yaml"),
-    "profile": ("profiles", ".yaml"),
-    "robot": ("robots", "connections", ".yaml"),
-    "user": ("users", ".yaml", ".csv", ".txt", ".mcap"),
-    "campaign": ("campaigns", ".yaml"),
-    "things": ("charts", ".yaml", ".mcap"),
+    "chart": ("charts", *YAML, ".mcap"),
+    "shadow": ("charts", *YAML),
+    "scene": ("scenes", *YAML),
+    "place": ("scenes", *YAML),
+    "profile": ("profiles", *YAML),
+    "robot": ("robots", "connections", *YAML),
+    "user": ("users", *YAML, ".csv", ".txt", ".mcap"),
+    "campaign": ("campaigns", *YAML),
+    "things": ("charts", *YAML, ".mcap"),
     "names": ("benches", ".mcap"),
 }
 """By an argument's `dest`, the kinds of names and the files that it takes."""
@@ -86,12 +95,46 @@ def run(args: argparse.Namespace) -> int:
     if not args.words:
         show(SHELLS[args.shell])
         return OK
-    *before, last = _whole([word.removeprefix("=") for word in args.words])
-    found = _found(before, last, args)
-    cut = max(last.rfind("="), last.rfind(":")) + 1 if args.shell == "bash" else 0
+    typed = [word.removeprefix("=") for word in args.words]
+    if args.shell == "bash":
+        found = _found_in_bash(typed, args)
+    else:
+        *before, last = typed
+        found = _found(before, last, args)
     for one in sorted(set(found)):
-        show(one[cut:])
+        show(one)
     return OK
+
+
+def _found_in_bash(typed: Sequence[str], args: argparse.Namespace) -> list[str]:
+    """What the last piece can become, quoted as it was begun."""
+    *before, last = _whole([_unquoted(word) for word in typed])
+    piece = "" if typed[-1] in ("=", ":") else typed[-1]
+    cut = len(last) - len(_unquoted(piece))
+    quote = piece[:1] if piece.startswith(QUOTES) else ""
+    found = [one[cut:] for one in _found(before, last, args)]
+    return [_quoted(one, quote) for one in found if _IMPOSSIBLE.get(quote, "\n") not in one]
+
+
+def _unquoted(word: str) -> str:
+    """A word without bash's quotes and backslashes; nothing in it is expanded."""
+    found, quote, letters = [], "", iter(word)
+    for letter in letters:
+        if letter == quote:
+            quote = ""
+        elif not quote and letter in QUOTES:
+            quote = letter
+        elif letter == "\\" and quote != "'":
+            after = next(letters, "")
+            found.append(after if not quote or _SPECIAL[quote].match(after) else letter + after)
+        else:
+            found.append(letter)
+    return "".join(found)
+
+
+def _quoted(name: str, quote: str) -> str:
+    """A name with a backslash before what is special to bash, behind such a quote or none."""
+    return _SPECIAL[quote].sub(r"\\\g<0>", name) if quote in _SPECIAL else name
 
 
 def _whole(words: Sequence[str]) -> list[str]:

@@ -76,8 +76,8 @@ def _of_connection(args: argparse.Namespace) -> Iterator[CheckResult]:
     connection = load_connection(args.robot)
     known = catalogue(own=args.own)
     yield from ask("doctor", connection=connection, packages=known.packages)
-    for _, _, driver in connection.drivers:
-        yield from ask("doctor", driver=driver, model=connection.model)
+    for entry, _, driver in connection.drivers:
+        yield from ask("doctor", driver=driver, model=connection.model, entry=entry)
     if connection.model is not None:
         body = connection.limits.body(load_robot(connection.model))
         values = profile_with(args.profile, args.sets).narrowed(connection.limits)

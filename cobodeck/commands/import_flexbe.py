@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import re
-import shlex
 import subprocess
 import sys
 from collections.abc import Iterable, Mapping
@@ -17,7 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from cobodeck.commands.new import activation, all_or_nothing, package_name
+from cobodeck.commands.new import all_or_nothing, go_on_with, package_name
 from cobodeck.flexbe import Behaviour, Conversion, convert, files_of_project, found_in, summary
 from cobodeck.project import catalogue
 from cobodeck.terminal import FAILED, OK, Problem, complain, json_options, show, show_json
@@ -101,11 +100,8 @@ def _show(folder: Path, figures: Any) -> None:
         f"{figures['translated']} translated, {figures['adapted']} as they are, "
         f"{figures['stubs']} stubs."
     )
-    show(f"{figures['left']} things are left to do in charts; WORK.md has them. Go on with")
-    activate = activation()
-    if activate is not None:
-        show(f"  . {shlex.quote(str(activate))}")
-    show(f"  cd {shlex.quote(str(folder))} && cobodeck validate && pytest")
+    left = f"{figures['left']} things are left to do in charts; WORK.md has them."
+    show(f"{left} {go_on_with(folder)}")
 
 
 def _told(wrong: list[str]) -> int:

@@ -44,11 +44,7 @@ def run(args: argparse.Namespace) -> int:
     what = "a robot, its fake, a chart and their tests"
     if not args.robot:
         what = "a chart, a state, a room, a profile and tests"
-    show(f"{folder}: {what}. Go on with")
-    activate = activation()
-    if activate is not None:
-        show(f"  . {shlex.quote(str(activate))}")
-    show(f"  cd {shlex.quote(str(folder))} && cobodeck validate && pytest")
+    show(f"{folder}: {what}. {go_on_with(folder)}")
     return OK
 
 
@@ -86,17 +82,12 @@ def all_or_nothing(folder: Path) -> Iterator[None]:
         raise
 
 
-def activation() -> Path | None:
-    """The script that lets a shell find `cobodeck`; None if not needed, or there is none.
-
-    In a virtual environment the script is in the same folder as Python and all programs.
-    """
-    programs = Path(sys.executable).parent
-    found = shutil.which("cobodeck")
-    script = programs / "activate"
-    if not script.is_file() or (found is not None and Path(found).parent == programs):
-        return None
-    return script
+def go_on_with(folder: Path) -> str:
+    """What to type next in a new project, a line each."""
+    activate = _activation()
+    lines = [] if activate is None else [f"  . {shlex.quote(str(activate))}"]
+    next_step = f"  cd {shlex.quote(str(folder))} && cobodeck validate && pytest"
+    return "\n".join(["Go on with", *lines, next_step])
 
 
 def package_name(folder: Path) -> str:
@@ -114,3 +105,16 @@ def package_name(folder: Path) -> str:
     if find_spec(name) is not None and not (folder / name).exists():
         raise Problem(f"a module {name!r} is there already; choose another name")
     return name
+
+
+def _activation() -> Path | None:
+    """The script that lets a shell find `cobodeck`; None if not needed, or there is none.
+
+    In a virtual environment the script is in the same folder as Python and all programs.
+    """
+    programs = Path(sys.executable).parent
+    found = shutil.which("cobodeck")
+    script = programs / "activate"
+    if not script.is_file() or (found is not None and Path(found).parent == programs):
+        return None
+    return script

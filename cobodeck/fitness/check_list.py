@@ -64,6 +64,7 @@ CHECKS = (
         "Do all drivers belong to known packages?", "connection_checks:of_projects", ("import",)
     ),
     FitnessCheck("Is there such a driver?", "connection_checks:in_code", ("validate",)),
+    FitnessCheck("Does the driver take these arguments?", "connection_checks:taken", ("validate",)),
     FitnessCheck(
         "Has the robot the arm of this driver?", "connection_checks:own_arm", ("doctor", "validate")
     ),

@@ -38,11 +38,14 @@ from cobodeck.project.part_check import (
 )
 from cobodeck.project.project import (
     is_there as is_there,
-    names_in as names_in,
 )
 from cobodeck.project.state_catalogue import (
     CHARTS as CHARTS,
     Catalogue as Catalogue,
     catalogue as catalogue,
     shipped_charts as shipped_charts,
+)
+from cobodeck.project.unimported import (
+    arguments_of as arguments_of,
+    names_in as names_in,
 )

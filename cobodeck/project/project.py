@@ -141,32 +141,6 @@ def is_there(module: str) -> bool:
         return False
 
 
-def names_in(module: str) -> set[str] | None:
-    """The names that a module defines, by its text; None if these do not say it all.
-
-    Raises:
-        SyntaxError: its text is not Python.
-    """
-    import ast
-    from importlib.util import find_spec
-
-    spec = find_spec(module)
-    file = str(spec and spec.origin)
-    try:
-        tree = ast.parse(read_bytes(Path(file), MAX_BYTES), file)
-    except (FileError, ValueError):  # it has no text
-        return None
-    found = set()
-    for node in ast.walk(tree):  # definitions may stand under a condition, too
-        if isinstance(node, ast.ClassDef | ast.FunctionDef):
-            found.add(node.name)
-        elif isinstance(node, ast.Import | ast.ImportFrom):
-            found |= {alias.asname or alias.name for alias in node.names}
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            found.add(node.id)
-    return None if {"*", "__getattr__"} & found else found
-
-
 def _installed(start: Path) -> Iterator[tuple[str, str]]:
     """Names and modules of the installed entry points.
 

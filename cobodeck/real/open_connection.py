@@ -13,7 +13,7 @@ from cobodeck.project import error_text, is_there, why_no_part
 from cobodeck.setup import Uses
 from cobodeck.terminal import FAILED, Problem
 from hw import needs
-from hw.connection import OWN_HOST, REFERS, Connection, RunInfo, ServedPart
+from hw.connection import OFFERED, OWN_HOST, REFERS, Connection, RunInfo, ServedPart
 from hw.safety import HEARD
 
 Kind = Literal["peer", "link", "part"]
@@ -128,7 +128,7 @@ def _opened(
 ) -> Any:
     given = placed(served.arguments)
     given |= {key: beside[given[key]] for key in REFERS if given.get(key) in beside}
-    offered = {"now": opening.now, "opening": opening}
+    offered = dict(zip(OFFERED, (opening.now, opening), strict=True))
     lacking = [module for module in getattr(driver, "needs", ()) if not is_there(module)]
     if lacking:
         raise Problem(f"{_entry(kind, name, served)}: {needs(*lacking)}", FAILED)

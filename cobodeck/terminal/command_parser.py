@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from cobodeck.terminal.console import USAGE
-from engine.files import did_you_mean, visible
+from engine.files import did_you_mean, nearest, visible
 
 WIDEST = 80
 """Columns of help, also on a wider terminal."""
@@ -79,8 +79,9 @@ class CommandParser(argparse.ArgumentParser):
         )
 
     def _meant(self, word: str) -> str:
-        advice = did_you_mean(word.partition("=")[0], self.options)
-        return advice if advice.startswith("did you mean") else f"see {self.prog} --help"
+        names = {option.lstrip("-"): option for option in self.options}
+        near = nearest(word.partition("=")[0].lstrip("-"), names)
+        return f"see {self.prog} --help" if near is None else f"did you mean {names[near]!r}?"
 
 
 def _until_end(words: Sequence[str]) -> list[str]:

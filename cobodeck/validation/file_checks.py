@@ -16,6 +16,8 @@ from engine.files.declared import Item, gather, load_yaml, notes
 if TYPE_CHECKING:
     from behaviors.profile import Profile
     from cobodeck.campaign import CellRunner
+    from cobodeck.fitness import CheckResult
+    from hw.connection import ServedPart
     from hw.model import RobotModel
 
 
@@ -174,8 +176,9 @@ class FileChecker:
         from hw.connection import connection_from
 
         found = connection_from(item)
+        served = dict(found.entries)
         checks: list[Callable[[], Any]] = [
-            partial(self._driver, item.inner(f"{entry}.driver"), driver, found.model)
+            partial(self._driver, item.inner(entry), served[entry], driver, found.model)
             for entry, _, driver in found.drivers
         ]
         scene = found.scene
@@ -183,9 +186,21 @@ class FileChecker:
             checks.append(lambda: item.inner("scene").refer(lambda: open_place(scene)))
         gather(checks)
 
-    def _driver(self, at: Item, driver: str, model: str | None) -> None:
-        """Check that there is such a driver, and its robot's arm; nothing of it is imported."""
+    def _driver(self, at: Item, served: ServedPart, driver: str, model: str | None) -> None:
+        """Check a driver, its arguments and its robot's arm; nothing of it is imported.
+
+        What a driver nested in another takes is known to that other one alone.
+        """
         from cobodeck.fitness import ask
 
-        for answer in ask("validate", driver=driver, packages=self._known.packages, model=model):
-            raise at.error(answer.about, answer.remedy)
+        case: dict[str, Any] = {"driver": driver, "model": model}
+        if driver == f"{served.module}:{served.driver}":
+            case["arguments"] = served.arguments
+        answers = ask("validate", packages=self._known.packages, **case)
+        gather(partial(_refuse, at, answer) for answer in answers)
+
+
+def _refuse(entry: Item, answer: CheckResult) -> None:
+    """Raise what is wrong with a driver, at the argument if it is one, else at its name."""
+    at = entry.inner(answer.what if answer.what in entry.mapping() else "driver")
+    raise at.error(answer.about, answer.remedy)

@@ -1,4 +1,5 @@
 from hw.connection.connection import (
+    OFFERED as OFFERED,
     OWN_HOST as OWN_HOST,
     REFERS as REFERS,
     Connection as Connection,

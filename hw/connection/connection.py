@@ -69,6 +69,8 @@ from hw.scene import Scene
 FOLDER = Path(__file__).parent.parent / "connections"
 REFERS = ("link", "tells")
 """The arguments that refer to a link or peer."""
+OFFERED = ("now", "opening")
+"""The arguments that a driver which has them is given by the run."""
 OWN_HOST = "loopback"
 """Stands for a loopback address that no other run on this machine uses."""
 PlantKind = Literal["parts", "mock"]

@@ -109,6 +109,28 @@ def test_bash_tears_words_at_equals_signs_and_colons(capsys: pytest.CaptureFixtu
     assert offered(capsys, "simulate", "--scene", "=", "lab", shell="bash") == ["lab_a", "lab_b"]
 
 
+@pytest.mark.parametrize(
+    ("typed", "found"),
+    [
+        (r"my\ f", [r"my\ floor.yml"]),
+        ("'my f", ["my floor.yml"]),
+        ('"my f', ["my floor.yml"]),
+        ("my", [r"my\ floor.yml", r"my\$\(x\)\'\!.yaml"]),
+        ('"my$', []),  # bash would look for an older line at the exclamation mark
+        (r'"su', ["sub/"]),
+        (r"'my$", []),
+    ],
+)
+def test_bash_goes_on_from_quotes_and_backslashes(
+    typed: str, found: list[str], folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "my floor.yml").touch()
+    (folder / "my$(x)'!.yaml").touch()
+
+    assert offered(capsys, "simulate", typed, shell="bash") == sorted(found)
+    assert offered(capsys, "simulate", "--scene", "=", typed, shell="bash") == sorted(found)
+
+
 def test_another_shell_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["completion", "csh"]) == USAGE
     assert "invalid choice: 'csh'" in capsys.readouterr().err
@@ -160,8 +182,14 @@ def test_the_shell_completes(shell: str, script: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["$(touch here).yaml", "a b.yaml", "*", "q'uote", "x;touch y"])
-def test_bash_gets_names_that_run_nothing(name: str, tmp_path: Path) -> None:
+def test_bash_gets_names_that_run_nothing(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     """What is put into the command line is that name for the shell, and nothing else."""
+    (tmp_path / "files").mkdir()
+    (tmp_path / "files" / name).touch()
+    monkeypatch.chdir(tmp_path / "files")
+    [given] = offered(capsys, "validate", "", shell="bash")
     script = f"""{SHELLS["bash"]}
 cobodeck() {{ printf '%s\\n' "$NAME"; }}
 COMP_WORDS=(cobodeck validate ''); COMP_CWORD=2; _cobodeck
@@ -169,12 +197,13 @@ eval "printf '<%s>' ${{COMPREPLY[*]}}"
 """
     done = subprocess.run(
         ["bash", "-c", script],
-        cwd=tmp_path, env={**environment("bash", tmp_path), "NAME": name},
+        cwd=tmp_path, env={**environment("bash", tmp_path), "NAME": given},
         capture_output=True, text=True, check=False, timeout=60,
     )  # fmt: skip
 
     assert done.stdout == f"<{name}>"
-    assert [file.name for file in tmp_path.iterdir()] == ["cobodeck"]
+    assert {file.name for file in tmp_path.iterdir()} == {"cobodeck", "files"}
+    assert [file.name for file in (tmp_path / "files").iterdir()] == [name]
 
 
 @pytest.mark.slow

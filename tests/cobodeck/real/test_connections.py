@@ -76,6 +76,36 @@ def test_drivers_that_are_not_there_are_told_of_without_importing_any(
     assert WRONG[driver] in capsys.readouterr().out
 
 
+def test_arguments_that_a_driver_does_not_take_or_lacks_are_told_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of a class with a constructor, with that of its base, and of one that does not tell."""
+    file = tmp_path / "c.yaml"
+    file.write_text(
+        "connection: c\nmodel: rbkairos_ur10\nscene: hall\n"
+        "links:\n"
+        "  unity: {driver: Unity, prot: 10000}\n"
+        "parts:\n"
+        "  arm: {driver: UrArm, host: loopback, hots: loopback, tells: unity}\n"
+        "  rover_trackers: {driver: UnityRoverTrackers, link: unity, rate: 3}\n"
+        '  base: {driver: "hw.connection.connection:Connection", any: 1}\n'
+    )
+
+    assert main(["validate", str(file)]) == FAILED
+
+    told = capsys.readouterr().out
+    for one in (
+        "c.yaml:5:19: error[D01] links.unity.driver: Unity needs a 'port'\n",
+        "c.yaml:5:32: error[D01] links.unity.prot: Unity takes no 'prot'\n",
+        "c.yaml:7:46: error[D01] parts.arm.hots: UrArm takes no 'hots'\n",
+        "c.yaml:8:67: error[D01] parts.rover_trackers.rate: UnityRoverTrackers takes no 'rate'\n",
+        "did you mean 'port'?",
+        "did you mean 'host'?",
+    ):
+        assert one in told
+    assert told.count("error[") == 4, told
+
+
 def test_a_driver_inside_an_entry_is_looked_at_too(slow: str) -> None:
     text = SLOW.replace("Connection", 'Connection", hardware: {driver: "os:system"}, x: "')
     Path(slow).write_text(text)

@@ -15,6 +15,8 @@ from cobodeck.terminal.console import OK, USAGE
         ("simulate --sceen=lab_a", "--sceen=lab_a; did you mean '--scene'?"),
         ("simulate --heading causel", "invalid choice: 'causel' (choose from"),
         ("simulate --heading causel", "did you mean 'causal'?"),
+        ("reach --arm", "--arm; see cobodeck reach --help"),
+        ("reach --prak", "--prak; did you mean '--park'?"),
         ("simulate --qqq", "--qqq; see cobodeck simulate --help"),
         ("list chrts", "did you mean 'charts'?"),
         ("case x.mcap --att 3", "--att; did you mean '--at'?"),

@@ -1,5 +1,6 @@
 """A driver of a UR arm for a robot without one is told while its file is checked."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -38,3 +39,17 @@ def test_a_robot_without_a_ur_arm_is_told_at_its_driver(
     found = capsys.readouterr()
     said = found.out + found.err
     assert told is None or (told in said and "own.yaml:4:20" in said)
+
+
+def test_the_doctor_heads_it_with_the_entry(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    runner(tmp_path)
+    file = tmp_path / "own.yaml"
+    file.write_text(WRITTEN.format("runner"))
+
+    assert main(["doctor", "--robot", str(file), "--json"]) != 0
+
+    checks = json.loads(capsys.readouterr().out)["checks"]
+    [told] = [check for check in checks if "has no arm" in check["about"]]
+    assert (told["what"], told["state"]) == ("parts.wrench", "bad")
