@@ -4,8 +4,9 @@ import sys
 
 import pytest
 
-from cobodeck.flexbe_states import PlainRecord
-from cobodeck.terminal import Problem
+from cobodeck.__main__ import main
+from cobodeck.flexbe_states import PlainRecord, flexbe_modules
+from cobodeck.terminal import USAGE, Problem
 
 HOOKS = """
 from flexbe_core import EventState, Logger
@@ -339,3 +340,54 @@ def test_a_module_that_is_named_and_raises_is_a_problem(fresh) -> None:
 def test_python_2_is_told_with_its_line(fresh) -> None:
     file = fresh.write("old", HOOKS + "\nprint 'old'\n")
     assert f"{file}:{len(HOOKS.splitlines()) + 2}" in fresh.catalogue.strangers["Steps"]
+
+
+HELPED = """
+from flexbe_core import EventState
+from .calm import TOPIC
+
+class Helped(EventState):
+    def __init__(self):
+        super().__init__(outcomes=['done'])
+    def execute(self, userdata):
+        return 'done' if TOPIC == ('kettle', 1.5) else None
+"""
+CALM = "from .ros_helper import NAME, WAIT\nTOPIC = (NAME, WAIT.to_sec())\n"
+ROS_HELPER = """
+import rospy
+from std_msgs.msg import String
+NAME, WAIT = String(data='kettle').data, rospy.Duration(1.5)
+"""
+DERIVED = """
+from . import helped
+class Derived(helped.Helped):
+    pass
+"""
+
+
+def test_helpers_of_states_find_what_they_import_from_ros(fresh) -> None:
+    fresh.write("helped", HELPED)
+    fresh.write("calm", CALM)
+    fresh.write("ros_helper", ROS_HELPER)
+    fresh.write("derived", DERIVED)  # its text names no module of FlexBE
+    known = fresh.catalogue
+    assert known.doubts == ()
+    assert {"Helped", "Derived"} <= known.interfaces.keys()
+    sim = fresh.start("{do: Derived, next: {done: .done}}")
+    sim.tick(2)
+    assert sim.outcome == "done"
+
+
+def test_a_module_of_ones_own_that_only_mentions_flexbe_is_left_alone(fresh) -> None:
+    own = "import time\n# once a state of flexbe_core\nMINE = time.monotonic\n"
+    fresh.write("own", own)
+    fresh.write("steps", HOOKS)
+    assert fresh.catalogue.doubts == ()
+    assert flexbe_modules(fresh.package) == (f"{fresh.package}.steps",)
+
+
+def test_list_tells_why_a_state_was_left_out(fresh, monkeypatch, capsys) -> None:
+    file = fresh.write("broken", BROKEN)
+    monkeypatch.chdir(fresh.folder)
+    assert main(["list", "states", "Lost"]) == USAGE
+    assert f"no 'Lost' among the states: it cannot be imported: {file}:4" in capsys.readouterr().err
