@@ -3,6 +3,7 @@ from cobodeck.flexbe_states.adapted import (
 )
 from cobodeck.flexbe_states.chart_names import (
     identifier as identifier,
+    key_name as key_name,
     outcome_name as outcome_name,
 )
 from cobodeck.flexbe_states.class_reading import (
@@ -37,5 +38,6 @@ from cobodeck.flexbe_states.ros.topic_table import (
 )
 from cobodeck.flexbe_states.state_modules import (
     broken_module as broken_module,
+    leave_out as leave_out,
     state_module as state_module,
 )
