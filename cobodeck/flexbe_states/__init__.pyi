@@ -36,6 +36,9 @@ from cobodeck.flexbe_states.ros.topic_table import (
     load_topics as load_topics,
     names_in_table as names_in_table,
 )
+from cobodeck.flexbe_states.ros.wire import (
+    wired_topics as wired_topics,
+)
 from cobodeck.flexbe_states.state_modules import (
     broken_module as broken_module,
     leave_out as leave_out,

@@ -106,6 +106,11 @@ class Catalogue:
         return places_of(scene_names())
 
     @cached_property
+    def topics(self) -> TopicTable:
+        """The tables of topics of projects together."""
+        return _Table(self.projects).read
+
+    @cached_property
     def signals(self) -> Mapping[str, Signal]:
         """All signals by name; names and types are the same for any place and profile.
 
