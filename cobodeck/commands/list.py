@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
         return OK
     found = _LISTS[args.kind](args)
     if args.name is not None:
-        found = _named(args.name, args.kind, found)
+        found = _named(args, found)
     if args.json:
         show_json({args.kind: found})
     elif args.name is not None:
@@ -59,16 +59,26 @@ def run(args: argparse.Namespace) -> int:
     return OK
 
 
-def _named(name: str, kind: str, found: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _named(args: argparse.Namespace, found: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """The item of this name, which is the first field of each."""
     items = {next(iter(item.values())): item for item in found}
-    _require_known(name, kind, items)
-    return [items[name]]
+    _require_known(args, items)
+    return [items[args.name]]
 
 
-def _require_known(name: str, kind: str, known: Iterable[str]) -> None:
-    if name not in (names := list(known)):
-        raise Problem(f"no {name!r} among the {kind}; {did_you_mean(name, names)}")
+def _require_known(args: argparse.Namespace, known: Iterable[str]) -> None:
+    if args.name in (names := list(known)):
+        return
+    why = _why_no_state(args) if args.kind == "states" else None
+    what = f"no {args.name!r} among the {args.kind}"
+    raise Problem(f"{what}; {did_you_mean(args.name, names)}" if why is None else f"{what}: {why}")
+
+
+def _why_no_state(args: argparse.Namespace) -> str | None:
+    """Why something of this name that projects have, or that there was, is no state."""
+    from cobodeck.project import catalogue
+
+    return catalogue(own=args.own).strangers.get(args.name)
 
 
 def _told(args: argparse.Namespace) -> str:
@@ -76,7 +86,7 @@ def _told(args: argparse.Namespace) -> str:
     from cobodeck.manual import terminal_text
 
     entries = {entry.name: entry for entry in _PAGES[args.kind](args).entries}
-    _require_known(args.name, args.kind, entries)
+    _require_known(args, entries)
     return terminal_text(entries[args.name], terminal_width() or LONGEST)
 
 

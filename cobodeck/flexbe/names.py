@@ -5,18 +5,11 @@ from __future__ import annotations
 import keyword
 from collections.abc import Iterable
 
-from cobodeck.flexbe_states import identifier as identifier, outcome_name as outcome_name
-
-_TAKEN_KEYS = frozenset(("self", "ctx"))
-"""Names of arguments that every state has."""
-
-
-def key_name(name: str) -> str:
-    """The name of an argument or a key; charts write `for` where Python has `for_`."""
-    found = identifier(name)
-    if keyword.iskeyword(found.removesuffix("_")):
-        return found.removesuffix("_")
-    return f"{found}_key" if found in _TAKEN_KEYS else found
+from cobodeck.flexbe_states import (
+    identifier as identifier,
+    key_name as key_name,
+    outcome_name as outcome_name,
+)
 
 
 def outcome_names(names: Iterable[str]) -> tuple[str, ...]:

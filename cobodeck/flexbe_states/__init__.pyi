@@ -3,6 +3,7 @@ from cobodeck.flexbe_states.adapted import (
 )
 from cobodeck.flexbe_states.chart_names import (
     identifier as identifier,
+    key_name as key_name,
     outcome_name as outcome_name,
 )
 from cobodeck.flexbe_states.class_reading import (
@@ -35,7 +36,11 @@ from cobodeck.flexbe_states.ros.topic_table import (
     load_topics as load_topics,
     names_in_table as names_in_table,
 )
+from cobodeck.flexbe_states.ros.wire import (
+    wired_topics as wired_topics,
+)
 from cobodeck.flexbe_states.state_modules import (
     broken_module as broken_module,
+    leave_out as leave_out,
     state_module as state_module,
 )

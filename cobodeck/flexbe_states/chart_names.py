@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import keyword
 import re
 
 from engine import RESERVED_OUTCOMES
+
+_TAKEN_KEYS = frozenset(("self", "ctx"))
+"""Names of arguments that every state has."""
 
 
 def identifier(name: str) -> str:
@@ -17,3 +21,11 @@ def outcome_name(name: str) -> str:
     """An outcome; the engine's own ones get an underscore."""
     found = identifier(name)
     return f"{found}_" if found in RESERVED_OUTCOMES else found
+
+
+def key_name(name: str) -> str:
+    """The name of an argument or a key; charts write `for` where Python has `for_`."""
+    found = identifier(name)
+    if keyword.iskeyword(found.removesuffix("_")):
+        return found.removesuffix("_")
+    return f"{found}_key" if found in _TAKEN_KEYS else found

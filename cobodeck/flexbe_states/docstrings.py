@@ -12,6 +12,8 @@ import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from cobodeck.flexbe_states.chart_names import key_name, outcome_name
+
 _MARKS = {
     "--": "parameters",
     ">#": "inputs",
@@ -20,6 +22,7 @@ _MARKS = {
     "<#": "outputs",
     "<=": "outcomes",
 }
+_CHART_NAMES = {"inputs": key_name, "outputs": key_name, "outcomes": outcome_name}
 _KINDS = tuple(dict.fromkeys(_MARKS.values()))
 
 
@@ -43,11 +46,15 @@ class ReadDocstring:
 
     @property
     def as_text(self) -> str:
-        """The text, then what each name means, for lists and editors."""
+        """The text, then what each name of the chart means, for lists and editors."""
         lines = [self.about] if self.about else []
         for kind in _KINDS:
             named: Mapping[str, Described] = getattr(self, kind)
-            told = [f"{name}: {said.text}" for name, said in named.items() if said.text]
+            told = [
+                f"{_CHART_NAMES.get(kind, str)(name)}: {said.text}"
+                for name, said in named.items()
+                if said.text
+            ]
             if told:
                 lines += ["", f"{kind.capitalize()}:", *(f"    {line}" for line in told)]
         return "\n".join(lines).strip()

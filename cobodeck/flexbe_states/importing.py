@@ -12,32 +12,31 @@ import importlib
 import importlib.util
 import sys
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from cobodeck.flexbe_states.imported_names import imported_names
 from engine.files import FileError, read_bytes, read_text
 
-_MARK = b"flexbe_core"
 _LARGEST = 10_000_000  # bytes of a module
 _lock = threading.RLock()
 
 
 def flexbe_modules(name: str) -> tuple[str, ...]:
-    """The module of this name if its text names `flexbe_core`, or those of a package that do."""
+    """The module of this name if it imports `flexbe_core`, or those of a package that do.
+
+    One that imports such a module of its own package counts as well.
+    """
     spec = _spec(name)
     if spec is None:
         return ()
-    found = [name] if _is_flexbe(spec.origin) else []
+    names = [name]
     for folder in spec.submodule_search_locations or ():
-        inner = sorted(Path(folder).glob("*.py"))
-        found += [
-            f"{name}.{file.stem}"
-            for file in inner
-            if file.stem.isidentifier() and file.stem != "__init__" and _is_flexbe(str(file))
-        ]
-    return tuple(found)
+        stems = (file.stem for file in sorted(Path(folder).glob("*.py")))
+        names += [f"{name}.{s}" for s in stems if s.isidentifier() and s != "__init__"]
+    return tuple(inner for inner in names if _imports(inner, _is_flexbe_core))
 
 
 def import_flexbe(name: str) -> ModuleType:
@@ -97,13 +96,23 @@ def _spec(name: str) -> Any:
     return None
 
 
-def _is_flexbe(origin: str | None) -> bool:
-    if origin is None or not origin.endswith(".py"):
+def _is_flexbe_core(name: str) -> bool:
+    return name.partition(".")[0] == "flexbe_core"
+
+
+def _imports(name: str, wanted: Callable[[str], bool], seen: set[str] | None = None) -> bool:
+    """Whether a module imports one of the wanted names, itself or by modules of its package."""
+    spec = _spec(name)
+    if spec is None or spec.origin is None or not spec.origin.endswith(".py"):
         return False
-    try:
-        return _MARK in read_bytes(Path(origin), _LARGEST)
-    except FileError:
-        return False
+    package = name if spec.submodule_search_locations else name.rpartition(".")[0]
+    found = imported_names(spec.origin, package)
+    if any(map(wanted, found)):
+        return True
+    top, seen = name.partition(".")[0], set() if seen is None else seen
+    seen.add(name)
+    inner = (one for one in found if one.partition(".")[0] == top and one not in seen)
+    return any(_imports(one, wanted, seen) for one in inner)
 
 
 def _builtins() -> dict[str, Any]:
@@ -148,10 +157,11 @@ def _top(name: str) -> ModuleType:
 
 
 def _inner(name: str, fromlist: tuple[str, ...]) -> Iterator[str]:
-    """The modules among those of an import that are FlexBE's, too."""
+    """The modules among those of an import that want stand-ins, too."""
+    from cobodeck.flexbe_states.ros import has_stand_in
+
     for candidate in (name, *(f"{name}.{child}" for child in fromlist if child != "*")):
         if candidate in sys.modules or candidate.partition(".")[0] in sys.stdlib_module_names:
             continue
-        spec = _spec(candidate)
-        if spec is not None and _is_flexbe(spec.origin):
+        if _imports(candidate, has_stand_in):
             yield candidate

@@ -7,11 +7,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from cobodeck.flexbe_states.adapted import NotAState, adapted
+from cobodeck.flexbe_states.adapted import AdaptedState
+from cobodeck.flexbe_states.adapting import NotAState, adapted
 from cobodeck.flexbe_states.class_reading import FlexbeClass, read_state_classes
 from cobodeck.flexbe_states.importing import import_flexbe, module_text
 from cobodeck.flexbe_states.ros import FlexbeState, TopicTable
-from engine import Action, Monitor
+from engine import Action, Monitor, StateError, interface
 from engine.files import FileError, read_text
 
 _LARGEST = 10_000_000  # bytes of a module
@@ -32,6 +33,7 @@ def state_module(name: str, table: TopicTable) -> ModuleType:
     made.__file__ = module.__file__
     kept = {key: value for key, value in vars(module).items() if key in _TABLES or _is_ours(value)}
     strangers: dict[str, str] = {}
+    doubts: list[str] = []
     for read in _read(module):
         flexbe = getattr(module, read.name, None)
         if not isinstance(flexbe, type) or not issubclass(flexbe, FlexbeState):
@@ -39,11 +41,25 @@ def state_module(name: str, table: TopicTable) -> ModuleType:
         if flexbe.__module__ != name or read.name.startswith("_"):
             continue
         try:
-            kept[read.name] = adapted(flexbe, read, module, table)
-        except NotAState as error:
+            cls = adapted(flexbe, read, module, table)
+            interface(cls)  # type: ignore[arg-type]  # classes can be hashed
+            kept[read.name] = cls
+        except (NotAState, StateError) as error:
             strangers[read.name] = f"{read.file}:{read.line}: {error}"
-    vars(made).update(kept, STRANGERS=strangers)
+            if isinstance(error, StateError):
+                doubts.append(f"{strangers[read.name]}; it is left out")
+    vars(made).update(kept, STRANGERS=strangers, DOUBTS=tuple(doubts))
     return made
+
+
+def leave_out(cls: type, module: ModuleType, why: str) -> bool:
+    """Take a class out of the module that `state_module` has made of it; False: it was not made."""
+    if not issubclass(cls, AdaptedState):
+        return False
+    del vars(module)[cls.__name__]
+    vars(module)["STRANGERS"][cls.__name__] = why
+    vars(module)["DOUBTS"] = (*module.DOUBTS, f"{why}; it is left out")
+    return True
 
 
 def broken_module(name: str, why: str) -> ModuleType:

@@ -106,6 +106,11 @@ class Catalogue:
         return places_of(scene_names())
 
     @cached_property
+    def topics(self) -> TopicTable:
+        """The tables of topics of projects together."""
+        return _Table(self.projects).read
+
+    @cached_property
     def signals(self) -> Mapping[str, Signal]:
         """All signals by name; names and types are the same for any place and profile.
 
@@ -249,12 +254,23 @@ def shipped_charts() -> list[Path]:
 def _add(classes: dict[str, type[State]], module: ModuleType) -> list[str]:
     """Add the state classes of a module; returns a message for each name that is taken."""
     taken = []
-    for cls in state_classes(module):
+    for cls in list(state_classes(module)):
         other = classes.setdefault(cls.__name__, cls)
         if other is not cls:
             message = f"{module.__name__}.{cls.__name__}: a state of this name is also in"
-            taken.append(f"{place_of(cls)}{message} {other.__module__}; name it otherwise")
+            told = f"{place_of(cls)}{message} {other.__module__}; name it otherwise"
+            if not _left_out(cls, module, told):
+                taken.append(told)
     return taken
+
+
+def _left_out(cls: type[State], module: ModuleType, why: str) -> bool:
+    """Whether it is a state written for FlexBE, which is left out: the others can be had."""
+    if not hasattr(module, "STRANGERS"):
+        return False
+    from cobodeck.flexbe_states import leave_out
+
+    return leave_out(cls, module, why)
 
 
 def _clashes(table: str, known: Mapping[str, Any], modules: Iterable[ModuleType]) -> list[str]:

@@ -29,7 +29,7 @@ from cobodeck.terminal import Problem, behind_record, complain
 from engine import TickGrid
 from engine.operator import Operator
 from hw import Pose2
-from hw.connection import Connection, HostedScene, RunInfo
+from hw.connection import Connection, HostedScene, RunInfo, WiredTopics
 from hw.motion import Reckoner
 from hw.people import open_user
 from hw.people.walking import Person
@@ -183,7 +183,15 @@ def opening_of(
         tracking=setup.tracking,
         play=_play(setup, uses, options, connection),
         tell=complain,
+        topics=lambda: _topics(setup),
     )
+
+
+def _topics(setup: Setup) -> WiredTopics:
+    """What the project's table of topics wants carried."""
+    from cobodeck.flexbe_states import wired_topics
+
+    return wired_topics(setup.catalogue.topics)
 
 
 def _with_dummy(setup: Setup, uses: Uses, options: Options, connection: Connection) -> Connection:

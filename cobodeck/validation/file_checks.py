@@ -12,6 +12,7 @@ from cobodeck.project import Catalogue, chart_names
 from engine.chart import Library, load_files
 from engine.files import FileError, Finding, did_you_mean
 from engine.files.declared import Item, gather, load_yaml, notes
+from hw import PARTS
 
 if TYPE_CHECKING:
     from behaviors.profile import Profile
@@ -152,11 +153,24 @@ class FileChecker:
         return CellRunner(self._known)
 
     def _topics(self, file: Path) -> None:
-        """Check that the signals and parts of a table exist."""
+        """Check that the signals, parts and commands of a table exist."""
         from cobodeck.flexbe_states import names_in_table
 
-        known = self._known
-        load_yaml(file, lambda item: names_in_table(item, known.signal_names, known.parts))
+        known, parts = self._known, self._parts
+        load_yaml(file, lambda item: names_in_table(item, known.signal_names, parts))
+
+    @cached_property
+    def _parts(self) -> Mapping[str, Any]:
+        """All parts by name; a project's own as a simulation has them, None if it cannot be made.
+
+        What is wrong with one is told of its code.
+        """
+        parts: dict[str, Any] = dict(PARTS)
+        for name, make in self._known.own_parts.items():
+            parts[name] = None
+            with suppress(Exception):  # it may raise anything
+                parts[name] = make()
+        return parts
 
     def _map(self, file: Path) -> None:
         from states.maps import load_map

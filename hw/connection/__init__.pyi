@@ -15,3 +15,8 @@ from hw.connection.connection import (
 from hw.connection.driver_names import (
     our_drivers as our_drivers,
 )
+from hw.connection.wired_topics import (
+    HeardWire as HeardWire,
+    SentWire as SentWire,
+    WiredTopics as WiredTopics,
+)

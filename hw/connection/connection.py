@@ -54,6 +54,7 @@ from engine.files.declared import (
     shown,
 )
 from hw.connection.driver_names import PATTERN, located, our_drivers, with_located
+from hw.connection.wired_topics import WiredTopics
 from hw.model import (
     IDEAL,
     MotionLimits,
@@ -224,6 +225,7 @@ class RunInfo:
     `safety.watched` says whether a part tracks people; `tracking` is the pose of the tracking
     system in the map, and the mounts of its trackers on the robot. `now`: the time of the run, ns.
     `play` is for fakes, None without a room. `tell` shows the operator a remark, from any thread.
+    `topics` gives the ROS topics that the project wants carried.
     """
 
     now: Callable[[], int]
@@ -233,6 +235,7 @@ class RunInfo:
     tracking: Tracking
     play: HostedScene | None = None
     tell: Callable[[str], None] = _nobody
+    topics: Callable[[], WiredTopics] = WiredTopics
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,7 @@ from hw.drivers.observer_key import (
     make_key as make_key,
 )
 from hw.drivers.ros.ros_lidar import RosLidar as RosLidar
+from hw.drivers.ros.ros_topics import RosTopics as RosTopics
 from hw.drivers.sick.s300 import S300 as S300
 from hw.drivers.unity.unity_link import (
     Unity as Unity,

@@ -23,6 +23,7 @@ from cobodeck.flexbe_states.ros.ros_time import (
 )
 from cobodeck.flexbe_states.ros.stand_ins import (
     NotProvided as NotProvided,
+    has_stand_in as has_stand_in,
     stand_in as stand_in,
 )
 from cobodeck.flexbe_states.ros.topic_table import (

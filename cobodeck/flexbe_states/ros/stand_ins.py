@@ -75,11 +75,15 @@ def stand_in(name: str) -> ModuleType | None:
         return _module(name, _clock)
     if root in OURS:
         return _module(name, lambda child: _of_ours(root, child))
-    if root not in ABSENT and not _is_messages(name):
-        return None
-    if _is_installed(root):
-        return None
-    return _module(name, lambda child: _absent(name, child))
+    return _module(name, lambda child: _absent(name, child)) if has_stand_in(name) else None
+
+
+def has_stand_in(name: str) -> bool:
+    """Whether this dotted name is one of ROS or FlexBE that is not here; not so `time`."""
+    root = name.partition(".")[0]
+    if root in OURS:
+        return True
+    return (root in ABSENT or _is_messages(name)) and not _is_installed(root)
 
 
 def _is_messages(name: str) -> bool:

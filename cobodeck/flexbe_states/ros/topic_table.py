@@ -23,7 +23,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-from engine.files import FileError, Finding, did_you_mean, plain
+from engine.files import Duration, FileError, Finding, did_you_mean, plain
 from engine.files.declared import Item, Name, Written, load_yaml, record
 
 
@@ -39,6 +39,10 @@ class HeardTopic:
     """The signal whose values are its messages."""
     fields: Mapping[str, str] = field(default_factory=dict)
     """By field of the message, dotted: the attribute of the value, dotted; "" is the value."""
+    type: str = ""
+    """Its type, as `std_msgs/String`: the driver `RosTopics` subscribes to it."""
+    within: Duration | None = None
+    """With a type: after so much silence it is a fault; without: never."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +55,8 @@ class SentTopic:
     """Its method; it returns at once, and what it returns is the answer of a service."""
     fields: Mapping[str, str] = field(default_factory=dict)
     """By argument of the method: the field of the message, dotted; without, all of it."""
+    type: str = ""
+    """Of a topic, its type, as `std_msgs/String`: the driver `RosTopics` publishes it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,8 +185,13 @@ def load_topics(files: Iterable[Path]) -> TopicTable:
     return TopicTable(found, place)
 
 
-def names_in_table(item: Item, signals: Iterable[str], parts: Iterable[str]) -> None:
-    """Check that the signals and parts of a table exist.
+def names_in_table(item: Item, signals: Iterable[str], parts: Mapping[str, Any]) -> None:
+    """Check that the signals, parts and commands of a table exist.
+
+    Args:
+        item: the table.
+        signals: the names of all signals.
+        parts: all parts by name: an object or a class with its methods; None if they are not known.
 
     Raises:
         FileError: every mistake in it.
@@ -196,5 +207,19 @@ def names_in_table(item: Item, signals: Iterable[str], parts: Iterable[str]) -> 
                 if name is not None and name not in known[what]:
                     hint = did_you_mean(name, known[what])
                     findings += at[key].error(f"there is no {what} {name!r}", hint).findings
+            findings += _wrong_commands(entry, at, parts.get(getattr(entry, "part", "")))
     if findings:
         raise FileError(findings)
+
+
+def _wrong_commands(entry: Any, at: Mapping[str, Item], part: Any) -> Iterator[Finding]:
+    for key in ("command", "cancel") if part is not None else ():
+        name = getattr(entry, key, None)
+        if name is not None and not callable(getattr(part, name, None)):
+            told = f"the part {entry.part!r} has no method {name!r}"
+            hint = did_you_mean(name, _methods(part))
+            yield from at.get(key, at["part"]).error(told, hint).findings
+
+
+def _methods(part: Any) -> list[str]:
+    return [name for name in dir(part) if name[0] != "_" and callable(getattr(part, name, None))]

@@ -4,8 +4,9 @@ import sys
 
 import pytest
 
-from cobodeck.flexbe_states import PlainRecord
-from cobodeck.terminal import Problem
+from cobodeck.__main__ import main
+from cobodeck.flexbe_states import PlainRecord, flexbe_modules
+from cobodeck.terminal import USAGE, Problem
 
 HOOKS = """
 from flexbe_core import EventState, Logger
@@ -339,3 +340,135 @@ def test_a_module_that_is_named_and_raises_is_a_problem(fresh) -> None:
 def test_python_2_is_told_with_its_line(fresh) -> None:
     file = fresh.write("old", HOOKS + "\nprint 'old'\n")
     assert f"{file}:{len(HOOKS.splitlines()) + 2}" in fresh.catalogue.strangers["Steps"]
+
+
+HELPED = """
+from flexbe_core import EventState
+from .calm import TOPIC
+
+class Helped(EventState):
+    def __init__(self):
+        super().__init__(outcomes=['done'])
+    def execute(self, userdata):
+        return 'done' if TOPIC == ('kettle', 1.5) else None
+"""
+CALM = "from .ros_helper import NAME, WAIT\nTOPIC = (NAME, WAIT.to_sec())\n"
+ROS_HELPER = """
+import rospy
+from std_msgs.msg import String
+NAME, WAIT = String(data='kettle').data, rospy.Duration(1.5)
+"""
+DERIVED = """
+from . import helped
+class Derived(helped.Helped):
+    pass
+"""
+
+
+def test_helpers_of_states_find_what_they_import_from_ros(fresh) -> None:
+    fresh.write("helped", HELPED)
+    fresh.write("calm", CALM)
+    fresh.write("ros_helper", ROS_HELPER)
+    fresh.write("derived", DERIVED)  # its text names no module of FlexBE
+    known = fresh.catalogue
+    assert known.doubts == ()
+    assert {"Helped", "Derived"} <= known.interfaces.keys()
+    sim = fresh.start("{do: Derived, next: {done: .done}}")
+    sim.tick(2)
+    assert sim.outcome == "done"
+
+
+def test_a_module_of_ones_own_that_only_mentions_flexbe_is_left_alone(fresh) -> None:
+    own = "import time\n# once a state of flexbe_core\nMINE = time.monotonic\n"
+    fresh.write("own", own)
+    fresh.write("steps", HOOKS)
+    assert fresh.catalogue.doubts == ()
+    assert flexbe_modules(fresh.package) == (f"{fresh.package}.steps",)
+
+
+def test_list_tells_why_a_state_was_left_out(fresh, monkeypatch, capsys) -> None:
+    file = fresh.write("broken", BROKEN)
+    monkeypatch.chdir(fresh.folder)
+    assert main(["list", "states", "Lost"]) == USAGE
+    assert f"no 'Lost' among the states: it cannot be imported: {file}:4" in capsys.readouterr().err
+
+
+BAD = """
+from flexbe_core import EventState
+
+class TwoEnds(EventState):
+    def __init__(self):
+        super().__init__(outcomes=['very bad', 'very-bad'])
+
+class TwoKeys(EventState):
+    def __init__(self):
+        super().__init__(outcomes=['done'], input_keys=['a b', 'a_b'])
+
+class Good(EventState):
+    def __init__(self):
+        super().__init__(outcomes=['done'])
+    def execute(self, userdata):
+        return 'done'
+
+class Good(EventState):
+    def __init__(self):
+        super().__init__(outcomes=['done', 'again'])
+"""
+SECOND = BAD[: BAD.index("class TwoEnds")] + BAD[BAD.index("class Good") :].partition("\n\n")[0]
+
+
+def test_a_bad_class_is_left_out_alone_and_told(fresh) -> None:
+    file = fresh.write("bad", BAD)
+    copy = fresh.write("copied", SECOND + "\n")
+    own = fresh.write("wait", SECOND.replace("Good", "Wait") + "\n")
+    known = fresh.catalogue
+    assert known.interfaces["Good"].outcomes == ("done", "again")
+    assert known.module_of("Wait") == "states.watching.states"
+    told = {
+        "TwoEnds": f"{file}:4: its outcomes 'very bad' and 'very-bad' are both 'very_bad'",
+        "TwoKeys": f"{file}:8: its input keys 'a b' and 'a_b' are both 'a_b' in a chart",
+        "Good": f"{copy}:4: {fresh.package}.copied.Good: a state of this name is also in",
+        "Wait": f"{own}:4: {fresh.package}.wait.Wait: a state of this name is also in",
+    }
+    for name, why in told.items():
+        assert known.strangers[name].startswith(why)
+        assert [doubt for doubt in known.doubts if doubt.startswith(why)]
+    assert f"{file}:18: Good is defined again" in "\n".join(known.doubts)
+    assert len(known.doubts) == 5
+
+
+ODD = """
+from flexbe_core import EventState
+
+class Odd(EventState):
+    '''
+    Takes odd keys.
+
+    ># self   int   the first
+    ># a b    int   the second
+    #> class  int   all of them
+    <= error        it is too much
+    '''
+    def __init__(self):
+        super().__init__(outcomes=['done', 'error'], input_keys=['self', 'ctx', 'a b', 'for'],
+                         output_keys=['class', 'a b'])
+    def execute(self, userdata):
+        userdata['class'] = sum(userdata[key] for key in ('self', 'ctx', 'a b', 'for'))
+        userdata['a b'] = 5
+        return 'done' if userdata['class'] == 10 else 'error'
+"""
+
+
+def test_keys_that_no_chart_can_have_get_another_name(fresh) -> None:
+    fresh.write("odd", ODD)
+    odd = fresh.catalogue.interfaces["Odd"]
+    assert tuple(odd.inputs) == ("self_key", "ctx_key", "a_b", "for")
+    assert tuple(odd.outputs["done"]) == ("class", "a_b")
+    assert odd.meanings["error_"] == "it is too much"
+    assert odd.output_meanings["class"] == "all of them"
+    sim = fresh.start(
+        "{do: Odd, in: {self_key: p, ctx_key: q, a_b: r, for: s}, next: {done: .done, error_: a}}",
+        inputs={"p": 1, "q": 2, "r": 3, "s": 4},
+    )
+    sim.tick(2)
+    assert sim.outcome == "done", sim.run.errors

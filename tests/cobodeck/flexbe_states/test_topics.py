@@ -1,8 +1,11 @@
 """States in FlexBE's manner that use topics, services and actions."""
 
+from pathlib import Path
+
 import pytest
 
-from cobodeck.flexbe_states import load_topics
+from cobodeck import flexbe_states
+from cobodeck.flexbe_states import load_topics, wired_topics
 from cobodeck.validation import FileChecker
 from hw import Pose2, Twist2
 
@@ -242,3 +245,51 @@ def test_names_in_a_table_are_checked(fresh) -> None:
     ]
     assert found[0].hint == "did you mean 'bell'?"
     assert load_topics([file]).find("hears", "bell").signal == "bel"
+
+
+def test_commands_of_a_table_are_checked(fresh) -> None:
+    file = fresh.folder / fresh.package / "topics.yaml"
+    assert FileChecker(fresh.catalogue, ()).findings(file, "topics") == ()
+    text = file.read_text().replace("command: drive", "command: drvie")
+    text = text.replace("command: say", "command: sey").replace(
+        "feedback:", "cancel: halt, feedback:"
+    )
+    file.write_text(text)
+    found = FileChecker(fresh.catalogue, ()).findings(file, "topics")
+    assert [finding.message for finding in found] == [
+        "publishes./cmd_vel.command: the part 'base' has no method 'drvie'",
+        "publishes./say.command: the part 'speaker' has no method 'sey'",
+        "acts./pour.cancel: the part 'pot' has no method 'halt'",
+    ]
+    assert [finding.hint for finding in found[:2]] == [
+        "did you mean 'drive'?",
+        "did you mean 'say'?",
+    ]
+
+
+def test_the_table_of_the_page_can_be_carried_over_rosbridge(fresh) -> None:
+    page = (Path(flexbe_states.__file__).parent / "README.md").read_text()
+    text = page.partition("## Through rosbridge")[2].partition("```yaml\n")[2].partition("```")[0]
+    file = fresh.folder / fresh.package / "topics.yaml"
+    file.write_text(text)
+    (fresh.folder / fresh.package / "__init__.py").write_text(SIGNALS_OF_PAGE)
+    assert FileChecker(fresh.catalogue, ()).findings(file, "topics") == ()
+    heard, sent = wired_topics(load_topics([file]))
+    assert [(one.signal, one.value({"percentage": 0.5}), one.within) for one in heard] == [
+        ("battery.level", 0.5, 2.0)
+    ]
+    assert [(one.command, one.message(text="tea")) for one in sent] == [("say", {"data": "tea"})]
+
+
+SIGNALS_OF_PAGE = """
+from engine import Measured
+
+class Ros:
+    signals = ()
+    def stop(self): pass
+    def samples(self, now_ns): return []
+    def say(self, text): pass
+
+PARTS = {"ros": Ros}
+SIGNALS = (Measured("battery.level", float),)
+"""
