@@ -216,10 +216,16 @@ class OneBehaviour:
         """The conditions of a concurrency container that can come true, in order."""
         rules: list[dict[str, Any]] = []
         for outcome, conditions in scope.container.get("conditions", ()):
-            wanted = {names.get(child, child): outcome_name(end) for child, end in conditions}
-            never = [name for name, end in wanted.items() if end not in can_end.get(name, ())]
+            pairs = [(names.get(child, child), outcome_name(end)) for child, end in conditions]
+            wanted = dict(pairs)
+            never = [
+                (name, end)
+                for name, end in pairs
+                if end not in can_end.get(name, ()) or wanted[name] != end
+            ]
             if never:
-                what = f"{never[0]} can never end with {wanted[never[0]]!r}"
+                what = f"{never[0][0]} can never end with {never[0][1]!r}"
+                what += " as well" if len(wanted) < len(pairs) else ""
                 self.told.note(scope.path, f"a condition for {outcome!r} is left out: {what}")
             elif any(rule["if"].items() <= wanted.items() for rule in rules):
                 self.told.note(

@@ -75,6 +75,7 @@ from engine.run import ChartRun
 PROJECT = Path(__file__).parent.parent
 CHARTS = sorted((PROJECT / "{name}" / "charts").glob("*.yaml"))
 TICK_NS = 10**8
+MOST = 10_000  # configurations; a chart with more of them may still show all its outcomes in these
 
 
 @cache
@@ -103,8 +104,9 @@ def walked(machine: Machine, script) -> set[tuple[str, str]]:
 @pytest.mark.parametrize("file", CHARTS, ids=lambda file: file.stem)
 def test_every_outcome_is_walked(file):
     machine = machine_of(file)
-    found = explore(machine)
-    assert found.complete
+    found = explore(machine, MOST)
+    outcomes = {{(v.path, o) for v in machine.vertices.values() for o in (*v.go, *v.leave)}}
+    assert found.complete or outcomes <= found.moves.keys()
     for edge, script in found.moves.items():
         assert edge in walked(machine, script)
 '''

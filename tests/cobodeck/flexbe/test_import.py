@@ -18,7 +18,7 @@ from engine.chart import load_files
 from engine.machine import Machine
 from tests.cobodeck.flexbe.conftest import Play
 from tests.cobodeck.flexbe.generated import generated
-from tests.cobodeck.flexbe.test_convert import behaviour, machine, state
+from tests.cobodeck.flexbe.test_convert import behaviour, concurrency, machine, state
 from tests.cobodeck.flexbe.test_reading import everything
 
 NEXT = {"done": "done"}
@@ -68,8 +68,18 @@ def test_the_project_has_charts_states_comments_and_manual_code(folder, tmp_path
         ast.parse((project / "brought_over" / f"{module}.py").read_text())
 
 
+def wide():
+    """More states side by side than the explorer ends together."""
+    names = [f"s{number}" for number in range(7)]
+    conditions = [["done", [[name, "done"] for name in names]]]
+    inner = concurrency(conditions, *(state(name, NEXT) for name in names))
+    inside = state("in", NEXT, container="_sm_in_0")
+    return behaviour(machine(inside), _sm_in_0=inner)
+
+
 @pytest.mark.slow
 def test_the_project_works_on_its_own(folder, tmp_path):
+    (folder / "wide.json").write_text(json.dumps(wide()))
     project = tmp_path / "brought_over"
     assert main(["import-flexbe", str(folder), "-o", str(project)]) == 0
     root = Path(__file__).resolve().parents[3]

@@ -71,6 +71,33 @@ def test_everything_is_read_whatever_is_in_manual_blocks(manual):
     assert blocks == (manual or {})
 
 
+def test_text_without_quotes_is_text():
+    ask = {"outcomes": ["yes", "no"], "hint": "Go on, or wait?", "suggestion": "not"}
+    json_of = behaviour(machine(state("ask", {"yes": "done", "no": "done"}, args=ask)))
+    text = generated(json_of, "ASM")
+    typed = text.replace("'Go on, or wait?'", "Go on, or wait?").replace("'not'", "not")
+    assert typed != text
+    assert read_python(typed, "a_sm.py", "a").root == json_of["containers"]["_state_machine"]
+
+
+BY_HAND = """
+        look = Look(far=2)
+        ends = {'done': 'done'}
+        with _state_machine:
+            Machine.add(label='a', state=look, transitions=ends, remapping=dict(x='y'))
+            Machine.add('b', self.kept, transitions=self.ends)
+"""
+
+
+def test_states_that_were_added_by_hand_are_read():
+    text = generated(behaviour(machine()), "ASM", version=4)
+    text = text.replace("        return _state_machine", f"{BY_HAND}        return _state_machine")
+    a, b = read_python(text, "a_sm.py", "a").root["states"]
+    assert (a["name"], a["class"], a["args"]) == ("a", "Look", {"far": 2})
+    assert (a["transitions"], a["remapping"]) == ({"done": "done"}, {"x": "y"})
+    assert (b["name"], b["class"], b["transitions"]) == ("b", "self.kept", {})
+
+
 def test_variables_that_change_are_not_known():
     text = generated(
         behaviour(machine(state("a", {"done": "done"}))),
