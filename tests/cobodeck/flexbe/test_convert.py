@@ -360,6 +360,22 @@ def test_a_class_with_several_sets_of_outcomes_is_several():
     assert [node["do"] for node in nodes.values()] == ["LogUpOrDown", "LogDoneOrFailed"]
 
 
+def test_what_states_of_one_class_alone_name_is_written_by_them():
+    ends = {"remapping": {"success": "ok", "value": "on"}}
+    root = machine(
+        state("a", {"done": "b"}, **{"class": "Switch"}) | ends,
+        state("b", {"done": "c"}, **{"class": "Switch"}) | ends,
+        state("c", {"done": "done"}, **{"class": "Check"}, remapping={"seen": "ok"}),
+    )
+    read = Behaviour(
+        "b", behaviour(root), userdata={"_state_machine": {"on": "True"}}, is_python=True
+    )
+    states = convert([read]).charts["b"]["states"]
+    for name in ("a", "b"):
+        assert (states[name]["in"], states[name]["out"]) == ({"value": "on"}, {"success": "ok"})
+    assert states["c"]["in"] == {"seen": "ok"}
+
+
 def test_a_condition_that_wants_one_state_to_end_in_two_ways_never_matches():
     inner = concurrency(
         [["done", [["a", "done"], ["a", "failed"]]], ["done", [["b", "done"]]]],
