@@ -48,6 +48,7 @@ def read_python(text: str, file: str, name: str) -> Behaviour:
         raise mistake(file, "there is no FlexBE behaviour here", 1, f"wanted: {wanted}")
     reader = _Reader(file)
     reader.read_constants(tree)
+    reader.variables |= dict(_functions(tree, cls))
     for function in cls.body:
         if isinstance(function, ast.FunctionDef) and function.name == "__init__":
             reader.read_init(function)
@@ -212,6 +213,28 @@ class _Reader:
             return {}
         pairs = zip(node.keys, node.values, strict=True)
         return {_name(key): read(value) for key, value in pairs if key is not None}
+
+
+def _functions(tree: ast.Module, cls: ast.ClassDef) -> Iterator[tuple[str, str]]:
+    """The functions and methods that only return something, by name, as lambdas."""
+    for node, is_method in (*((n, False) for n in tree.body), *((n, True) for n in cls.body)):
+        if not isinstance(node, ast.FunctionDef):
+            continue
+        *before, last = node.body
+        is_static = [ast.unparse(given) for given in node.decorator_list] == ["staticmethod"]
+        documented = not before or (len(before) == 1 and ast.get_docstring(node) is not None)
+        if not documented or not isinstance(last, ast.Return) or last.value is None:
+            continue
+        if node.decorator_list and not is_static:
+            continue
+        if is_method and not is_static:
+            if not node.args.args or node.args.args[0].arg != "self":
+                continue
+            node.args.args = node.args.args[1:]
+        name = f"self.{node.name}" if is_method else node.name
+        for argument in (*node.args.args, *node.args.kwonlyargs):
+            argument.annotation = None
+        yield name, ast.unparse(ast.Lambda(node.args, last.value))
 
 
 def _changed(function: ast.FunctionDef) -> set[str]:
