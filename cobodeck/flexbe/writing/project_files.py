@@ -10,6 +10,7 @@ from cobodeck.flexbe.behaviour import Behaviour
 from cobodeck.flexbe.converting import Conversion, StateClass
 from cobodeck.flexbe.writing.chart_text import yaml_of
 from cobodeck.flexbe.writing.state_modules import is_written, ready_module, stub_module
+from cobodeck.flexbe_states import TopicTable
 
 ProjectFiles = dict[str, str]
 """Texts by path in the project."""
@@ -172,6 +173,7 @@ def _work_lines(conversion: Conversion, stubs: Iterable[StateClass]) -> Iterator
     for cls in stubs:
         yield f"- [ ] `{cls.name}`, for `{cls.flexbe}`, first used by {cls.state or 'a chart'}"
         yield from (f"  - as this did: {_code(code)}" for code in cls.code)
+        yield from (f"  - to run it as it is, {line}" for line in _topic_lines(cls))
     adapted = [cls.name for cls in conversion.classes.values() if cls.adapted]
     if adapted:
         yield from ("", "These run as they are: " + ", ".join(map(_code, adapted)) + ".")
@@ -186,6 +188,14 @@ def _work_lines(conversion: Conversion, stubs: Iterable[StateClass]) -> Iterator
         yield from ("", "## Not the same as in FlexBE", "")
     for note in conversion.notes:
         yield f"- {note}"
+
+
+def _topic_lines(cls: StateClass) -> Iterator[str]:
+    """The lines of a table of topics that the class written for FlexBE needs."""
+    uses = dict.fromkeys(cls.known.topics) if cls.known is not None and not cls.code else ()
+    for link, topic in uses:
+        if topic is not None and not topic.startswith("$"):
+            yield TopicTable().missing(link, topic).partition("; ")[2]
 
 
 def _code(code: str) -> str:
