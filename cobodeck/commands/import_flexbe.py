@@ -95,13 +95,18 @@ def _keep_what_works(name: str, behaviours: Iterable[Behaviour], conversion: Con
 
 def _show(folder: Path, figures: Any) -> None:
     show(
-        f"{folder}: {figures['charts']} charts of {figures['behaviours']} behaviours with "
-        f"{figures['states']} states of {figures['classes']} classes: "
+        f"{folder}: {_count(figures, 'chart')} of {_count(figures, 'behaviour')} with "
+        f"{_count(figures, 'state')} of {_count(figures, 'class', 'classes')}: "
         f"{figures['translated']} translated, {figures['adapted']} as they are, "
-        f"{figures['stubs']} stubs."
+        f"{_count(figures, 'stub')}."
     )
-    left = f"{figures['left']} things are left to do in charts; WORK.md has them."
-    show(f"{left} {go_on_with(folder)}")
+    left = "1 thing is" if figures["left"] == 1 else f"{figures['left']} things are"
+    show(f"{left} left to do in charts; WORK.md has them. {go_on_with(folder)}")
+
+
+def _count(figures: Any, one: str, many: str = "") -> str:
+    many = many or f"{one}s"
+    return f"{figures[many]} {one if figures[many] == 1 else many}"
 
 
 def _told(wrong: list[str]) -> int:

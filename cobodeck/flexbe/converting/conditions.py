@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import product
 from math import prod
 from typing import Any
+
+from cobodeck.flexbe.names import outcome_name
 
 NO_CONDITION = "no_condition"
 """How a container ends when all its states have ended and no condition matches."""
@@ -13,6 +15,40 @@ MOST = 256
 """Combinations that are looked at one by one."""
 
 _Rule = dict[str, Any]
+
+
+def rules_of(
+    conditions: Iterable[Any],
+    names: Mapping[str, str],
+    can_end: Mapping[str, Iterable[str]],
+    note: Callable[[str], None],
+) -> list[_Rule]:
+    """The conditions that can come true, in order, and a rule for all that they leave open.
+
+    `names`: the chart's names of the children; `can_end`: how each can end.
+    """
+    rules: list[_Rule] = []
+    for outcome, several in conditions:
+        pairs = [(names.get(child, child), outcome_name(end)) for child, end in several]
+        wanted = dict(pairs)
+        never = [
+            (name, end)
+            for name, end in pairs
+            if end not in can_end.get(name, ()) or wanted[name] != end
+        ]
+        if never:
+            what = f"{never[0][0]} can never end with {never[0][1]!r}"
+            what += " as well" if len(wanted) < len(pairs) else ""
+            note(f"a condition for {outcome!r} is left out: {what}")
+        elif any(rule["if"].items() <= wanted.items() for rule in rules):
+            note(f"a condition for {outcome!r} never matches first; left out")
+        elif wanted:
+            rules.append({"outcome": outcome_name(outcome), "if": wanted})
+    further = uncovered_rules(rules, can_end)
+    for rule in further:
+        shown = ", ".join(f"{child}: {end}" for child, end in rule["if"].items())
+        note(f"no condition for {shown}: {NO_CONDITION!r} ends it")
+    return [*rules, *further]
 
 
 def uncovered_rules(rules: Sequence[_Rule], can_end: Mapping[str, Iterable[str]]) -> list[_Rule]:

@@ -8,13 +8,16 @@ that renames keys `in` and `out` of the container.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from typing import Any, Protocol
 
 from cobodeck.flexbe.behaviour import ROOT, Behaviour, Json
 from cobodeck.flexbe.converting.arguments import Arguments
-from cobodeck.flexbe.converting.conditions import NO_CONDITION, uncovered_rules
+from cobodeck.flexbe.converting.conditions import NO_CONDITION, rules_of
+from cobodeck.flexbe.converting.guessed_outputs import bare
+from cobodeck.flexbe.converting.outcomes import levels_of, next_of
 from cobodeck.flexbe.converting.scopes import ChartData, ContainerScope
-from cobodeck.flexbe.converting.state_classes import StateClasses, Use, bare, type_name
+from cobodeck.flexbe.converting.state_classes import StateClasses, Use, type_name
 from cobodeck.flexbe.converting.told import Findings
 from cobodeck.flexbe.converting.values import ExpressionValues
 from cobodeck.flexbe.converting.writers import KeyWriters
@@ -171,13 +174,14 @@ class OneBehaviour:
                 )
             node, possible = self.node(state, scope.at(name), scope, alone)
             if not keeps:
-                node["next"] = self.next(state, scope.at(name), names, possible)
+                node["next"] = next_of(state, scope.at(name), names, possible, self.told)
                 ends |= {t[1:]: None for t in node["next"].values() if t.startswith(".")}
             children[name] = node
             can_end[name] = possible
         if not keeps:
             return {"states": children}, ends
-        when = self.when(scope, names, can_end)
+        conditions = scope.container.get("conditions", ())
+        when = rules_of(conditions, names, can_end, partial(self.told.note, scope.path))
         return {"any": children, "when": when}, {rule["outcome"]: None for rule in when}
 
     def children(self, scope: ContainerScope) -> dict[str, str]:
@@ -187,51 +191,6 @@ class OneBehaviour:
             if state["name"] not in names:
                 names[state["name"]] = unique(identifier(state["name"]), names.values())
         return names
-
-    def next(
-        self, state: Json, path: str, names: Mapping[str, str], possible: Iterable[str]
-    ) -> dict[str, str]:
-        """Where the outcomes of a child of a sequence lead."""
-        found = {}
-        for outcome, target in state.get("transitions", {}).items():
-            if outcome_name(outcome) not in possible:
-                self.told.note(path, f"outcome {outcome!r} can never come; left out")
-                continue
-            if outcome_name(outcome) in found:
-                self.told.left(path, f"outcome {outcome!r} is {outcome_name(outcome)!r} as another")
-                continue
-            leads_on = names.get(target)
-            found[outcome_name(outcome)] = leads_on or f".{outcome_name(target)}"
-        for outcome in possible:
-            if outcome not in found:
-                self.told.note(
-                    path, f"outcome {outcome!r} leads nowhere in FlexBE; it ends the chart"
-                )
-                found[outcome] = f".{outcome}"
-        return found
-
-    def when(
-        self, scope: ContainerScope, names: Mapping[str, str], can_end: Mapping[str, Ends]
-    ) -> list[dict[str, Any]]:
-        """The conditions of a concurrency container that can come true, in order."""
-        rules: list[dict[str, Any]] = []
-        for outcome, conditions in scope.container.get("conditions", ()):
-            wanted = {names.get(child, child): outcome_name(end) for child, end in conditions}
-            never = [name for name, end in wanted.items() if end not in can_end.get(name, ())]
-            if never:
-                what = f"{never[0]} can never end with {wanted[never[0]]!r}"
-                self.told.note(scope.path, f"a condition for {outcome!r} is left out: {what}")
-            elif any(rule["if"].items() <= wanted.items() for rule in rules):
-                self.told.note(
-                    scope.path, f"a condition for {outcome!r} never matches first; left out"
-                )
-            elif wanted:
-                rules.append({"outcome": outcome_name(outcome), "if": wanted})
-        further = uncovered_rules(rules, can_end)
-        for rule in further:
-            shown = ", ".join(f"{child}: {end}" for child, end in rule["if"].items())
-            self.told.note(scope.path, f"no condition for {shown}: {NO_CONDITION!r} ends it")
-        return [*rules, *further]
 
     def node(
         self, state: Json, path: str, scope: ContainerScope, alone: frozenset[str]
@@ -250,8 +209,8 @@ class OneBehaviour:
         node, ends = make(state, path, scope, alone)
         node["autonomy"] = {
             outcome_name(outcome): level
-            for outcome, level in _levels(state).items()
-            if level != "inherit" and outcome_name(outcome) in ends
+            for outcome, level in levels_of(state).items()
+            if outcome_name(outcome) in ends
         }
         return node, ends
 
@@ -266,7 +225,7 @@ class OneBehaviour:
             if scope.keys.get(identifier(outer)) not in alone
         }
         inside = self.scope(state["container"], path, container, given, scope)
-        if set(_levels(state).values()) - {"inherit"}:
+        if levels_of(state):
             self.told.note(path, "the autonomy of a container is left out; set that of its states")
         node: dict[str, Any] = {"in": {}, "out": {}}
         reading = set(map(identifier, container.get("input_keys", ())))
@@ -333,14 +292,6 @@ def _filled(node: dict[str, Any]) -> dict[str, Any]:
     for form in node.keys() & {"states", "any"}:
         node[form] = {name: _filled(child) for name, child in node[form].items()}
     return {key: value for key, value in node.items() if value not in ({}, [], "")}
-
-
-def _levels(state: Json) -> dict[str, str]:
-    found = {o: level.rpartition(".")[2].lower() for o, level in state.get("autonomy", {}).items()}
-    return {o: level for o, level in found.items() if level in _LEVELS}
-
-
-_LEVELS = ("off", "low", "high", "full")
 
 
 def _remapping(state: Json) -> Iterable[tuple[str, str]]:

@@ -52,7 +52,8 @@ def ready_state(
     """The translation of a state of the class `kind`; None if there is no safe one."""
     argument = FUNCTION.get(kind, "")
     given = arguments.get(argument)
-    expression = given.get("expr", "") if isinstance(given, dict) else ""
+    named = given.get("expr", "") if isinstance(given, dict) else ""
+    expression = values.variables.get(named, named)
     if not expression.startswith("lambda"):
         return None
     function = ast.parse(expression, mode="eval").body

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 import sys
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from cobodeck.flexbe.behaviour import ROOT, Behaviour, Json
+from cobodeck.flexbe.behaviour import Behaviour, Json
+from cobodeck.flexbe.converting.guessed_outputs import WRITES, bare, guessed_outputs
 from cobodeck.flexbe.converting.ready_states import ReadyState
 from cobodeck.flexbe.names import (
     camel,
@@ -23,14 +23,6 @@ from cobodeck.flexbe_states import FlexbeClass
 from engine import ANY, Argument, Interface, Type
 from engine.files import quantity
 
-WRITES = {
-    "CalculationState": ("output_value",),
-    "FlexibleCalculationState": ("output_value",),
-    "InputState": ("data",),
-    "SubscriberState": ("message",),
-    "UserdataState": ("data",),
-}
-"""The keys that states of FlexBE itself write."""
 _IMPORTABLE = re.compile(r"flexbe_core|rospy|rclpy|\w+_(msgs|srvs)")
 """Modules that FlexBE states find here."""
 LONGEST = 60
@@ -173,7 +165,7 @@ class StateClasses:
             listed = lists_outcomes(state)
             self._listed[name] = self._listed.get(name, True) and listed
             self._arguments.setdefault(name, set()).update(map(key_name, state.get("args", ())))
-        self._guessed = _guessed_outputs(behaviours)
+        self._guessed = guessed_outputs(behaviours)
 
     def of(self, state: Json) -> StateClass:
         """The class of a state that has no code among its arguments.
@@ -236,11 +228,6 @@ class StateClasses:
         return sorted(pair for pair in self._guessed if pair[0] not in WRITES.keys() | told)
 
 
-def bare(name: str) -> str:
-    """The name of a class without that of its package: `pkg__Wait`, `pkg.Wait`."""
-    return re.split(r"__(?=\w)|\.", name)[-1]
-
-
 def lists_outcomes(state: Json) -> bool:
     """Whether the outcomes of a state are among its arguments."""
     given = state.get("args", {}).get("outcomes")
@@ -251,36 +238,6 @@ def _leaves(behaviours: Iterable[Behaviour]) -> Iterator[Json]:
     for behaviour in behaviours:
         for container in behaviour.json["containers"].values():
             yield from (state for state in container["states"] if "class" in state)
-
-
-def _guessed_outputs(behaviours: Iterable[Behaviour]) -> set[tuple[str, str]]:
-    """What states seem to write: the first to name a key that nothing else gives a value."""
-    votes: Counter[tuple[str, str]] = Counter()
-    for behaviour in behaviours:
-        for name, container in behaviour.json["containers"].items():
-            if name == ROOT and not behaviour.is_python:
-                continue  # its userdata are not known
-            sources = {*container.get("input_keys", ()), *behaviour.userdata.get(name, ())}
-            for state in _in_flow_order(container["states"]):
-                for key, outer in state.get("remapping", {}).items():
-                    if "class" in state and key not in WRITES.get(bare(state["class"]), ()):
-                        votes[bare(state["class"]), key] += 1 if outer not in sources else -1
-                    sources.add(outer)
-    return {pair for pair, count in votes.items() if count > 0}
-
-
-def _in_flow_order(states: Sequence[Json]) -> Iterator[Json]:
-    """The states in the order in which transitions reach them from the first; then the others."""
-    by_name = {state["name"]: state for state in states}
-    waiting, seen = list(by_name)[:1], set[str]()
-    for name in by_name:
-        waiting.append(name)
-        while waiting:
-            state = by_name.get(waiting.pop(0))
-            if state is not None and state["name"] not in seen:
-                seen.add(state["name"])
-                yield state
-                waiting += state.get("transitions", {}).values()
 
 
 def _by_name(givens: Iterable[Mapping[str, Any]]) -> dict[str, list[Any]]:

@@ -11,12 +11,12 @@ import ast
 import json
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from cobodeck.flexbe.behaviour import ROOT, Behaviour, Comment, ManualBlock
-from cobodeck.flexbe_states import python_tree
-from engine.files import FileError, mistake
+from cobodeck.flexbe.behaviour import ROOT, Behaviour
+from cobodeck.flexbe.reading.source_text import comments_in, manual_blocks, tree_of
+from engine.files import mistake
 
 KINDS = {
     "OperatableStateMachine": "statemachine",
@@ -24,9 +24,8 @@ KINDS = {
     "ConcurrencyContainer": "concurrency",
     "PriorityContainer": "priority",
 }
+_ADDED = ("label", "state")
 _OF_STATE = ("transitions", "autonomy", "remapping")
-_MANUAL = re.compile(r"^[ \t]*#[ \t]*\[(/?)(MANUAL_\w+)\]")
-_COMMENT = re.compile(r"^\s*#\s+([!OoX?])\s+-?\d+\s+-?\d+(?:\s+(/.*?))?\s*$")
 
 
 def is_behaviour(text: str) -> bool:
@@ -42,14 +41,14 @@ def read_python(text: str, file: str, name: str) -> Behaviour:
     Raises:
         FileError: it is not Python, or there is no behaviour in it.
     """
-    manual = tuple(_manual_blocks(text))
-    tree = _tree(text, file)
+    tree = tree_of(text, file)
     cls = _behaviour_class(tree)
     if cls is None:
         wanted = "a class derived from Behavior with a method `create`"
         raise mistake(file, "there is no FlexBE behaviour here", 1, f"wanted: {wanted}")
     reader = _Reader(file)
     reader.read_constants(tree)
+    reader.variables |= dict(_functions(tree, cls))
     for function in cls.body:
         if isinstance(function, ast.FunctionDef) and function.name == "__init__":
             reader.read_init(function)
@@ -69,62 +68,10 @@ def read_python(text: str, file: str, name: str) -> Behaviour:
         file=file,
         userdata=reader.userdata,
         variables=reader.variables,
-        comments=tuple(_comments(text)),
-        manual=manual,
+        comments=tuple(comments_in(text)),
+        manual=tuple(manual_blocks(text)),
         is_python=True,
     )
-
-
-def _tree(text: str, file: str) -> ast.Module:
-    """The tree; where code in manual blocks is no Python 3, that of the rest."""
-    try:
-        return python_tree(text, file)[0]
-    except FileError as error:
-        try:
-            return python_tree(_without_manual_blocks(text), file)[0]
-        except FileError:
-            raise error from None
-
-
-def _manual_blocks(text: str) -> Iterator[ManualBlock]:
-    tag, begin, lines = "", 0, text.splitlines()
-    for number, line in enumerate(lines, 1):
-        found = _MANUAL.match(line)
-        if found is None:
-            continue
-        if found[1] and found[2] == tag:
-            code = "\n".join(lines[begin : number - 1])
-            if code.strip():
-                yield ManualBlock(tag, code.rstrip(), begin + 1)
-            tag = ""
-        elif not found[1]:
-            tag, begin = found[2], number
-
-
-def _without_manual_blocks(text: str) -> str:
-    """The text with the lines of manual blocks left empty."""
-    lines, tag = [], ""
-    for line in text.splitlines():
-        found = _MANUAL.match(line)
-        if found is not None:
-            tag = "" if found[1] else found[2]
-        lines.append("" if tag and found is None else line)
-    return "\n".join(lines) + "\n"
-
-
-def _comments(text: str) -> Iterator[Comment]:
-    """The comments of the drawing, which stand in `__init__`: a head, then lines of text."""
-    head: re.Match[str] | None = None
-    found: list[str] = []
-    for line in [*text.splitlines(), ""]:
-        following = _COMMENT.match(line)
-        is_text = line.strip().startswith("#") and following is None
-        if head is not None and is_text and not _MANUAL.match(line):
-            found += line.strip()[1:].strip().split("|n")
-            continue
-        if head is not None and found:
-            yield Comment((head[2] or "").strip("/"), "\n".join(found), head[1] == "!")
-        head, found = following, []
 
 
 def _behaviour_class(tree: ast.Module) -> ast.ClassDef | None:
@@ -226,13 +173,15 @@ class _Reader:
             self.read_create(statement.body)
             return
         for node in (node for inner in statement.body for node in _calls(inner)):
-            if _last_name(node.func) == "add" and len(node.args) > 1:
-                container["states"].append(self._state(node))
+            given = [*node.args, *(key.value for key in node.keywords if key.arg in _ADDED)]
+            if _last_name(node.func) == "add" and len(given) > 1:
+                container["states"].append(self._state(node, *given[:2]))
 
-    def _state(self, call: ast.Call) -> dict[str, Any]:
-        label, of = call.args[0], call.args[1]
+    def _state(self, call: ast.Call, label: ast.expr, of: ast.expr) -> dict[str, Any]:
         name = _plain(label)
         state: dict[str, Any] = {"name": name if isinstance(name, str) else ast.unparse(label)}
+        if isinstance(of, ast.Name) and of.id in self.variables:
+            of = ast.parse(self.variables[of.id], mode="eval").body
         if isinstance(of, ast.Name) and of.id in self.containers:
             state["container"] = of.id
         elif isinstance(of, ast.Call):
@@ -244,13 +193,48 @@ class _Reader:
             state["args"] = {key.arg: _plain(key.value) for key in of.keywords if key.arg}
             state["pos"] = [_plain(argument) for argument in given]
         else:
-            raise mistake(self.file, f"the state {name!r} is {ast.unparse(of)}", call.lineno)
+            state |= {"class": ast.unparse(of), "args": {}, "pos": []}
         further = dict(zip(_OF_STATE, call.args[2:], strict=False))
         further |= {key.arg: key.value for key in call.keywords if key.arg in _OF_STATE}
         for key in _OF_STATE:
             if key in further:
-                state[key] = _levels(further[key]) if key == "autonomy" else _plain(further[key])
+                state[key] = self._mapping(
+                    further[key], ast.unparse if key == "autonomy" else _name
+                )
         return state
+
+    def _mapping(self, node: ast.expr, read: Callable[[ast.expr], str]) -> dict[str, str]:
+        """What outcomes or keys are mapped to; nothing where only running the code would tell."""
+        if isinstance(node, ast.Name) and node.id in self.variables:
+            node = ast.parse(self.variables[node.id], mode="eval").body
+        if isinstance(node, ast.Call) and _last_name(node.func) == "dict":
+            return {key.arg: read(key.value) for key in node.keywords if key.arg is not None}
+        if not isinstance(node, ast.Dict):
+            return {}
+        pairs = zip(node.keys, node.values, strict=True)
+        return {_name(key): read(value) for key, value in pairs if key is not None}
+
+
+def _functions(tree: ast.Module, cls: ast.ClassDef) -> Iterator[tuple[str, str]]:
+    """The functions and methods that only return something, by name, as lambdas."""
+    for node, is_method in (*((n, False) for n in tree.body), *((n, True) for n in cls.body)):
+        if not isinstance(node, ast.FunctionDef):
+            continue
+        *before, last = node.body
+        is_static = [ast.unparse(given) for given in node.decorator_list] == ["staticmethod"]
+        documented = not before or (len(before) == 1 and ast.get_docstring(node) is not None)
+        if not documented or not isinstance(last, ast.Return) or last.value is None:
+            continue
+        if node.decorator_list and not is_static:
+            continue
+        if is_method and not is_static:
+            if not node.args.args or node.args.args[0].arg != "self":
+                continue
+            node.args.args = node.args.args[1:]
+        name = f"self.{node.name}" if is_method else node.name
+        for argument in (*node.args.args, *node.args.kwonlyargs):
+            argument.annotation = None
+        yield name, ast.unparse(ast.Lambda(node.args, last.value))
 
 
 def _changed(function: ast.FunctionDef) -> set[str]:
@@ -283,11 +267,10 @@ def _calls(statement: ast.stmt) -> Iterator[ast.Call]:
             yield from _calls(inner)
 
 
-def _levels(node: ast.expr) -> Any:
-    if not isinstance(node, ast.Dict):
-        return _plain(node)
-    pairs = zip(node.keys, node.values, strict=True)
-    return {str(_plain(key)): ast.unparse(value) for key, value in pairs if key is not None}
+def _name(node: ast.expr) -> str:
+    """The text that a literal is, or else the code."""
+    found = _plain(node)
+    return ast.unparse(node) if isinstance(found, dict | list) else str(found)
 
 
 def _plain(node: ast.expr) -> Any:

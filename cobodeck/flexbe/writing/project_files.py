@@ -10,6 +10,7 @@ from cobodeck.flexbe.behaviour import Behaviour
 from cobodeck.flexbe.converting import Conversion, StateClass
 from cobodeck.flexbe.writing.chart_text import yaml_of
 from cobodeck.flexbe.writing.state_modules import is_written, ready_module, stub_module
+from cobodeck.flexbe_states import TopicTable
 
 ProjectFiles = dict[str, str]
 """Texts by path in the project."""
@@ -75,6 +76,7 @@ from engine.run import ChartRun
 PROJECT = Path(__file__).parent.parent
 CHARTS = sorted((PROJECT / "{name}" / "charts").glob("*.yaml"))
 TICK_NS = 10**8
+MOST = 10_000  # configurations; a chart with more of them may still show all its outcomes in these
 
 
 @cache
@@ -103,8 +105,9 @@ def walked(machine: Machine, script) -> set[tuple[str, str]]:
 @pytest.mark.parametrize("file", CHARTS, ids=lambda file: file.stem)
 def test_every_outcome_is_walked(file):
     machine = machine_of(file)
-    found = explore(machine)
-    assert found.complete
+    found = explore(machine, MOST)
+    outcomes = {{(v.path, o) for v in machine.vertices.values() for o in (*v.go, *v.leave)}}
+    assert found.complete or outcomes <= found.moves.keys()
     for edge, script in found.moves.items():
         assert edge in walked(machine, script)
 '''
@@ -170,6 +173,7 @@ def _work_lines(conversion: Conversion, stubs: Iterable[StateClass]) -> Iterator
     for cls in stubs:
         yield f"- [ ] `{cls.name}`, for `{cls.flexbe}`, first used by {cls.state or 'a chart'}"
         yield from (f"  - as this did: {_code(code)}" for code in cls.code)
+        yield from (f"  - to run it as it is, {line}" for line in _topic_lines(cls))
     adapted = [cls.name for cls in conversion.classes.values() if cls.adapted]
     if adapted:
         yield from ("", "These run as they are: " + ", ".join(map(_code, adapted)) + ".")
@@ -184,6 +188,14 @@ def _work_lines(conversion: Conversion, stubs: Iterable[StateClass]) -> Iterator
         yield from ("", "## Not the same as in FlexBE", "")
     for note in conversion.notes:
         yield f"- {note}"
+
+
+def _topic_lines(cls: StateClass) -> Iterator[str]:
+    """The lines of a table of topics that the class written for FlexBE needs."""
+    uses = dict.fromkeys(cls.known.topics) if cls.known is not None and not cls.code else ()
+    for link, topic in uses:
+        if topic is not None and not topic.startswith("$"):
+            yield TopicTable().missing(link, topic).partition("; ")[2]
 
 
 def _code(code: str) -> str:

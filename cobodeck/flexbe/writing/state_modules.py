@@ -32,11 +32,12 @@ _STUB_BODY = ("yield", "return _not_written(self)")
 
 @dataclass(frozen=True, slots=True)
 class _FlexbeState:
-    """A state that FlexBE brings along: the parameters and inputs it needs, and its `run`."""
+    """A state that everybody has: the parameters and keys it needs, and its `run`."""
 
     parameters: frozenset[str]
     inputs: frozenset[str]
     body: tuple[str, ...]
+    outputs: tuple[str, ...] = ()
 
 
 _FLEXBE_STATES = {
@@ -60,6 +61,12 @@ _FLEXBE_STATES = {
         frozenset(("data",)),
         ("ctx.note(str(self.text).format(data))", "yield", 'return "done"'),
     ),
+    "SetKey": _FlexbeState(
+        frozenset(("Value",)),
+        frozenset(),
+        ("yield", 'return "done", {"Key": self.Value}'),
+        ("Key",),
+    ),
 }
 _PYTHON = {"number": "float", "boolean": "bool", "text": "str"}
 ABOUT_STUBS = "States that still have to be written: each is a stub that ends with an error."
@@ -76,7 +83,7 @@ def is_written(cls: StateClass) -> bool:
         and not cls.code
         and known.parameters <= face.parameters.keys()
         and face.inputs.keys() == known.inputs
-        and (face.outcomes, cls.outputs()) == (("done",), [])
+        and (face.outcomes, tuple(cls.outputs())) == (("done",), known.outputs)
     )
 
 

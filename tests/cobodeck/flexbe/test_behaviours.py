@@ -15,6 +15,7 @@ from engine.machine.exploration import explore
 from engine.machine.vertices import Leaf
 from tests.cobodeck.flexbe.conftest import NAMES, Play
 
+SMALL = ("example_3", "example_4")
 every_behaviour = pytest.mark.parametrize("name", NAMES)
 
 # What the originals themselves cannot do: outcomes that nothing in their container leads to,
@@ -166,7 +167,10 @@ def test_exploration_takes_every_transition_and_reaches_every_outcome(behaviours
     assert found.outcomes.keys() == set(root["outcomes"])
 
 
-@every_behaviour
+@pytest.mark.parametrize(
+    "name",
+    [n if n in SMALL else pytest.param(n, marks=pytest.mark.slow) for n in NAMES],
+)
 def test_the_runner_walks_every_transition(machine, name):
     for (path, outcome), script in explore(machine(name)).moves.items():
         play = Play(machine(name))

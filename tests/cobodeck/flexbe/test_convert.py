@@ -360,6 +360,35 @@ def test_a_class_with_several_sets_of_outcomes_is_several():
     assert [node["do"] for node in nodes.values()] == ["LogUpOrDown", "LogDoneOrFailed"]
 
 
+def test_what_states_of_one_class_alone_name_is_written_by_them():
+    ends = {"remapping": {"success": "ok", "value": "on"}}
+    root = machine(
+        state("a", {"done": "b"}, **{"class": "Switch"}) | ends,
+        state("b", {"done": "c"}, **{"class": "Switch"}) | ends,
+        state("c", {"done": "done"}, **{"class": "Check"}, remapping={"seen": "ok"}),
+    )
+    read = Behaviour(
+        "b", behaviour(root), userdata={"_state_machine": {"on": "True"}}, is_python=True
+    )
+    states = convert([read]).charts["b"]["states"]
+    for name in ("a", "b"):
+        assert (states[name]["in"], states[name]["out"]) == ({"value": "on"}, {"success": "ok"})
+    assert states["c"]["in"] == {"seen": "ok"}
+
+
+def test_a_condition_that_wants_one_state_to_end_in_two_ways_never_matches():
+    inner = concurrency(
+        [["done", [["a", "done"], ["a", "failed"]]], ["done", [["b", "done"]]]],
+        state("a", {"done": "done", "failed": "done"}),
+        state("b", {"done": "done"}),
+    )
+    inside = state("in", {"done": "done"}, container="_sm_in_0")
+    conversion = charts(b=behaviour(machine(inside), _sm_in_0=inner))
+    when = conversion.charts["b"]["states"]["in"]["when"]
+    assert when == [{"outcome": "done", "if": {"b": "done"}}]
+    assert "a can never end with 'done' as well" in conversion.notes[0]
+
+
 def test_combinations_that_no_condition_names_have_an_outcome_of_their_own():
     inner = concurrency(
         [["done", [["a", "done"], ["b", "done"]]]],

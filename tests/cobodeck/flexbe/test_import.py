@@ -18,7 +18,7 @@ from engine.chart import load_files
 from engine.machine import Machine
 from tests.cobodeck.flexbe.conftest import Play
 from tests.cobodeck.flexbe.generated import generated
-from tests.cobodeck.flexbe.test_convert import behaviour, machine, state
+from tests.cobodeck.flexbe.test_convert import behaviour, concurrency, machine, state
 from tests.cobodeck.flexbe.test_reading import everything
 
 NEXT = {"done": "done"}
@@ -68,8 +68,18 @@ def test_the_project_has_charts_states_comments_and_manual_code(folder, tmp_path
         ast.parse((project / "brought_over" / f"{module}.py").read_text())
 
 
+def wide():
+    """More states side by side than the explorer ends together."""
+    names = [f"s{number}" for number in range(7)]
+    conditions = [["done", [[name, "done"] for name in names]]]
+    inner = concurrency(conditions, *(state(name, NEXT) for name in names))
+    inside = state("in", NEXT, container="_sm_in_0")
+    return behaviour(machine(inside), _sm_in_0=inner)
+
+
 @pytest.mark.slow
 def test_the_project_works_on_its_own(folder, tmp_path):
+    (folder / "wide.json").write_text(json.dumps(wide()))
     project = tmp_path / "brought_over"
     assert main(["import-flexbe", str(folder), "-o", str(project)]) == 0
     root = Path(__file__).resolve().parents[3]
@@ -85,21 +95,25 @@ def test_the_project_works_on_its_own(folder, tmp_path):
         assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_states_that_flexbe_brings_along_are_written(tmp_path):
+def test_states_that_everybody_has_are_written(tmp_path, capsys):
     said = {"args": {"text": "met {}", "severity": "info"}, "remapping": {"data": "who"}}
+    named = {"args": {"Value": "Ada"}, "remapping": {"Key": "who"}}
     root = machine(
         state("say", {"done": "wait"}, **{"class": "LogState"}, args={"text": "off we go"}),
-        state("wait", {"done": "tell"}, **{"class": "WaitState"}, pos=[], args={"wait_time": 2}),
+        state("wait", {"done": "set"}, **{"class": "WaitState"}, pos=[], args={"wait_time": 2}),
+        state("set", {"done": "tell"}, **{"class": "SetKey"}) | named,
         state("tell", NEXT, **{"class": "LogKeyState"}) | said,
-        input_keys=["who"],
     )
     (tmp_path / "waiting.json").write_text(json.dumps(behaviour(root)))
     project = tmp_path / "waits"
     assert main(["import-flexbe", str(tmp_path / "waiting.json"), "-o", str(project)]) == 0
+    told = (
+        "1 chart of 1 behaviour with 4 states of 4 classes: 4 translated, 0 as they are, 0 stubs."
+    )
+    assert told in capsys.readouterr().out
     known = catalogue(project)
     chart, library = open_chart(str(project / "waits/charts/waiting.yaml"), known)
-    made = Machine(chart, library, known.interfaces, types=known.types, inputs={"who": "Ada"})
-    play = Play(made, scripted=False)
+    play = Play(Machine(chart, library, known.interfaces, types=known.types), scripted=False)
     play.until(lambda: play.run.outcome)
     notes = [str(record.detail) for record in play.run.trace if record.kind == "note"]
     assert (play.run.outcome, "off we go" in notes[0], "met Ada" in notes[1]) == (

@@ -15,7 +15,7 @@ from tests.cobodeck.flexbe.generated import generated
 from tests.cobodeck.flexbe.random_behaviours import RandomBehaviour
 
 TICK_NS = 10**8
-FEW, MANY = range(10), range(10, 210)
+FEW, MANY = range(5), range(5, 210)
 
 
 def walked(machine: Machine, script) -> set[tuple[str, str]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from cobodeck.flexbe import found_in, read_json, read_python
+from cobodeck.flexbe import convert, found_in, read_json, read_python
 from engine.files import FileError
 from tests.cobodeck.flexbe.conftest import NAMES
 from tests.cobodeck.flexbe.generated import generated
@@ -69,6 +69,66 @@ def test_everything_is_read_whatever_is_in_manual_blocks(manual):
     assert told == [("in", "Look here\nand there", True), ("", "Fine", False)]
     blocks = {block.tag.removeprefix("MANUAL_"): block.code for block in found.manual}
     assert blocks == (manual or {})
+
+
+def test_text_without_quotes_is_text():
+    ask = {"outcomes": ["yes", "no"], "hint": "Go on, or wait?", "suggestion": "not"}
+    json_of = behaviour(machine(state("ask", {"yes": "done", "no": "done"}, args=ask)))
+    text = generated(json_of, "ASM")
+    typed = text.replace("'Go on, or wait?'", "Go on, or wait?").replace("'not'", "not")
+    assert typed != text
+    assert read_python(typed, "a_sm.py", "a").root == json_of["containers"]["_state_machine"]
+
+
+BY_HAND = """
+        look = Look(far=2)
+        ends = {'done': 'done'}
+        with _state_machine:
+            Machine.add(label='a', state=look, transitions=ends, remapping=dict(x='y'))
+            Machine.add('b', self.kept, transitions=self.ends)
+"""
+
+
+def test_states_that_were_added_by_hand_are_read():
+    text = generated(behaviour(machine()), "ASM", version=4)
+    text = text.replace("        return _state_machine", f"{BY_HAND}        return _state_machine")
+    a, b = read_python(text, "a_sm.py", "a").root["states"]
+    assert (a["name"], a["class"], a["args"]) == ("a", "Look", {"far": 2})
+    assert (a["transitions"], a["remapping"]) == ({"done": "done"}, {"x": "y"})
+    assert (b["name"], b["class"], b["transitions"]) == ("b", "self.kept", {})
+
+
+METHODS = """
+\tdef more(self, x):
+\t\t'Adds.'
+\t\treturn x + self.speed
+
+\t@staticmethod
+\tdef big(x: int) -> bool:
+\t\treturn x > 5
+
+\tdef first(self, x):
+\t\tfor item in x:
+\t\t\treturn item
+"""
+
+
+def test_methods_that_only_return_something_are_translated():
+    keys = {"input_value": "a", "output_value": "a"}
+    calls = {"calculation": {"expr": "self.more"}}, {"calculation": {"expr": "self.first"}}
+    root = machine(
+        state("m", {"done": "n"}, **{"class": "CalculationState"}, args=calls[0], remapping=keys),
+        state("n", {"done": "o"}, **{"class": "CalculationState"}, args=calls[1], remapping=keys),
+        state("o", {"true": "done", "false": "done"}, **{"class": "CheckConditionState"})
+        | {"args": {"predicate": {"expr": "self.big"}}, "remapping": {"input_value": "a"}},
+    )
+    text = generated(behaviour(root, {"speed": 0.5}), "ASM", manual={"FUNC": METHODS})
+    classes = convert([read_python(text, "a_sm.py", "a")]).classes
+    ready = {name: cls.ready.body.splitlines()[-1] for name, cls in classes.items() if cls.ready}
+    assert ready == {
+        "M": 'return "done", {"output_value": freeze(x + self.speed)}',
+        "O": 'return "true" if x > 5 else "false"',
+    }
 
 
 def test_variables_that_change_are_not_known():
