@@ -6,6 +6,7 @@ import pytest
 
 from cobodeck import flexbe_states
 from cobodeck.flexbe_states import load_topics, wired_topics
+from cobodeck.testing import ChartTester
 from cobodeck.validation import FileChecker
 from hw import Pose2, Twist2
 
@@ -112,6 +113,20 @@ class Strength(EventState):
     def execute(self, userdata):
         return 'done' if self.strength == 3 and not rospy.has_param('/no') else 'none'
 """
+SETS = """
+import rospy
+from flexbe_core import EventState
+
+class Sets(EventState):
+    def __init__(self):
+        super().__init__(outcomes=['set', 'new'])
+    def execute(self, userdata):
+        if rospy.get_param('/strength') == 7 and not rospy.has_param('names'):
+            return 'set'
+        rospy.set_param('strength', 7)
+        rospy.delete_param('/names')
+        return 'new'
+"""
 LOST = """
 from flexbe_core import EventState
 from flexbe_core.proxy import ProxyPublisher
@@ -122,7 +137,7 @@ class Shout(EventState):
 """
 
 
-MODULES = {"talks": TALKS, "lost": LOST}
+MODULES = {"talks": TALKS, "lost": LOST, "sets": SETS}
 
 
 def test_what_is_published_commands_a_part(tea) -> None:
@@ -207,6 +222,20 @@ def test_parameters_are_in_the_table(tea) -> None:
     assert sim.outcome == "done"
 
 
+def test_parameters_that_a_state_sets_are_for_its_run(tea) -> None:
+    chart = """
+chart: twice
+outcomes: [done]
+states:
+  a: {do: Sets, next: {new: b, set: a}}
+  b: {do: Sets, next: {set: .done, new: b}}
+"""
+    for _ in range(2):
+        sim = ChartTester(tea.folder, tea.folder).start(chart, real=["a", "b"])
+        sim.tick(3)
+        assert sim.outcome == "done", sim.run.errors
+
+
 def test_a_topic_that_the_table_lacks_is_told_with_its_line(tea) -> None:
     why = tea.catalogue.strangers["Shout"]
     assert "no topic '/shout'; add to topics.yaml, under `publishes`: `/shout: {part: NAME" in why
@@ -215,8 +244,6 @@ def test_a_topic_that_the_table_lacks_is_told_with_its_line(tea) -> None:
 
 
 def test_states_that_publish_to_one_part_clash_beside_each_other(tea) -> None:
-    from cobodeck.testing import ChartTester
-
     sim = ChartTester(tea.folder, tea.folder)
     chart = """
 chart: both
