@@ -89,6 +89,18 @@ class Open(EventState):
         answer = self._srv.call(self._service, TriggerRequest())
         return 'opened' if answer.success else 'failed'
 
+class OpenLater(EventState):
+    def __init__(self):
+        super().__init__(outcomes=['opened', 'failed'])
+        self._srv = ProxyServiceCaller({'/lid': Trigger})
+    def on_enter(self, userdata):
+        assert not self._srv.done('/lid')
+        self._srv.call_async('/lid', TriggerRequest())
+    def execute(self, userdata):
+        if self._srv.done('/lid'):
+            answer = self._srv.result('/lid')
+            return 'opened' if answer.success and not self._srv.done('/lid') else 'failed'
+
 class PourTea(EventState):
     def __init__(self, share):
         super().__init__(outcomes=['poured', 'failed'])
@@ -186,6 +198,13 @@ def test_a_service_answers_at_once(tea, answer: bool, outcome: str) -> None:
     sim.parts["pot"].open = lambda: {"success": answer}
     sim.tick(2)
     assert sim.outcome == outcome
+
+
+def test_an_answer_is_fetched_later_and_once(tea) -> None:
+    sim = tea.start("{do: OpenLater, next: {opened: .opened, failed: .failed}}", "opened, failed")
+    sim.parts["pot"].open = lambda: {"success": True}
+    sim.tick(3)
+    assert sim.outcome == "opened", sim.run.errors
 
 
 @pytest.mark.parametrize(("result", "outcome"), [({"ml": 200}, "poured"), (False, "failed")])
