@@ -38,7 +38,10 @@ class _Living:
     def hear(self, news: RunNews) -> None:
         """What becomes of the run: pauses count for a running state only."""
         if news == "over":
-            self.hook("on_stop")
+            try:
+                self.hook("on_stop")
+            finally:
+                self.bridge.table.forget()
         elif self.userdata is not None:
             self.hook("on_pause" if news == "paused" else "on_resume", self.userdata)
 

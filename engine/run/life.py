@@ -261,7 +261,7 @@ class Life:
             try:
                 listener(news)
             except BaseException as error:  # noqa: BLE001
-                self.report(node, error)
+                self.record(node, error)  # the state, if it still runs, goes on
 
     def hold(self) -> None:
         """Stop every part, even if one of them raises."""
@@ -292,7 +292,13 @@ class Life:
             self.errors.append(raised(self.board.now, "trace", error))
 
     def report(self, node: RunNode, error: BaseException) -> None:
-        """Rule 8: record what a state or a part has raised, SystemExit included."""
+        """Rule 8: record what a state or a part has raised, and close the state."""
+        self.record(node, error)
+        if isinstance(node, LeafNode):
+            self.close_leaf(node)
+
+    def record(self, node: RunNode, error: BaseException) -> None:
+        """Record what a state or a part has raised, SystemExit included."""
         self.add(("error", self.board.now, node, type(error).__name__))
         cls, waits = (
             (node.interface.make, node.generator) if isinstance(node, LeafNode) else (None, None)
@@ -304,5 +310,3 @@ class Life:
         self.notes[node.path] = f"{found.kind}: {found.text}" if found.text else found.kind
         if isinstance(error, KeyboardInterrupt):
             self.interrupt, self.early = error, True
-        if isinstance(node, LeafNode):
-            self.close_leaf(node)

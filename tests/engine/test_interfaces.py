@@ -8,6 +8,9 @@ from typing import Any, ClassVar, TypeVar
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from engine.chart.load import Library
+from engine.check.all_checks import check
+from engine.files.source import read
 from engine.files.units import Duration, Length
 from engine.interfaces import bindings, interface, python_name, resolved
 from engine.state import Action, Context, Key, Monitor, Run
@@ -192,3 +195,45 @@ def test_rule_10_a_class_that_names_nothing_is_refused(cls: Any, told: str) -> N
     with pytest.raises(StateError) as caught:
         interface(cls)
     assert str(caught.value) == told
+
+
+class Talks(Action):
+    """Names topics, which stand for signals and parts."""
+
+    outcomes = ("done",)
+    reads: ClassVar = {"$topics": 0.5, "clock": None}
+    optional = ("$topics",)
+    commands = ("$topics", "arm")
+
+    def __init__(self, topics: tuple[str, ...]) -> None:
+        self.topics = topics
+
+    @classmethod
+    def stands_for(cls, name: str, what: str) -> tuple[str, ...]:
+        found = {"/odom": ("base.pose",)} if what == "signal" else {"/cmd_vel": ("base", "arm")}
+        return found.get(name, ())
+
+    def run(self, ctx: Context) -> Run:
+        yield
+        return "done"
+
+
+def test_rule_2_a_value_may_stand_for_other_signals_and_parts():
+    talks = interface(Talks)
+    found = resolved(talks, {"topics": ("/odom", "/cmd_vel", "/none")})
+    assert found.reads == {"base.pose": 0.5, "clock": None}
+    assert found.needed == ("clock",)
+    assert found.commands == ("base", "arm")
+
+
+def test_rule_10_a_part_that_a_value_stands_for_exists():
+    node = "{do: Talks, with: {topics: [/cmd_vel]}, next: {done: .x}}"
+    text = f"chart: c\noutcomes: [x]\nstates: {{n: {node}}}\n"
+    library = Library()
+    library.add(read(text.encode(), "c.yaml"))
+    known = {"Talks": interface(Talks)}
+    found = check(library, known, parts=("arm", "bases"))
+    assert [(f.code, f.message, f.hint) for f in found if f.code == "N12"] == [
+        ("N12", "topics: there is no part 'base'", "did you mean 'bases'?")
+    ]
+    assert not [f for f in check(library, known, parts=("arm", "base")) if f.code == "N12"]

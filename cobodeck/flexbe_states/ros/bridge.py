@@ -48,13 +48,17 @@ class _Goal:
 
 @dataclass(eq=False)
 class Bridge:
-    """The run of one state; `run` gives its context, or None where there is no run."""
+    """The run of one state; `run` gives its context, or None where there is no run.
+
+    `answers` are those of services that the state has not fetched yet.
+    """
 
     run: Callable[[], Context | None] = lambda: None
     table: TopicTable = field(default_factory=TopicTable)
     name: str = ""
     is_ros_2: bool = False
     asleep_s: float = 0.0
+    answers: dict[str, Any] = field(default_factory=dict)
     _heard: dict[str, _Heard] = field(default_factory=dict)
     _goals: dict[str, _Goal] = field(default_factory=dict)
 

@@ -296,8 +296,6 @@ class SubscriberProxy(_Proxy):
 class ServiceProxy(_Proxy):
     """`ProxyServiceCaller`: an answer comes at once."""
 
-    _answers: ClassVar[dict[tuple[int, str], Any]] = {}
-
     @classmethod
     def open_topic(cls, topic: str, kind: Any = None, *_any: Any, **_named: Any) -> None:
         """Require it in the table.
@@ -317,22 +315,22 @@ class ServiceProxy(_Proxy):
     @classmethod
     def call_async(cls, topic: str, request: Any = None, *_any: Any, **_named: Any) -> None:
         """Call it, and keep the answer."""
-        cls._answers[id(current_bridge()), topic] = current_bridge().call(topic, request)
+        current_bridge().answers[topic] = current_bridge().call(topic, request)
 
     @classmethod
     def done(cls, topic: str) -> bool:
         """Whether it has answered."""
-        return (id(current_bridge()), topic) in cls._answers
+        return topic in current_bridge().answers
 
     @classmethod
     def result(cls, topic: str) -> Any:
         """The answer."""
-        return cls._answers.pop((id(current_bridge()), topic), None)
+        return current_bridge().answers.pop(topic, None)
 
     @classmethod
     def remove_client(cls, topic: str) -> None:
         """Forget an answer."""
-        cls._answers.pop((id(current_bridge()), topic), None)
+        current_bridge().answers.pop(topic, None)
 
 
 class ActionProxy(_Proxy):

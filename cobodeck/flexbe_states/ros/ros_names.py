@@ -173,7 +173,7 @@ def has_param(name: str) -> bool:
 
 
 def set_param(name: str, value: Any) -> None:
-    """Set a parameter for all states of this process."""
+    """Set a parameter for all states, until the run is over."""
     current_bridge().table.parameters[plain_topic(name)] = value
 
 

@@ -108,7 +108,10 @@ _LINES = {
 
 
 class TopicTable:
-    """The tables of a project together; names of topics with or without the first `/`."""
+    """The tables of a project together; names of topics with or without the first `/`.
+
+    `parameters` are as states have set them, until `forget` is called at the end of a run.
+    """
 
     def __init__(self, files: Iterable[TopicFile] = (), place: str = "topics.yaml") -> None:
         self.place = place
@@ -120,6 +123,11 @@ class TopicTable:
                     self._entries[link, plain_topic(topic)] = entry
             for name, value in file.parameters.items():
                 self.parameters[plain_topic(name)] = value
+        self._written = dict(self.parameters)
+
+    def forget(self) -> None:
+        """Have the parameters as they are written again."""
+        self.parameters = dict(self._written)
 
     def find(self, link: str, topic: str) -> Any:
         """The entry of a topic; None if there is none."""

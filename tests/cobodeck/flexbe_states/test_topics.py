@@ -6,6 +6,7 @@ import pytest
 
 from cobodeck import flexbe_states
 from cobodeck.flexbe_states import load_topics, wired_topics
+from cobodeck.testing import ChartTester
 from cobodeck.validation import FileChecker
 from hw import Pose2, Twist2
 
@@ -88,6 +89,18 @@ class Open(EventState):
         answer = self._srv.call(self._service, TriggerRequest())
         return 'opened' if answer.success else 'failed'
 
+class OpenLater(EventState):
+    def __init__(self):
+        super().__init__(outcomes=['opened', 'failed'])
+        self._srv = ProxyServiceCaller({'/lid': Trigger})
+    def on_enter(self, userdata):
+        assert not self._srv.done('/lid')
+        self._srv.call_async('/lid', TriggerRequest())
+    def execute(self, userdata):
+        if self._srv.done('/lid'):
+            answer = self._srv.result('/lid')
+            return 'opened' if answer.success and not self._srv.done('/lid') else 'failed'
+
 class PourTea(EventState):
     def __init__(self, share):
         super().__init__(outcomes=['poured', 'failed'])
@@ -112,6 +125,20 @@ class Strength(EventState):
     def execute(self, userdata):
         return 'done' if self.strength == 3 and not rospy.has_param('/no') else 'none'
 """
+SETS = """
+import rospy
+from flexbe_core import EventState
+
+class Sets(EventState):
+    def __init__(self):
+        super().__init__(outcomes=['set', 'new'])
+    def execute(self, userdata):
+        if rospy.get_param('/strength') == 7 and not rospy.has_param('names'):
+            return 'set'
+        rospy.set_param('strength', 7)
+        rospy.delete_param('/names')
+        return 'new'
+"""
 LOST = """
 from flexbe_core import EventState
 from flexbe_core.proxy import ProxyPublisher
@@ -122,7 +149,7 @@ class Shout(EventState):
 """
 
 
-MODULES = {"talks": TALKS, "lost": LOST}
+MODULES = {"talks": TALKS, "lost": LOST, "sets": SETS}
 
 
 def test_what_is_published_commands_a_part(tea) -> None:
@@ -173,6 +200,13 @@ def test_a_service_answers_at_once(tea, answer: bool, outcome: str) -> None:
     assert sim.outcome == outcome
 
 
+def test_an_answer_is_fetched_later_and_once(tea) -> None:
+    sim = tea.start("{do: OpenLater, next: {opened: .opened, failed: .failed}}", "opened, failed")
+    sim.parts["pot"].open = lambda: {"success": True}
+    sim.tick(3)
+    assert sim.outcome == "opened", sim.run.errors
+
+
 @pytest.mark.parametrize(("result", "outcome"), [({"ml": 200}, "poured"), (False, "failed")])
 def test_an_action_ends_by_its_signal(tea, result: object, outcome: str) -> None:
     node = "{do: PourTea, with: {share: 0.5}, next: {poured: .poured, failed: .failed}}"
@@ -207,6 +241,20 @@ def test_parameters_are_in_the_table(tea) -> None:
     assert sim.outcome == "done"
 
 
+def test_parameters_that_a_state_sets_are_for_its_run(tea) -> None:
+    chart = """
+chart: twice
+outcomes: [done]
+states:
+  a: {do: Sets, next: {new: b, set: a}}
+  b: {do: Sets, next: {set: .done, new: b}}
+"""
+    for _ in range(2):
+        sim = ChartTester(tea.folder, tea.folder).start(chart, real=["a", "b"])
+        sim.tick(3)
+        assert sim.outcome == "done", sim.run.errors
+
+
 def test_a_topic_that_the_table_lacks_is_told_with_its_line(tea) -> None:
     why = tea.catalogue.strangers["Shout"]
     assert "no topic '/shout'; add to topics.yaml, under `publishes`: `/shout: {part: NAME" in why
@@ -215,8 +263,6 @@ def test_a_topic_that_the_table_lacks_is_told_with_its_line(tea) -> None:
 
 
 def test_states_that_publish_to_one_part_clash_beside_each_other(tea) -> None:
-    from cobodeck.testing import ChartTester
-
     sim = ChartTester(tea.folder, tea.folder)
     chart = """
 chart: both
