@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from cobodeck.__main__ import main
+from cobodeck.manual.file_entries import EXAMPLES
 from cobodeck.terminal.console import FAILED, OK
 
 FILES = {
@@ -72,3 +73,19 @@ def test_a_mistake_in_any_is_found(project: Path, capsys: pytest.CaptureFixture[
     told = capsys.readouterr().out
     for name, text in FILES.items():
         assert f"{name}.yml:{len(text.splitlines()) + 1}:1: error" in told
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "kind", ["arm", "calibration", "connection", "prop", "topics", "tracking", "user"]
+)
+def test_the_example_of_a_kind_is_read_and_a_mistake_in_it_found(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (EXAMPLES / f"{kind}.yaml").read_text(encoding="utf-8")
+    file = tmp_path / f"own_{kind}.yml"
+    file.write_text(text, encoding="utf-8")
+    assert main(["validate", "--no-project", str(file)]) == OK, capsys.readouterr().out
+    file.write_text(text + "nonsense: 1\n", encoding="utf-8")
+    assert main(["validate", "--no-project", str(file)]) == FAILED
+    assert f"own_{kind}.yml:" in capsys.readouterr().out
