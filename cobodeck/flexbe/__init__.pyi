@@ -14,7 +14,6 @@ from cobodeck.flexbe.names import (
     unique as unique,
 )
 from cobodeck.flexbe.reading.found_files import (
-    FoundBehaviours as FoundBehaviours,
     found_in as found_in,
 )
 from cobodeck.flexbe.reading.json_reading import (

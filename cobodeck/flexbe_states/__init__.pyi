@@ -1,6 +1,3 @@
-from cobodeck.flexbe_states.adapted import (
-    AdaptedState as AdaptedState,
-)
 from cobodeck.flexbe_states.chart_names import (
     identifier as identifier,
     key_name as key_name,
@@ -14,15 +11,9 @@ from cobodeck.flexbe_states.class_reading import (
 )
 from cobodeck.flexbe_states.docstrings import (
     Described as Described,
-    ReadDocstring as ReadDocstring,
-    read_docstring as read_docstring,
 )
 from cobodeck.flexbe_states.importing import (
     flexbe_modules as flexbe_modules,
-    import_flexbe as import_flexbe,
-)
-from cobodeck.flexbe_states.init_reading import (
-    TopicUse as TopicUse,
 )
 from cobodeck.flexbe_states.old_syntax import (
     python_tree as python_tree,

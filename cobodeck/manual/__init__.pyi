@@ -7,7 +7,6 @@ from cobodeck.manual.example_nodes import (
 from cobodeck.manual.file_entries import (
     ABOUTS as ABOUTS,
     EXAMPLES as EXAMPLES,
-    file_page as file_page,
 )
 from cobodeck.manual.in_markdown import (
     markdown_text as markdown_text,
@@ -26,10 +25,4 @@ from cobodeck.manual.pages import (
     REFERENCE as REFERENCE,
     manual_page as manual_page,
     manual_pages as manual_pages,
-)
-from cobodeck.manual.signal_entries import (
-    signal_page as signal_page,
-)
-from cobodeck.manual.state_entries import (
-    state_page as state_page,
 )

@@ -6,23 +6,12 @@ from cobodeck.flexbe_states.ros.bridge import (
 from cobodeck.flexbe_states.ros.flexbe_names import (
     FlexbeState as FlexbeState,
 )
-from cobodeck.flexbe_states.ros.messages import (
-    RosMessage as RosMessage,
-    message_class as message_class,
-)
 from cobodeck.flexbe_states.ros.plain_values import (
     PlainRecord as PlainRecord,
-    as_command as as_command,
-    as_message as as_message,
     frozen as frozen,
     thawed as thawed,
 )
-from cobodeck.flexbe_states.ros.ros_time import (
-    RosDuration as RosDuration,
-    RosTime as RosTime,
-)
 from cobodeck.flexbe_states.ros.stand_ins import (
-    NotProvided as NotProvided,
     has_stand_in as has_stand_in,
     stand_in as stand_in,
 )

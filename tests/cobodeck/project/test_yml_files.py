@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from cobodeck.__main__ import main
+from cobodeck.manual.file_entries import EXAMPLES
 from cobodeck.terminal.console import FAILED, OK
 
 FILES = {
@@ -27,6 +28,17 @@ FILES = {
     "outer": "chart: outer\noutcomes: [done]\nstates:\n  a: {use: inner, next: {done: .done}}\n",
 }
 
+STATES = """
+class Nothing:
+    signals = ()
+
+    def samples(self, now_ns):
+        return []
+
+    def stop(self):
+        pass
+"""
+
 
 @pytest.fixture
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -37,7 +49,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     package = tmp_path / "ours"
     package.mkdir()
     (package / "__init__.py").write_text("")
-    (package / "states.py").write_text("")
+    (package / "states.py").write_text(STATES)
     for name, text in FILES.items():
         (package / f"{name}.yml").write_text(text)
     monkeypatch.chdir(tmp_path)
@@ -47,22 +59,33 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_all_are_found_by_name_and_checked(
     project: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    main(["validate"])
-    told = capsys.readouterr().out
-    assert f"in {len(FILES)} files" in told
-    (project / "link.yml").unlink()  # its driver is none
-    assert main(["validate"]) == OK, told
-    assert f"no errors in {len(FILES) - 1} files" in capsys.readouterr().out
+    assert main(["validate"]) == OK, capsys.readouterr().out
+    assert f"no errors in {len(FILES)} files" in capsys.readouterr().out
     run = "simulate outer --scene annex --profile calmer --duration 2"
     assert main(run.split()) == OK
     assert "done" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", sorted(FILES.keys() - {"link", "outer", "annex", "calmer"}))
-def test_a_mistake_in_any_is_found(
-    project: Path, name: str, capsys: pytest.CaptureFixture[str]
+def test_a_mistake_in_any_is_found(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, text in FILES.items():
+        (project / f"{name}.yml").write_text(text + "nonsense: 1\n")
+    assert main(["validate"]) == FAILED
+    told = capsys.readouterr().out
+    for name, text in FILES.items():
+        assert f"{name}.yml:{len(text.splitlines()) + 1}:1: error" in told
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "kind", ["arm", "calibration", "connection", "prop", "topics", "tracking", "user"]
+)
+def test_the_example_of_a_kind_is_read_and_a_mistake_in_it_found(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = project / f"{name}.yml"
-    file.write_text(FILES[name] + "nonsense: 1\n")
-    assert main(["validate", str(file)]) == FAILED
-    assert f"{name}.yml:" in capsys.readouterr().out
+    text = (EXAMPLES / f"{kind}.yaml").read_text(encoding="utf-8")
+    file = tmp_path / f"own_{kind}.yml"
+    file.write_text(text, encoding="utf-8")
+    assert main(["validate", "--no-project", str(file)]) == OK, capsys.readouterr().out
+    file.write_text(text + "nonsense: 1\n", encoding="utf-8")
+    assert main(["validate", "--no-project", str(file)]) == FAILED
+    assert f"own_{kind}.yml:" in capsys.readouterr().out

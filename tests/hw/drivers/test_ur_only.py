@@ -22,7 +22,7 @@ parts:
     [
         ("runner", "runner has no arm, and this is the driver of a UR arm: take the entry out"),
         ("rover_panda", "rover_panda has the arm panda, and this driver speaks to UR arms"),
-        ("rbkairos_ur10", None),
+        pytest.param("rbkairos_ur10", None, marks=pytest.mark.slow),
     ],
 )
 def test_a_robot_without_a_ur_arm_is_told_at_its_driver(

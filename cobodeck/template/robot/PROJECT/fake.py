@@ -18,7 +18,7 @@ class FakeRover:
         self.farthest = 0.0  # the largest x so far, m
         self.velocity = (0.0, 0.0, 0.0)
         self.over = False
-        self._battery_s, self._begun = battery_s, time.monotonic()
+        self._battery_s, self._driven_s = battery_s, 0.0
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind((address, port))
         self._socket.settimeout(0.02)
@@ -41,21 +41,23 @@ class FakeRover:
             now = time.monotonic()
             if now - heard > timeout_s:
                 self.velocity = (0.0, 0.0, 0.0)
-            self._move(now - before)
+            self._move(min(now - before, timeout_s))  # no command counts for longer
             before = now
             if peer is not None:
-                self._socket.sendto(json.dumps(self.state(now)).encode(), peer)
+                self._socket.sendto(json.dumps(self.state()).encode(), peer)
         self._socket.close()
 
-    def state(self, now: float) -> dict[str, float]:
-        """The state that it reports at time `now`, s."""
+    def state(self) -> dict[str, float]:
+        """The state that it reports; only driving takes from the battery."""
         vx, vy, wz = self.velocity
-        level = max(0.0, 1.0 - (now - self._begun) / self._battery_s)
+        level = max(0.0, 1.0 - self._driven_s / self._battery_s)
         pose = {"x": self.x, "y": self.y, "yaw": self.yaw}
         return {**pose, "vx": vx, "vy": vy, "wz": wz, "battery": level}
 
     def _move(self, span: float) -> None:
         vx, vy, wz = self.velocity
+        if any(self.velocity):
+            self._driven_s += span
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         self.x += (c * vx - s * vy) * span
         self.y += (s * vx + c * vy) * span
@@ -66,6 +68,6 @@ class FakeRover:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--port", type=int, default=47101)
-    parser.add_argument("--battery", type=float, default=20.0, help="s until it is empty")
+    parser.add_argument("--battery", type=float, default=20.0, help="s of driving")
     args = parser.parse_args()
     FakeRover(args.port, args.battery).run()
