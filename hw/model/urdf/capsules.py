@@ -23,6 +23,8 @@ MOST = 4
 """Most pieces into which a flat box is cut along one side, or a mesh along its length."""
 WORTH = 0.85
 """A mesh is cut once more where that takes less than this share of the room."""
+MANY = 5_000
+"""Points from which on only the corners of their convex hull are looked at."""
 GRAIN = 1e-9
 """Added to the radius of a mesh's capsule for rounding, m."""
 
@@ -94,20 +96,35 @@ def _room(half: float, radius: float) -> float:
 
 
 def around_mesh(triangles: Matrix) -> list[Fitted]:
-    """The triangles (n, 3, 3) of a mesh, cut along its length where that is worth it."""
+    """The triangles (n, 3, 3) of a mesh, cut along its length where that is worth it.
+
+    A capsule is convex: it holds a piece if it holds the corners of the piece's convex hull.
+    """
     points = triangles.reshape(-1, 3)
     centred = points - points.mean(axis=0)
     axes = np.linalg.svd(centred.T @ centred)[0].T
     along = triangles.mean(axis=1) @ axes[0]
-    best = [_around(points, axes)]
+    best = [_around(_corners(points), axes)]
     for pieces in range(2, MOST + 1):
         edges = np.linspace(along.min(), along.max(), pieces + 1)[1:-1]
         which = np.searchsorted(edges, along)
         parts = [triangles[which == n].reshape(-1, 3) for n in range(pieces)]
-        found = [_around(part, axes) for part in parts if len(part)]
+        found = [_around(_corners(part), axes) for part in parts if len(part)]
         if sum(f.room for f in found) < WORTH * sum(b.room for b in best):
             best = found
     return best
+
+
+def _corners(points: Matrix) -> Matrix:
+    """Those of many points (n, 3) that span their convex hull; all of them where it is flat."""
+    if len(points) <= MANY:
+        return points
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:
+        return np.unique(points, axis=0)
 
 
 def _around(points: Matrix, axes: Matrix) -> Fitted:

@@ -27,12 +27,10 @@ from hw.model.urdf.capsules import (
 )
 from hw.model.urdf.frames import Matrix, inverted, matrix, placement
 from hw.model.urdf.meshes import mesh_file, triangles
-from hw.model.urdf.urdf import Joint, Mesh, Urdf, UrdfLink
+from hw.model.urdf.urdf import FARTHEST_M, Joint, Mesh, Urdf, UrdfLink
 
 COUNTS = (6, 7)
 """How many joints an arm may have."""
-FARTHEST_M = 50.0
-"""No corner of a mesh is farther from its origin, m."""
 _FAULTS = {
     "prismatic": "slides",
     "floating": "floats",

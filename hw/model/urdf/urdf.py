@@ -27,6 +27,10 @@ _UNMOVED = ("fixed", "floating", "planar")
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 _TENSOR = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _HERE = Placement()
+FARTHEST_M = 50.0
+"""No part of a robot is farther from the one before, or larger, m."""
+MOST_RAD = 1000.0
+"""Largest angle that is taken as one, rad: a file in degrees stays below, a broken one does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,7 +168,7 @@ def parse_urdf(text: str, path: str = "robot.urdf") -> Urdf:
     if root.tag != "robot":
         raise root.fail("is the outermost element; a URDF has <robot>")
     links = {name: _link(element) for name, element in root.named("link").items()}
-    joints = [_joint(element, tuple(links)) for element in root.named("joint").values()]
+    joints = [_joint(element, links) for element in root.named("joint").values()]
     if not links:
         raise root.fail("has no link")
     return _tree(root, links, joints)
@@ -195,6 +199,8 @@ def _solids(link: Element) -> Iterator[Solid]:
                 sizes = told or tuple(found.number(key, 0.0) for key in keys)
                 if not min(sizes) > 0.0:
                     raise found.fail(f"needs {' and '.join(keys)} above 0")
+                if max(sizes) > FARTHEST_M:
+                    raise found.fail(_too_far(" and ".join(keys), max(sizes)))
                 yield Solid(kind, sizes, _placement(shape))
         if (other := _other_shape(geometry)) is not None:
             yield Solid(other, (), _placement(shape))
@@ -215,7 +221,7 @@ def _meshes(link: Element, tag: str) -> Iterator[Mesh]:
             yield Mesh(mesh.text("filename"), _placement(shape), scale)
 
 
-def _joint(element: Element, links: tuple[str, ...]) -> Joint:
+def _joint(element: Element, links: Mapping[str, UrdfLink]) -> Joint:
     kind = next((k for k in _KINDS if k == element.text("type")), None)
     if kind is None:
         raise element.fail(f"has the type '{element.text('type')}'; known: {', '.join(_KINDS)}")
@@ -228,6 +234,13 @@ def _joint(element: Element, links: tuple[str, ...]) -> Joint:
     along = axis.numbers("xyz", (1.0, 0.0, 0.0)) if axis else (1.0, 0.0, 0.0)
     if kind not in ("fixed", "floating") and math.hypot(*along) < 1e-9:
         raise element.fail("has an axis of no length")
+    if limit is not None and kind == "revolute":
+        for end in ("lower", "upper"):
+            if abs(limit.number(end, 0.0)) > MOST_RAD:
+                raise limit.fail(
+                    f"of '{element.text('name')}' has {end}=\"{limit.attributes[end]}\"; it is in "
+                    f"rad, {MOST_RAD:g} at most; a joint without end is continuous"
+                )
     bounded = limit is not None and kind in ("revolute", "prismatic")
     return Joint(
         name=element.text("name"),
@@ -259,7 +272,17 @@ def _placement(element: Element) -> Placement:
     if origin is None:
         return Placement()
     zero = (0.0, 0.0, 0.0)
-    return Placement(_point(origin.numbers("xyz", zero)), _point(origin.numbers("rpy", zero)))
+    xyz, rpy = origin.numbers("xyz", zero), origin.numbers("rpy", zero)
+    if max(map(abs, xyz)) > FARTHEST_M:
+        raise origin.fail(_too_far("xyz", max(xyz, key=abs)))
+    if max(map(abs, rpy)) > MOST_RAD:
+        most = max(rpy, key=abs)
+        raise origin.fail(f"has {most:g} in rpy; angles are in rad, {MOST_RAD:g} at most")
+    return Placement(_point(xyz), _point(rpy))
+
+
+def _too_far(what: str, value: float) -> str:
+    return f"has {value:g} in {what}; lengths are in metres, {FARTHEST_M:g} at most"
 
 
 def _point(values: tuple[float, ...]) -> Point3:
@@ -269,11 +292,12 @@ def _point(values: tuple[float, ...]) -> Point3:
 
 def _tree(root: Element, links: dict[str, UrdfLink], joints: list[Joint]) -> Urdf:
     """Joints ordered so that every parent comes before its children."""
-    children = [joint.child for joint in joints]
-    for child in children:
-        if children.count(child) > 1:
-            raise root.fail(f"has more than one joint above link '{child}'")
-    tops = [name for name in links if name not in children]
+    above: dict[str, Joint] = {}
+    for joint in joints:
+        if joint.child in above:
+            raise root.fail(f"has more than one joint above link '{joint.child}'")
+        above[joint.child] = joint
+    tops = [name for name in links if name not in above]
     if len(tops) != 1:
         raise root.fail(f"needs one link above all others, has {', '.join(tops) or 'a ring'}")
     _check_mimics(root, joints)
@@ -287,16 +311,17 @@ def _tree(root: Element, links: dict[str, UrdfLink], joints: list[Joint]) -> Urd
         ordered += found
         ready += [joint.child for joint in found]
     if len(ordered) < len(joints):
-        loose = next(joint.child for joint in joints if joint not in ordered)
+        reached = {joint.name for joint in ordered}
+        loose = next(joint.child for joint in joints if joint.name not in reached)
         raise root.fail(f"has links in a ring, '{loose}' among them")
     return Urdf(root.attributes.get("name", ""), tops[0], links, tuple(ordered))
 
 
 def _check_mimics(root: Element, joints: list[Joint]) -> None:
-    names = {joint.name: joint for joint in joints}
+    names, ends = {joint.name: joint for joint in joints}, set[str]()
     for joint in joints:
         seen, followed = {joint.name}, joint.mimic
-        while followed is not None:
+        while followed is not None and followed.joint not in ends:
             if followed.joint not in names:
                 hint = did_you_mean(followed.joint, names)
                 raise root.fail(
@@ -306,6 +331,7 @@ def _check_mimics(root: Element, joints: list[Joint]) -> None:
                 raise root.fail(f"'{joint.name}' mimics itself in the end")
             seen.add(followed.joint)
             followed = names[followed.joint].mimic
+        ends |= seen
 
 
 def _motion(joint: Joint, value: float) -> Matrix:

@@ -17,6 +17,7 @@ from states.arm.kinematics.dynamics import (
     effort as effort,
 )
 from states.arm.kinematics.inverse_kinematics import (
+    BRANCHES as BRANCHES,
     EXACT as EXACT,
     Solutions as Solutions,
     inverse as inverse,
@@ -50,7 +51,6 @@ from states.arm.kinematics.newton import (
     descended as descended,
 )
 from states.arm.kinematics.numeric import (
-    BRANCHES as BRANCHES,
     followed as followed,
     slowness as slowness,
 )

@@ -36,8 +36,10 @@ from states.arm.kinematics.kinematics import (
 )
 from states.arm.kinematics.model import Manipulator
 from states.arm.kinematics.newton import MORE_STEPS, STEPS, polish, self_motion, settled
-from states.arm.kinematics.numeric import BRANCHES, searched
+from states.arm.kinematics.numeric import searched
 
+BRANCHES = 8
+"""Most solutions of a UR arm."""
 SEED_REACH = 0.05
 """Branches that the nominal chain misses by less, m, may be ones of a calibrated chain."""
 SEED_BENT = 0.15
@@ -65,7 +67,10 @@ _TURN = 2.0 * math.pi
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solutions:
-    """Branches of n poses: joints (n, 8, j) in rad, and which of them exist, (n, 8)."""
+    """Branches of n poses: joints (n, b, j) in rad, and which of them exist, (n, b).
+
+    A UR arm has eight at most, others have room for more.
+    """
 
     joints: Array
     valid: NDArray[np.bool_]
@@ -77,7 +82,7 @@ class Solutions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearSolutions:
-    """As near as each branch gets: joints (n, 8, j) in rad, errors (n, 8) in m and in rad."""
+    """As near as each branch gets: joints (n, b, j) in rad, errors (n, b) in m and in rad."""
 
     joints: Array
     position_error: Array

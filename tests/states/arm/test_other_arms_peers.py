@@ -1,13 +1,15 @@
 """Arms by URDF against Pinocchio (frames, inverse kinematics) and Coal (contact of the shapes).
 
 Besides the two arms written for the tests, makers' own descriptions of example-robot-data are read:
-a Panda with STL meshes, and a Z1 of six axes.
+with their meshes, or, where these are of other formats or the arm is part of a larger robot, the
+chain of their joints alone.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from xml.etree.ElementTree import parse, tostring
 
 import numpy as np
 import pytest
@@ -33,7 +35,39 @@ SHARE = next(
 MAKERS = {
     "maker_panda": ("panda_description/urdf/panda.urdf", "panda_link0", "panda_link8"),
     "z1": ("z1_description/urdf/z1.urdf", "link00", "link06"),
+    "xarm": ("xarm_description/urdf/xarm7.urdf", "link_base", "link_eef"),
+    "baxter": ("baxter_description/urdf/baxter.urdf", "right_arm_mount", "right_hand_link"),
 }
+CHAINS = {
+    "kinova": (
+        "kinova_description/robots/kinova.urdf", "j2s6s200_link_base", "j2s6s200_end_effector",
+    ),
+    "pr2": ("pr2_description/urdf/pr2.urdf", "torso_lift_link", "r_wrist_roll_link"),
+    "romeo": ("romeo_description/urdf/romeo.urdf", "torso", "r_wrist"),
+    "talos": ("talos_data/robots/talos_reduced.urdf", "torso_2_link", "arm_left_7_link"),
+    "tiago_pro": (
+        "tiago_pro_description/robots/tiago_pro.urdf", "torso_lift_link", "arm_right_7_link",
+    ),
+    "centauro": ("centauro_description/urdf/centauro.urdf", "torso_2", "arm1_6"),
+}  # fmt: skip
+ALL = (*FOLDED, *MAKERS, *CHAINS)
+
+
+def chain_alone(urdf: Path, base: str, flange: str) -> str:
+    """The joints between two links of a description; endless ones turn half a turn each way."""
+    above = {j.find("child").get("link"): j for j in parse(urdf).iterfind("joint") if len(j)}
+    links, joints = [flange], []
+    while links[-1] != base:
+        joints.append(above[links[-1]])
+        links.append(joints[-1].find("parent").get("link"))
+    ball = '<collision><geometry><sphere radius="0.01"/></geometry></collision>'
+    text = "".join(f'<link name="{name}">{ball}</link>' for name in links)
+    for joint in joints:
+        if joint.get("type") == "continuous":
+            joint.set("type", "revolute")
+            joint.find("limit").attrib.update(lower="-3.14159", upper="3.14159")
+    text += "".join(tostring(joint, encoding="unicode") for joint in joints)
+    return f'<robot name="chain">{text}</robot>'
 
 
 def described(name: str, tmp_path: Path):
@@ -42,10 +76,13 @@ def described(name: str, tmp_path: Path):
         urdf = arm_file(tmp_path, name).with_suffix(".urdf")
         base, flange = "panda_link0", "panda_link8" if name == "panda" else "panda_link7"
     else:
-        file, base, flange = MAKERS[name]
+        file, base, flange = (MAKERS | CHAINS)[name]
         urdf = SHARE / "robots" / file
         if not urdf.is_file():
             pytest.skip("needs the descriptions of example-robot-data")
+        if name in CHAINS:
+            text, urdf = chain_alone(urdf, base, flange), tmp_path / f"{name}.urdf"
+            urdf.write_text(text)
         told = f"{{file: {urdf}, base: {base}, flange: {flange}}}"
         (tmp_path / f"{name}.yaml").write_text(f"arm: {name}\npayload: 3\nurdf: {told}\n")
     shape = load_arm(tmp_path / f"{name}.yaml")
@@ -91,7 +128,7 @@ class Peer:
         return False
 
 
-@pytest.mark.parametrize("name", [*FOLDED, *MAKERS])
+@pytest.mark.parametrize("name", ALL)
 def test_the_flange_is_where_pinocchio_has_it(name, tmp_path):
     arm, *where = described(name, tmp_path)
     peer = Peer(arm, *where)
@@ -99,7 +136,7 @@ def test_the_flange_is_where_pinocchio_has_it(name, tmp_path):
         assert np.abs(forward(arm, q) - peer.placed(q).homogeneous).max() < 1e-9
 
 
-@pytest.mark.parametrize("name", [*FOLDED, *MAKERS])
+@pytest.mark.parametrize("name", ALL)
 def test_inverse_finds_99_of_100_reachable_poses_and_as_many_as_pinocchio(name, tmp_path):
     arm, *where = described(name, tmp_path)
     peer, rng = Peer(arm, *where), np.random.default_rng(2)
