@@ -143,9 +143,9 @@ def _park(args: argparse.Namespace) -> int:
     if args.json:
         show_json({"poses": [asdict(pose) for pose in found]})
     elif found:
-        held = robot.prop.name
-        show(f"poses of {name} with {held}, quickest first; for `parked` of the prop's file, or of")
-        show(f"the arm's own file as `parked: {{{held}: [...]}}`:")
+        prop = robot.prop.name
+        show(f"poses of {name} with {prop}, quickest first; for `parked` of the prop's file, or of")
+        show(f"the arm's own file as `parked: {{{prop}: [...]}}`:")
         show(table([_parked(name, pose) for pose in found]))
     else:
         show(f"{name} with {robot.prop.name} does not fit inside the bumper frame")

@@ -19,7 +19,7 @@ import numpy as np
 from hw import compiled
 from hw.model import ArmShape
 from states.arm.kinematics.descent import MET, Limited, along, settle
-from states.arm.kinematics.kernels import Array
+from states.arm.kinematics.kernels import Array, Integers
 from states.arm.kinematics.model import Manipulator
 
 BRANCHES_SIX, BRANCHES_SEVEN = 16, 32
@@ -169,7 +169,7 @@ def _spread(
 
 
 @compiled
-def _nearest(there: Array, target: Array, order: Array) -> int:
+def _nearest(there: Array, target: Array, order: Integers) -> int:
     """Writes which poses (m, 4, 4) are nearest to a target, nearest first; returns how many."""
     away, kept = np.empty(len(order)), 0
     for k in range(len(there)):
