@@ -38,6 +38,7 @@ FOREIGN = {"py", "xml"}
 """Languages of what others' programs read."""
 
 
+@pytest.mark.slow
 def test_every_chart_of_the_pages_passes_the_strict_checks(
     author_project: Path, author_catalogue: Catalogue, author_library: Library
 ) -> None:

@@ -95,6 +95,7 @@ def test_the_project_works_on_its_own(folder, tmp_path):
         assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_states_that_everybody_has_are_written(tmp_path, capsys):
     said = {"args": {"text": "met {}", "severity": "info"}, "remapping": {"data": "who"}}
     named = {"args": {"Value": "Ada"}, "remapping": {"Key": "who"}}

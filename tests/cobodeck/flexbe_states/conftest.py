@@ -1,14 +1,15 @@
 """A project whose package has states in FlexBE's manner, written for these tests."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 
 import pytest
 
-from cobodeck.project import Catalogue, catalogue
+from cobodeck.project import Catalogue, catalogue, load_beside
 from cobodeck.testing import ChartTester
+from engine.chart import Library
 
 PROJECT = """
 [project]
@@ -107,10 +108,18 @@ def tea(
     tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
 ) -> Iterator[Written]:
     """The project of a test module, with its `MODULES`."""
+    read: list[Library] = []
+
+    def read_once(files: Sequence[Path], known: Catalogue) -> Library:
+        read[:] = read or [load_beside(files, known)]
+        return read[0]
+
     for written in _written(tmp_path_factory.mktemp("tea"), request.node.nodeid):
         for module, text in request.module.MODULES.items():
             written.write(module, text)
-        yield written
+        with pytest.MonkeyPatch.context() as patch:  # the shipped charts are read once
+            patch.setattr("cobodeck.testing.chart_only.load_beside", read_once)
+            yield written
 
 
 @pytest.fixture

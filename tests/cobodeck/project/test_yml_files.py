@@ -56,6 +56,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return package
 
 
+@pytest.mark.slow
 def test_all_are_found_by_name_and_checked(
     project: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

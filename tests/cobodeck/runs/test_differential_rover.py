@@ -59,9 +59,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    ("tier", "off"), [(1, 0.02), pytest.param(2, 0.15, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("tier", "off"), [(1, 0.02), (2, 0.15)])
 def test_it_patrols_never_sideways_and_stops_for_a_person(
     folder: Path, tier: int, off: float
 ) -> None:
@@ -104,6 +103,7 @@ def test_a_mode_that_the_base_has_not_is_told(folder: Path) -> None:
         stage(open_setup("patrol.yaml", "corridor.yaml"), Options())
 
 
+@pytest.mark.slow
 def test_doctor_and_validate_tell_what_it_cannot_do(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -99,6 +99,7 @@ def test_the_jacobian_is_the_slope_of_the_poses(arm):
         assert np.abs(jacobian(arm, q)[:, i] - slope).max() < 1e-8
 
 
+@pytest.mark.slow
 def test_inverse_finds_what_can_be_reached_within_the_limits(arm):
     targets = forward(arm, sets(arm, 60))
     found = inverse(arm, targets)
@@ -110,6 +111,7 @@ def test_inverse_finds_what_can_be_reached_within_the_limits(arm):
     assert max(distance.max(), angle.max()) < 1e-9
 
 
+@pytest.mark.slow
 def test_what_is_out_of_reach_has_no_solution_and_a_near_one(arm):
     far = forward(arm, np.clip(np.zeros(arm.count), arm.lower, arm.upper))
     far[:3, 3] += 3.0
@@ -125,6 +127,7 @@ def test_a_pose_that_is_none_is_refused(arm):
         inverse(arm, bad)
 
 
+@pytest.mark.slow
 def test_the_seventh_joint_stays_near_where_it_is(tmp_path):
     arm = manipulator_of(load_robot(robot_file(tmp_path, "panda", FOLDED["panda"])))
     q = 0.6 * sets(arm, 1, seed=3)[0] + 0.2 * (arm.lower + arm.upper)
@@ -136,6 +139,7 @@ def test_the_seventh_joint_stays_near_where_it_is(tmp_path):
     assert abs(off) < 0.01  # hardly any of it along the self-motion
 
 
+@pytest.mark.slow
 def test_a_line_of_the_tool_is_straight(arm):
     middle = 0.5 * (arm.lower + arm.upper)
     start = middle + 0.3 * np.sin(np.arange(arm.count) + 1.0)
@@ -147,6 +151,7 @@ def test_a_line_of_the_tool_is_straight(arm):
     assert np.linalg.norm(across, axis=1).max() < 2e-4
 
 
+@pytest.mark.slow
 def test_following_stops_at_limits(arm):
     target = forward(arm, arm.upper)
     found, _ = followed(arm, arm.upper[None] - 0.1, target[None])

@@ -23,6 +23,7 @@ from states.arm.kinematics.kernels import place_links
 from states.arm.planning import Plan, Query, goals_at, plan
 from tests.states.arm.other_arms import robot_file
 
+pytestmark = pytest.mark.slow
 FOLDED = {
     "panda": "[-0.64, -0.57, 0.44, -1.78, -0.49, 1.57, 1.68]",
     "ball": "[0.21, -0.84, 0.82, -3.14, 0, 0.39]",
