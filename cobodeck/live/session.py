@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import os
+import signal
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from cobodeck.live.access import PageAddress, Rules, new_token
 from cobodeck.live.clients import Source
@@ -51,10 +53,24 @@ def show_source(source: Source, address: PageAddress, say: Callable[[str], None]
             say(told_far(address.host, source.rules))
 
     try:
-        with suppress(KeyboardInterrupt):
-            asyncio.run(serve(source, address, token, announce))
+        with suppress(KeyboardInterrupt, asyncio.CancelledError):
+            asyncio.run(_cancelled_by_signals(serve(source, address, token, announce)))
     except OSError as error:
         raise Problem(f"no page at {address.host}:{address.port}: {error}") from None
+
+
+async def _cancelled_by_signals(serving: Coroutine[Any, Any, None]) -> None:
+    """Serve; TERM and HUP, where they are as Ctrl-C, cancel it as asyncio has Ctrl-C do.
+
+    If they were raised wherever the loop is, a task might never be woken, and the end be awaited
+    for ever.
+    """
+    here = asyncio.current_task()
+    assert here is not None
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is signal.default_int_handler:
+            asyncio.get_running_loop().add_signal_handler(number, here.cancel)
+    await serving
 
 
 class LivePage:

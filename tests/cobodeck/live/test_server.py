@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
+import signal
 import socket
 from collections.abc import AsyncIterator, Coroutine, Iterable
 from contextlib import asynccontextmanager, suppress
@@ -33,7 +35,7 @@ from cobodeck.live.server import (
     PageServer,
     serve,
 )
-from cobodeck.live.session import told_far
+from cobodeck.live.session import show_source, told_far
 from tests.cobodeck.live.pages import PATIENCE_S, TOKEN, Client, Shown, client, run, serving, until
 
 COMMANDS = ["reset", "ack", "pause", "resume", "step", "preempt", "end", "force", "consent",
@@ -625,3 +627,27 @@ def test_what_a_page_asks_is_answered_to_it_alone() -> None:
             assert json.loads(json.dumps(source.questions)) == [{"t": "seek", "at": 1.0}]
 
     run(main())
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_a_page_where_it_waits_and_not_wherever_the_loop_is(number: int) -> None:
+    seen = []
+
+    class Signalled(Shown):
+        async def run(self, pages: Pages) -> None:
+            os.kill(os.getpid(), number)
+            seen.append("goes on")
+            try:
+                await asyncio.sleep(PATIENCE_S)
+            except asyncio.CancelledError:
+                seen.append("ends in order")
+                raise
+
+    before = signal.signal(number, signal.default_int_handler)
+    try:
+        show_source(Signalled(), PageAddress("127.0.0.1", 0), seen.append)
+    finally:
+        signal.signal(number, before)
+
+    assert seen[0].startswith("page: http://")
+    assert seen[1:] == ["goes on", "ends in order"]
