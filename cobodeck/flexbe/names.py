@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import keyword
+import re
 from collections.abc import Iterable
 
 from cobodeck.flexbe_states import (
@@ -25,6 +26,11 @@ def parameter_names(names: Iterable[str], keys: Iterable[str]) -> dict[str, str]
         wanted = f"{wanted}_parameter" if wanted in keys else wanted
         found[name] = unique(wanted, {*found.values(), *keys})
     return found
+
+
+def bare(name: str) -> str:
+    """The name of a class without that of its package: `pkg__Wait`, `pkg.Wait`."""
+    return re.split(r"__(?=\w)|\.", name)[-1]
 
 
 def class_name(name: str) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 from cobodeck.flexbe_states.old_syntax import python_tree
 from engine.files import FileError, read_text
 
-_LARGEST = 10_000_000  # bytes of a module
+LARGEST = 10_000_000  # bytes of a module
 
 
 def imported_names(file: str, package: str) -> tuple[str, ...]:
@@ -29,7 +29,7 @@ def imported_names(file: str, package: str) -> tuple[str, ...]:
 @lru_cache(maxsize=1000)
 def _names(file: str, package: str, _changed_ns: int, _size: int) -> tuple[str, ...]:
     try:
-        text = read_text(Path(file), _LARGEST)
+        text = read_text(Path(file), LARGEST)
     except FileError:
         return ()
     if "import" not in text:

@@ -17,10 +17,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from cobodeck.flexbe_states.imported_names import imported_names
+from cobodeck.flexbe_states.imported_names import LARGEST, imported_names
 from engine.files import FileError, read_bytes, read_text
 
-_LARGEST = 10_000_000  # bytes of a module
 _lock = threading.RLock()
 
 
@@ -53,7 +52,7 @@ def import_flexbe(name: str) -> ModuleType:
         if spec is None or spec.origin is None or spec.loader is None:
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
         module = importlib.util.module_from_spec(spec)
-        code = compile(read_bytes(Path(spec.origin), _LARGEST), spec.origin, "exec")
+        code = compile(read_bytes(Path(spec.origin), LARGEST), spec.origin, "exec")
         module.__dict__["__builtins__"] = _builtins()
         sys.modules[name] = module
         try:
@@ -73,7 +72,7 @@ def module_text(name: str) -> tuple[str, str] | None:
     if spec is None or spec.origin is None:
         return None
     try:
-        return read_text(Path(spec.origin), _LARGEST), spec.origin
+        return read_text(Path(spec.origin), LARGEST), spec.origin
     except FileError:
         return None
 

@@ -10,12 +10,12 @@ from typing import Any
 from cobodeck.flexbe_states.adapted import AdaptedState
 from cobodeck.flexbe_states.adapting import NotAState, adapted
 from cobodeck.flexbe_states.class_reading import FlexbeClass, read_state_classes
+from cobodeck.flexbe_states.imported_names import LARGEST
 from cobodeck.flexbe_states.importing import import_flexbe, module_text
 from cobodeck.flexbe_states.ros import FlexbeState, TopicTable
 from engine import Action, Monitor, StateError, interface
 from engine.files import FileError, read_text
 
-_LARGEST = 10_000_000  # bytes of a module
 _TABLES = ("SIGNALS", "TYPES", "PARTS")
 
 
@@ -91,4 +91,4 @@ def _read(module: ModuleType) -> tuple[FlexbeClass, ...]:
     }
     others = [read for base in bases if base is not None for read in _read(base)]
     file = str(module.__file__)
-    return read_state_classes(read_text(Path(file), _LARGEST), file, others)
+    return read_state_classes(read_text(Path(file), LARGEST), file, others)

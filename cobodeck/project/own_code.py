@@ -45,7 +45,7 @@ def state_classes(module: ModuleType) -> Iterator[type[State]]:
 
 def mistakes_in(module: ModuleType) -> Iterator[str]:
     """The mistakes in what a module provides, each with its place and what would be right."""
-    if not _is_adapted(module):
+    if not is_adapted(module):
         yield from _defined_twice(module)
     for cls in state_classes(module):
         wrong = wrong_class(cls)
@@ -62,14 +62,14 @@ def mistakes_in(module: ModuleType) -> Iterator[str]:
 def doubts_in(module: ModuleType) -> Iterator[str]:
     """What can run in a module without mistakes and is hardly meant, each with its place."""
     yield from getattr(module, "DOUBTS", ())
-    if _is_adapted(module):
+    if is_adapted(module):
         yield from _defined_twice(module)
     for cls in state_classes(module):
         found = doubts_in_code(interface(cls))  # type: ignore[arg-type]  # classes can be hashed
         yield from (f"{file}:{line}: {what}" for file, line, what in found)
 
 
-def _is_adapted(module: ModuleType) -> bool:
+def is_adapted(module: ModuleType) -> bool:
     """Whether its states were written for FlexBE; what is wrong with one stops no other."""
     return hasattr(module, "STRANGERS")
 

@@ -18,7 +18,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cobodeck.project.named_files import kind_of
 from cobodeck.project.old_names import OLD_CHARTS, OLD_STATES
-from cobodeck.project.own_code import doubts_in, line_of, mistakes_in, state_classes, strangers
+from cobodeck.project.own_code import (
+    doubts_in,
+    is_adapted,
+    line_of,
+    mistakes_in,
+    state_classes,
+    strangers,
+)
 from cobodeck.project.part_check import place_of
 from cobodeck.project.project import Project, projects
 from cobodeck.shadowed import explained, shadows
@@ -266,7 +273,7 @@ def _add(classes: dict[str, type[State]], module: ModuleType) -> list[str]:
 
 def _left_out(cls: type[State], module: ModuleType, why: str) -> bool:
     """Whether it is a state written for FlexBE, which is left out: the others can be had."""
-    if not hasattr(module, "STRANGERS"):
+    if not is_adapted(module):
         return False
     from cobodeck.flexbe_states import leave_out
 

@@ -7,9 +7,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
+from cobodeck.project.project import MAX_BYTES
 from engine.files import FileError, read_bytes
 
-MAX_BYTES = 10_000_000
 MAKERS = ("__init__", "__new__")
 
 

@@ -8,12 +8,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from cobodeck.flexbe.behaviour import Json
-from cobodeck.flexbe.converting.guessed_outputs import bare
 from cobodeck.flexbe.converting.ready_states import FUNCTION, ready_state
 from cobodeck.flexbe.converting.state_classes import StateClass, StateClasses, lists_outcomes
 from cobodeck.flexbe.converting.told import ChartFindings
 from cobodeck.flexbe.converting.values import ExpressionValues, NotKnown
-from cobodeck.flexbe.names import identifier, key_name, outcome_names
+from cobodeck.flexbe.names import bare, identifier, key_name, outcome_names
 
 
 def is_expression(value: Any) -> bool:

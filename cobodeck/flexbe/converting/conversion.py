@@ -9,11 +9,10 @@ from typing import Any
 
 from cobodeck.flexbe.behaviour import Behaviour, Json
 from cobodeck.flexbe.converting.arguments import is_expression
-from cobodeck.flexbe.converting.guessed_outputs import bare
 from cobodeck.flexbe.converting.one_behaviour import OneBehaviour
 from cobodeck.flexbe.converting.state_classes import StateClass, StateClasses, Use
 from cobodeck.flexbe.converting.told import Findings, Left
-from cobodeck.flexbe.names import identifier, outcome_names, parameter_names, unique
+from cobodeck.flexbe.names import bare, identifier, outcome_names, parameter_names, unique
 from cobodeck.flexbe_states import FlexbeClass
 from engine import Interface
 

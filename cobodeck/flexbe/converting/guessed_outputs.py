@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from cobodeck.flexbe.behaviour import ROOT, Behaviour, Json
+from cobodeck.flexbe.names import bare
 
 WRITES = {
     "CalculationState": ("output_value",),
@@ -18,11 +18,6 @@ WRITES = {
     "UserdataState": ("data",),
 }
 """The keys that states write which FlexBE brings along, or which everybody has."""
-
-
-def bare(name: str) -> str:
-    """The name of a class without that of its package: `pkg__Wait`, `pkg.Wait`."""
-    return re.split(r"__(?=\w)|\.", name)[-1]
 
 
 def guessed_outputs(behaviours: Iterable[Behaviour]) -> set[tuple[str, str]]:

@@ -14,7 +14,6 @@ from typing import Any, Protocol
 from cobodeck.flexbe.behaviour import ROOT, Behaviour, Json
 from cobodeck.flexbe.converting.arguments import Arguments
 from cobodeck.flexbe.converting.conditions import NO_CONDITION, rules_of
-from cobodeck.flexbe.converting.guessed_outputs import bare
 from cobodeck.flexbe.converting.outcomes import levels_of, next_of
 from cobodeck.flexbe.converting.scopes import ChartData, ContainerScope
 from cobodeck.flexbe.converting.state_classes import StateClasses, Use, type_name
@@ -22,6 +21,7 @@ from cobodeck.flexbe.converting.told import Findings
 from cobodeck.flexbe.converting.values import ExpressionValues
 from cobodeck.flexbe.converting.writers import KeyWriters
 from cobodeck.flexbe.names import (
+    bare,
     identifier,
     key_name,
     outcome_name,

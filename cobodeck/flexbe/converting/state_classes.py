@@ -9,9 +9,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cobodeck.flexbe.behaviour import Behaviour, Json
-from cobodeck.flexbe.converting.guessed_outputs import WRITES, bare, guessed_outputs
+from cobodeck.flexbe.converting.guessed_outputs import WRITES, guessed_outputs
 from cobodeck.flexbe.converting.ready_states import ReadyState
 from cobodeck.flexbe.names import (
+    bare,
     camel,
     class_name,
     key_name,

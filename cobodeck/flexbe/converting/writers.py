@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from cobodeck.flexbe.behaviour import Json
-from cobodeck.flexbe.converting.guessed_outputs import bare
 from cobodeck.flexbe.converting.scopes import ContainerScope
 from cobodeck.flexbe.converting.state_classes import StateClasses
-from cobodeck.flexbe.names import identifier
+from cobodeck.flexbe.names import bare, identifier
 
 
 class KeyWriters:
